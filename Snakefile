@@ -1,0 +1,71 @@
+"""rockdamp: every dataset and figure of the paper, from a wall to Fig. 8. The config says with which values."""
+
+import os
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import min_version
+
+from rockdamp.config import subset, validate
+from rockdamp.errors import InputError
+from rockdamp.provenance import code_version, files_of
+from rockdamp.records import read_record
+from rockdamp.studies import STUDIES
+
+min_version("9.8")
+
+
+configfile: "config/default.yaml"
+
+
+# Bad input ends the run here, before anything is built or deleted.
+try:
+    validate(
+        config,
+        schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"),
+        files=["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)],
+    )
+    read_record(config["validation"]["record"])
+except InputError as error:
+    raise WorkflowError(str(error)) from None
+
+# A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
+# Numba's cache does not notice every edit of what it compiled: a folder for each version of the sources does.
+os.environ.setdefault("SOURCE_DATE_EPOCH", "0")
+os.environ.setdefault(
+    "NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute())
+)
+
+
+wildcard_constraints:
+    study="|".join(STUDIES),
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/equivalence.smk"
+include: "workflow/rules/validation.smk"
+include: "workflow/rules/figures.smk"
+
+
+localrules:
+    all,
+    decay,
+    match,
+    equivalence,
+
+
+rule all:
+    default_target: True
+    input:
+        rules.decay.input,
+        rules.match.input,
+        rules.windows.output,
+        rules.equivalence.input,
+        rules.loops.output,
+        rules.mechanism.output,
+        rules.orders.output,
+        rules.validation.output,
+        rules.calibration.output,
+        [getattr(rules, figure).output for figure in FIGURES],
+    message:
+        "Every dataset and figure is up to date"

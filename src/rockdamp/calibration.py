@@ -1,0 +1,231 @@
+"""Curve and coefficient of restitution from a measured record: least squares of a1, b1 and e on the CR model.
+
+The paper's own calibration is "not reported".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
+from scipy.optimize import OptimizeResult, least_squares
+
+from rockdamp.curve import TrilinearCurve
+from rockdamp.damping import Damping
+from rockdamp.decay import Config, make_wall
+from rockdamp.errors import InputError
+from rockdamp.records import Record
+from rockdamp.validation import measured_displacement, record_attributes, respond
+from rockdamp.wall import Wall
+
+Array = NDArray[np.float64]
+
+PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
+
+# ASSUME: where a masonry wall is looked for. a1 is searched as a1/a2, which keeps it below the plateau's end a2;
+# Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85.
+SEARCHED = ("cracked_stiffness_ratio over the plateau's end (a1/a2)", "plateau_ratio (b1)", "restitution (e)")
+LOWEST, HIGHEST = np.array([0.02, 0.40, 0.50]), np.array([0.90, 0.95, 1.00])
+SCAN = (
+    np.array([0.04, 0.06, 0.08, 0.11, 0.15, 0.20, 0.27, 0.36, 0.48, 0.64]),
+    np.arange(0.44, 0.93, 0.02),
+    np.arange(0.60, 0.99, 0.04),
+)
+STARTS = 6  # of the scan's best local minima, from which the search starts
+BATCH = 1024  # histories held at once
+DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
+AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
+LARGEST_CONDITION = 1e6  # of the scaled derivatives: beyond it the record does not tell the parameters apart
+LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stands
+
+
+def calibrate(
+    record: Record,
+    wall: Wall,
+    *,
+    ultimate_ratio: float = 1.0,
+    softening: str = "steeper",
+    step: float = 0.005,
+) -> xr.Dataset:
+    """Fit a1, b1 and e to a record by least squares, with their covariance.
+
+    The response to the measured motion under CR, plus an offset and a linear drift of the displacement sensor, is
+    fitted to the measured displacement. A scan of the whole range gives the starts, so that the smallest of the local
+    minima is found. Residuals follow each other and are no white noise: the covariance is Newey and West's
+    (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229).
+
+    Parameters
+    ----------
+    record : Record
+        With a measured displacement, at rest before the motion.
+    wall : Wall
+        Its geometry and weights are taken as known.
+    ultimate_ratio, softening : float and str
+        a3 and the variant of softening, taken as known.
+    step : float
+        Of the solver, in tau, at most. [-]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``estimate``, ``standard_error`` and ``true_value`` (parameter; the last NaN unless the record is synthetic and
+        says what made it), ``covariance``, and the fitted and measured displacement (elapsed).
+
+    Raises
+    ------
+    InputError
+        If the record has no displacement or no rest, the best fit lies at a bound of the search, or the record does
+        not determine the parameters.
+    """
+    fit = _Fit.of(record, wall, float(ultimate_ratio), softening, float(step))
+    point, local_minima = fit.search()
+    for name, value, low, high in zip(SEARCHED, point, LOWEST, HIGHEST):
+        if min(value - low, high - value) < AT_BOUND * (high - low):
+            raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
+    estimate = fit.physical(point)
+    computed = fit.computed(estimate[None])[0]
+    residual = fit.without_trend(fit.measured - computed)
+    covariance, bandwidth = _covariance(fit.derivative(estimate), residual)
+    offset, drift = np.linalg.lstsq(fit.trend, fit.measured - computed, rcond=None)[0]
+    degrees_of_freedom = residual.size - len(PARAMETERS) - fit.trend.shape[1]
+    truth = [
+        float(record.header.get(f"generator_{name}", "nan")) if record.synthetic else np.nan for name in PARAMETERS
+    ]
+    return xr.Dataset(
+        {
+            "estimate": ("parameter", estimate),
+            "standard_error": ("parameter", np.sqrt(np.diag(covariance))),
+            "true_value": ("parameter", np.array(truth)),
+            "covariance": (("parameter", "parameter_other"), covariance),
+            "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
+            "displacement": ("elapsed", computed),
+            "residual_deviation": np.sqrt(residual @ residual / degrees_of_freedom),
+            "sensor_offset": fit.sensor_zero + offset,
+            "sensor_drift": drift,
+            "bandwidth": bandwidth,
+            "local_minima": local_minima,
+        },
+        coords={
+            "parameter": list(PARAMETERS),
+            "parameter_other": list(PARAMETERS),
+            "elapsed": record.elapsed,
+        },
+        attrs=record_attributes(record),
+    )
+
+
+def study(config: Config, record: Record) -> xr.Dataset:
+    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e found."""
+    section = config["validation"]
+    known = {key: section["curve"][key] for key in ("ultimate_ratio", "softening")}
+    return calibrate(record, make_wall(section["wall"]), **known, step=float(section["step"]))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """What is fitted, with what. A *point* is in the coordinates of the search, *parameters* are a1, b1 and e."""
+
+    record: Record
+    wall: Wall
+    ultimate_ratio: float
+    softening: str
+    step: float
+    measured: Array  # from the level at rest [m]
+    sensor_zero: float  # that level [m]
+    trend: Array  # (samples, 2): offset and drift of the sensor
+    basis: Array  # the same, orthonormal
+
+    @classmethod
+    def of(cls, record: Record, wall: Wall, ultimate_ratio: float, softening: str, step: float) -> _Fit:
+        measured, zero = measured_displacement(record)
+        elapsed = record.elapsed - record.elapsed[0]
+        trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
+        return cls(record, wall, ultimate_ratio, softening, step, measured, zero, trend, np.linalg.qr(trend)[0])
+
+    def physical(self, points: Array) -> Array:
+        """Turn points into parameters, or a batch of them, shape (..., 3)."""
+        end = (1.0 if self.softening == "steeper" else self.ultimate_ratio) - points[..., 1]
+        return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
+
+    def computed(self, parameters: Array) -> Array:
+        """Displacement under CR for parameters of shape (batch, 3); shape (batch, samples). [m]"""
+        a1, b1, e = parameters.T
+        curve = TrilinearCurve(a1, b1, self.ultimate_ratio, self.softening)
+        response = respond(self.record, self.wall, curve, Damping.cr(e), self.step)
+        assert response.displacement is not None
+        # Collapsed walls must stay comparable numbers, and lose.
+        return float(self.wall.instability_displacement) * np.nan_to_num(response.displacement, nan=LOST)
+
+    def without_trend(self, histories: Array) -> Array:
+        """What of histories, shape (..., samples), no offset and drift can explain."""
+        return histories - (histories @ self.basis) @ self.basis.T
+
+    def misfit(self, points: Array) -> Array:
+        """Sum of squares of each point's residual, shape (batch,). [m2]"""
+        batches = np.array_split(points, -(-len(points) // BATCH))
+        residuals = (self.without_trend(self.measured - self.computed(self.physical(batch))) for batch in batches)
+        return np.concatenate([np.einsum("ij,ij->i", residual, residual) for residual in residuals])
+
+    def derivative(self, parameters: Array, *, at_point: bool = False) -> Array:
+        """Derivative of the computed history by the parameters, or at a point by the point; shape (samples, 3)."""
+        h = DIFFERENCE * (HIGHEST - LOWEST)
+        sides = np.concatenate([parameters + np.diag(h), parameters - np.diag(h)])
+        computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
+        return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
+
+    def search(self) -> tuple[Array, int]:
+        """Return the point of least misfit, and how many local minima the scan found."""
+        grid = np.array(list(product(*SCAN)))
+        misfit = self.misfit(grid).reshape([axis.size for axis in SCAN])
+        minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
+        best = minima[np.argsort(misfit.ravel()[minima], kind="stable")][:STARTS]
+        found = [self._descend(grid[index]) for index in best]
+        return min(found, key=lambda result: result.cost).x, minima.size
+
+    def _descend(self, start: Array) -> OptimizeResult:
+        u_ins = float(self.wall.instability_displacement)
+
+        def residual(point: Array) -> Array:
+            return self.without_trend(self.computed(self.physical(point)[None])[0] - self.measured) / u_ins
+
+        def derivative(point: Array) -> Array:
+            # Central differences must not step over a bound: 1 is the largest e there is.
+            inside = DIFFERENCE * (HIGHEST - LOWEST)
+            return self.derivative(np.clip(point, LOWEST + inside, HIGHEST - inside), at_point=True) / u_ins
+
+        return least_squares(
+            residual,
+            start,
+            derivative,
+            bounds=(LOWEST, HIGHEST),
+            x_scale=HIGHEST - LOWEST,
+            xtol=1e-10,
+            ftol=1e-12,
+        )
+
+
+def _covariance(derivative: Array, residual: Array) -> tuple[Array, int]:
+    """Covariance of the estimates under serially correlated residuals, and the bandwidth in samples that it took.
+
+    Derivative and residual are without offset and drift, so those two are accounted for (Frisch and Waugh).
+    """
+    scale = np.linalg.norm(derivative, axis=0)
+    if not scale.all() or np.linalg.cond(derivative / scale) > LARGEST_CONDITION:
+        raise InputError("the record does not determine a1, b1 and e; it must hold rocking beyond the first branch")
+    scores = (derivative / scale) * residual[:, None]
+    samples = residual.size
+    lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
+    rho = min(float(lag_one.max()), 0.99)
+    alpha = 4 * rho**2 / (1 - rho**2) ** 2
+    bandwidth = min(int(np.ceil(1.1447 * (alpha * samples) ** (1 / 3))), samples - 1)
+    meat = scores.T @ scores
+    for lag in range(1, bandwidth + 1):
+        product_ = scores[lag:].T @ scores[:-lag]
+        meat += (1 - lag / (bandwidth + 1)) * (product_ + product_.T)
+    meat *= samples / (samples - derivative.shape[1] - 2)
+    bread = np.linalg.inv((derivative / scale).T @ (derivative / scale))
+    return bread @ meat @ bread / np.outer(scale, scale), bandwidth

@@ -1,0 +1,264 @@
+"""Checks between the keys of the config, which its schema cannot say, and the parts of it that jobs depend on.
+
+This runs whenever snakemake starts, so it imports nothing compiled: the few formulas of the curve that it needs stand
+here in plain arithmetic, and a test holds them against `TrilinearCurve`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from rockdamp.errors import InputError
+from rockdamp.provenance import constant
+from rockdamp.schema import KeyPath, Problem, dotted, origin, schema_problems
+from rockdamp.studies import STUDIES
+
+Config = Mapping[str, Any]
+
+WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, in parts of the number of steps
+FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
+
+
+class Case(NamedTuple):
+    """A curve that the config asks for, with the step and the releases that it is run with."""
+
+    path: KeyPath  # of the section, or of the one value, that states it
+    a1: float
+    b1: float
+    a3: float
+    softening: str
+    step: tuple[KeyPath, float]
+    releases: Sequence[tuple[KeyPath, float]]
+
+    @property
+    def a2(self) -> float:
+        """End of the plateau, as `TrilinearCurve.plateau_end`. [-]"""
+        return (1.0 if self.softening == "steeper" else self.a3) - self.b1
+
+
+def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) -> None:
+    """Check a config against its schema, then as `check` does.
+
+    Parameters
+    ----------
+    config : dict
+        As merged from all its files.
+    schema : path
+        JSON Schema, draft 2020-12, as YAML.
+    files : sequence of paths
+        Of the config, in the order in which they were merged.
+
+    Raises
+    ------
+    InputError
+        With a line for each thing that is wrong, and where it stands.
+    """
+    found = schema_problems(config, yaml.safe_load(Path(schema).read_text(encoding="utf-8"))) or problems(config)
+    if found:
+        files = list(files)
+        raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in found))
+
+
+def check(config: Config) -> None:
+    """Raise `InputError`, with a line for each thing, where values of a config that fits the schema do not agree."""
+    found = problems(config)
+    if found:
+        raise InputError("\n".join(map(str, found)))
+
+
+def subset(config: Config, *keys: str) -> dict[str, Any]:
+    """Return the part of the config that dotted `keys` name, nested as it was.
+
+    Raises
+    ------
+    KeyError
+        If the config has no such key.
+    """
+    part: dict[str, Any] = {}
+    for key in keys:
+        *sections, last = key.split(".")
+        source, target = config, part
+        for section in sections:
+            source, target = source[section], target.setdefault(section, {})
+        target[last] = source[last]
+    return part
+
+
+def problems(config: Config) -> list[Problem]:
+    """List where values of a config that fits the schema do not agree."""
+    cases = list(_cases(config))
+    found = [problem for case in cases for problem in _curve_problems(case)]
+    if not found:  # what follows needs curves that exist
+        found += _window_problems(config, cases)
+    found += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
+    scan, record = config["matching"]["scan"], config["validation"]["record"]
+    if not scan["smallest"] < scan["largest"]:
+        text = f"is {scan['largest']}; it must be greater than matching.scan.smallest, {scan['smallest']}"
+        found.append(Problem(("matching", "scan", "largest"), text))
+    if not Path(record).is_file():
+        text = f"is {record!r}; it must be a file, seen from the folder of the run"
+        found.append(Problem(("validation", "record"), text))
+    return list(dict.fromkeys(found))
+
+
+# --- curves --------------------------------------------------------------------------------------------------------
+
+
+def _cases(config: Config) -> Iterator[Case]:
+    """Every curve of the config, with the releases that it starts from."""
+    curve, studies, rigid = config["curve"], config["studies"], config["loops"]["rigid"]
+    step = (("solver", "step"), config["solver"]["step"])
+    released = (("release_amplitude",), config["release_amplitude"])
+    path: KeyPath = ("studies", "amplitude", "release_amplitude")
+    varied = [((*path, index), x0) for index, x0 in enumerate(studies["amplitude"]["release_amplitude"])]
+    yield Case(("curve",), *_parameters(curve), step, [released, *varied])
+
+    _, b1, a3, softening = _parameters(curve)
+    path = ("studies", "cracked_stiffness", "cracked_stiffness_ratio")
+    beyond = studies["cracked_stiffness"]["plateau_ratio_beyond"]
+    for index, a1 in enumerate(studies["cracked_stiffness"]["cracked_stiffness_ratio"]):
+        own_b1 = beyond["plateau_ratio"] if a1 >= beyond["cracked_stiffness_ratio"] else b1
+        yield Case((*path, index), a1, own_b1, a3, softening, step, [released])
+
+    released = (("loops", "rigid", "release_amplitude"), rigid["release_amplitude"])
+    a1, b1 = rigid["cracked_stiffness_ratio"], rigid["plateau_ratio"]
+    yield Case(("loops", "rigid"), a1, b1, 1.0, "steeper", step, [released])
+
+    step = (("validation", "step"), config["validation"]["step"])
+    yield Case(("validation", "curve"), *_parameters(config["validation"]["curve"]), step, [])
+
+
+def _parameters(curve: Config) -> tuple[float, float, float, str]:
+    return curve["cracked_stiffness_ratio"], curve["plateau_ratio"], curve["ultimate_ratio"], curve["softening"]
+
+
+def _curve_problems(case: Case) -> Iterator[Problem]:
+    """The curve has a plateau and a softening branch, the step is stable on it, no release is beyond its end."""
+    one_value = isinstance(case.path[-1], int)
+    at_a1 = case.path if one_value else (*case.path, "cracked_stiffness_ratio")
+    at_a3 = ("curve", "ultimate_ratio") if one_value else (*case.path, "ultimate_ratio")
+    steeper = case.softening == "steeper"
+    room = 1 - case.b1 if steeper else case.a1 + case.b1
+    if not case.a3 > room:
+        reason = "1 - b1 with steeper softening" if steeper else "a1 + b1 with translated softening"
+        here = f", of {dotted(case.path)}" if one_value else ""
+        yield Problem(at_a3, f"is {case.a3}; a3 must be greater than {reason}, {room:.6g}{here}")
+    elif not case.a1 < case.a2:
+        text = f"is {case.a1}; a1 must be less than a2, where the plateau ends, {case.a2:.6g} at b1 = {case.b1}"
+        yield Problem(at_a1, text)
+    limit = 2 / math.sqrt(case.b1 / case.a1)
+    path, step = case.step
+    if not step < limit:
+        text = f"is {step}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for {dotted(case.path)}"
+        yield Problem(path, text)
+    for path, x0 in case.releases:
+        if not x0 < case.a3:
+            yield Problem(path, f"is {x0}; it must be less than a3, {case.a3}, where the wall collapses")
+
+
+def first_impact(case: Case, x0: float) -> float:
+    """Time to the first impact after a release at rest from `x0`: a quarter of `TrilinearCurve.period`. [-]"""
+    a1, a2, a3, b1 = case.a1, case.a2, case.a3, case.b1
+    k1, ks = b1 / a1, b1 / (a3 - a2)
+    on1, on2 = min(x0, a1), min(max(x0, a1), a2)
+
+    def double_energy(x: float) -> float:
+        z1, z2, z3 = min(x, a1), min(max(x, a1), a2), min(max(x, a2), a3)
+        return k1 * z1 * z1 + 2 * b1 * (z2 - a1) + ks * (z3 - a2) * (2 * a3 - a2 - z3)
+
+    def speed(x: float) -> float:
+        return math.sqrt(max(double_energy(x0) - double_energy(x), 0.0))
+
+    tau = math.atan2(math.sqrt(k1) * on1, speed(on1)) / math.sqrt(k1)
+    if x0 > a1:
+        tau += (speed(on1) - speed(on2)) / b1
+    if x0 > a2:
+        tau += math.acosh((a3 - a2) / (a3 - x0)) / math.sqrt(ks)
+    return tau
+
+
+# --- lengths and grids ---------------------------------------------------------------------------------------------
+
+
+def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]:
+    """Each response lasts beyond its first impact, before which no damping ratio is defined, and decays are as long."""
+    latest = max(first_impact(case, x0) for case in cases for _, x0 in case.releases)
+    stated, longest = config["matching"]["window"], config["windows"]["stop"]
+    window = constant("rockdamp.matching", "DEFAULT_WINDOW") if stated == "default" else stated
+    shown = f"'default', {window}" if stated == "default" else window
+    for path, text, value in (
+        (("windows", "start"), config["windows"]["start"], config["windows"]["start"]),
+        (("matching", "window"), shown, window),
+        (("loops", "window"), config["loops"]["window"], config["loops"]["window"]),
+    ):
+        if not value > latest:
+            text = f"is {text}; it must be greater than {latest:.6g}, the time of the latest first impact (in tau)"
+            yield Problem(path, text)
+    if not window <= longest:
+        text = f"is {shown}; it must be at most windows.stop, {longest}, to which decays run (in tau)"
+        yield Problem(("matching", "window"), text)
+
+
+def _grid_problems(config: Config) -> Iterator[Problem]:
+    """A grid ends on a step, and there are enough values of e."""
+    for name in ("restitution", "windows"):
+        start, stop, step = (config[name][key] for key in ("start", "stop", "step"))
+        count = (stop - start) / step
+        if not start < stop:
+            yield Problem((name, "stop"), f"is {stop}; it must be greater than {name}.start, {start}")
+        elif abs(count - round(count)) > WHOLE * count:
+            text = f"is {step}; a whole number of steps must lead from {name}.start, {start}, to {name}.stop, {stop}"
+            yield Problem((name, "step"), text)
+        elif name == "restitution" and round(count) + 1 < FEWEST:
+            yield Problem((name, "step"), f"is {step}; there must be at least {FEWEST} values from {start} to {stop}")
+
+
+def _study_problems(config: Config) -> Iterator[Problem]:
+    """A study's values ascend, and what other stages look up in them is there."""
+    for study, key in STUDIES.items():
+        values = config["studies"][study][key]
+        for index, (one, other) in enumerate(zip(values, values[1:]), start=1):
+            if not one < other:
+                path = ("studies", study, key, index)
+                yield Problem(path, f"is {other}; it must be greater than the value before it, {one}")
+    amplitudes = config["studies"]["amplitude"]["release_amplitude"]
+    if config["release_amplitude"] not in amplitudes:
+        text = f"is {config['release_amplitude']}; it must be among studies.amplitude.release_amplitude, {amplitudes}"
+        yield Problem(("release_amplitude",), text)
+    yield from _fit_problems(config)
+
+
+def _fit_problems(config: Config) -> Iterator[Problem]:
+    """The polynomials, which belong to `curve.plateau_ratio`, reach the e and the a1 at which the validation needs them."""
+    study, test = config["studies"]["cracked_stiffness"], config["validation"]
+    beyond = study["plateau_ratio_beyond"]
+    a1 = [
+        value
+        for value in study["cracked_stiffness_ratio"]
+        if value < beyond["cracked_stiffness_ratio"] or beyond["plateau_ratio"] == config["curve"]["plateau_ratio"]
+    ]
+    e = config["restitution"]
+    if not a1:
+        text = f"has no value below {beyond['cracked_stiffness_ratio']}, from where another plateau is used; it must have one"
+        yield Problem(("studies", "cracked_stiffness", "cracked_stiffness_ratio"), text)
+    for index, value in enumerate(test["fit_cracked_stiffness_ratios"]):
+        if a1 and not a1[0] <= value <= a1[-1]:
+            path = ("validation", "fit_cracked_stiffness_ratios", index)
+            yield Problem(path, f"is {value}; it must lie within the a1 of the polynomials, {a1[0]} to {a1[-1]}")
+    if not e["start"] <= test["restitution"] <= e["stop"]:
+        text = f"is {test['restitution']}; it must lie within the e of the polynomials, {e['start']} to {e['stop']}"
+        yield Problem(("validation", "restitution"), text)
+
+
+def _wall_problems(config: Config) -> Iterator[Problem]:
+    """The overburden stands on the wall."""
+    for path, wall in ((("wall",), config["wall"]), (("validation", "wall"), config["validation"]["wall"])):
+        limit = wall["thickness"] / 2
+        if not abs(wall["eccentricity"]) <= limit:
+            text = f"is {wall['eccentricity']}; it must be at most half the thickness, {limit} m, either way"
+            yield Problem((*path, "eccentricity"), text)

@@ -1,0 +1,52 @@
+"""The one exception that bad input raises, the checks that raise it, and the type of what they check."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+# A number or an array of numbers. NumPy's ArrayLike admits text and nested lists too, which no formula takes.
+Quantity: TypeAlias = Any
+
+
+class InputError(ValueError):
+    """Input outside what the model allows: names the value, the allowed range and where it came from."""
+
+
+def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
+    """Raise `InputError` unless `condition` holds everywhere.
+
+    Parameters
+    ----------
+    condition : bool or array of bool
+        Must be true for every element.
+    name : str
+        What the value is called where the user wrote it, e.g. ``plateau_ratio (b1)``.
+    value : object
+        The value given; of an array, the first offending element is named.
+    allowed : str
+        What would have been accepted, e.g. ``between 0 and 1``.
+    """
+    condition = np.asarray(condition)
+    if condition.all():
+        return
+    if np.ndim(value):
+        values, bad = np.broadcast_arrays(np.asarray(value), ~condition)
+        value = values[bad][0]
+    raise InputError(f"{name} is {_plain(value)}; it must be {allowed}")
+
+
+def require_finite(name: str, value: ArrayLike) -> None:
+    """Raise `InputError` unless every element of `value` is a finite number."""
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is {value!r}; it must be a number") from None
+    require(np.isfinite(numbers), name, numbers, "a finite number")
+
+
+def _plain(value: Any) -> str:
+    scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0)
+    return repr(value.item() if scalar else value)

@@ -1,0 +1,281 @@
+"""All compiled code: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes.
+
+A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of `LANES`, and every
+loop over the lanes of a block is free of branches and allocations, so the compiler vectorises it across lanes. Each
+lane is computed by the same instructions whatever runs beside it: its result does not depend on its neighbours, on
+the number of lanes or on the number of threads.
+
+Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
+a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
+
+The curve's functions are plain Python that numba compiles in place: the same lines serve NumPy arrays elsewhere.
+
+All compiled code stays in this one file: numba's cache does not notice an edit of a function in another file.
+"""
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+
+LANES = 64  # a multiple of every vector width; fewer than 32 and the compiler's vector loop does not pay
+
+# Kinds of step.
+RESTITUTION_LOCATED, RESTITUTION_PRINTED, VISCOUS_NEWMARK, VISCOUS_PRINTED, POWER_NEWMARK = range(5)
+
+# A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
+# block[r + i]. First the state, then what is observed, then the parameters.
+ROWS = 23
+X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
+K1, B1, KS, A1, A2, A3, H, G, E = (LANES * row for row in range(9, 18))
+C0, C1, C2, BY_ENERGY, HALF_N = (LANES * row for row in range(18, 23))
+
+TINY = 1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
+
+
+# --- the curve, at z = |x| ------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def force(z, k1, b1, ks, a3):
+    """Restoring force: the lowest of the three lines, zero beyond a3."""
+    return np.maximum(np.minimum(np.minimum(k1 * z, b1), ks * (a3 - z)), 0.0)
+
+
+@register_jitable
+def tangent(z, k1, ks, a1, a2, a3):
+    """Slope of the force; at a corner that of the branch further out."""
+    return k1 * (z < a1) - ks * ((z >= a2) & (z < a3))
+
+
+@register_jitable
+def double_energy(z, k1, b1, ks, a1, a2, a3):
+    """Twice the stored energy 2V(z), V the integral of the force."""
+    z1 = np.minimum(z, a1)
+    z2 = np.minimum(np.maximum(z, a1), a2)
+    z3 = np.minimum(np.maximum(z, a2), a3)
+    return k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3)
+
+
+# --- the dampers ----------------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def viscous(z, k1, b1, ks, a1, a2, a3, c_constant, c_root, c_linear, by_energy):
+    """Force f and coefficient C of CDC, CDR, SDR and ECD at z = |x|.
+
+    C has a constant, a root and a linear term in w^2: the secant's w^2 = f/z, or where `by_energy` is 1 the energy
+    frequency's w^2 = f^2/(2V). One quotient and one root serve all four models.
+    """
+    z = np.maximum(z, TINY)
+    f = force(z, k1, b1, ks, a3)
+    double_v = double_energy(z, k1, b1, ks, a1, a2, a3)
+    by_secant = 1.0 - by_energy
+    w2 = f * (by_secant + by_energy * f) / (by_secant * z + by_energy * double_v)
+    return f, c_constant + c_root * np.sqrt(w2) + c_linear * w2
+
+
+@register_jitable
+def power(z, k1, b1, ks, a3, c_power, half_exponent):
+    """Force f and coefficient C = c (k_sec)^(n/2) of the general exponent n, at z = |x|."""
+    z = np.maximum(z, TINY)
+    f = force(z, k1, b1, ks, a3)
+    return f, c_power * (f / z) ** half_exponent
+
+
+# --- one step of a lane ---------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def newmark_end(v, a, h, p, restoring, c):
+    """Explicit Newmark (beta 0, gamma 1/2): velocity and acceleration at the end of a step, its displacement known."""
+    half = v + 0.5 * h * a
+    a = (p - restoring - c * half) / (1.0 + 0.5 * h * c)
+    return half + 0.5 * h * a, a
+
+
+@register_jitable
+def linear_acceleration(v, a, h, dp, k, c):
+    """Increments of displacement and velocity by linear acceleration, stiffness and damping frozen over the step."""
+    dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
+    return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
+
+
+@register_jitable
+def impact_within(x, v, a, h):
+    """Time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
+    away = v if x > 0.0 else -v
+    root = np.sqrt(np.maximum(v * v - 2.0 * a * x, 0.0))
+    return np.minimum(2.0 * np.abs(x) / np.maximum(root - away, TINY), h)
+
+
+@register_jitable
+def odd(x, f):
+    """The force f(|x|) with the sign of x."""
+    return -f if x < 0.0 else f
+
+
+@register_jitable
+def settle(w, i, x, v, a, step):
+    """Take the new state unless the run has ended, and observe it: peak, crossings of x = 0, and collapse beyond a3."""
+    alive = w[ALIVE + i] > 0.0
+    old = w[X + i]
+    z = np.abs(x) if alive else 0.0
+    w[CROSSINGS + i] += 1.0 if alive & (old * x <= 0.0) & (old != 0.0) else 0.0
+    w[PEAK_AT + i] = step if z > w[PEAK + i] else w[PEAK_AT + i]
+    w[PEAK + i] = np.maximum(w[PEAK + i], z)
+    w[END + i] = step if alive else w[END + i]
+    w[ALIVE + i] = 1.0 if alive & (z <= w[A3 + i]) else 0.0
+    w[X + i] = x if alive else old
+    w[V + i] = v if alive else w[V + i]
+    w[A + i] = a if alive else w[A + i]
+
+
+# --- one step of a block of lanes -----------------------------------------------------------------------------------
+
+
+@register_jitable
+def advance_restitution_located(w, p0, p1, step):
+    """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
+    for i in range(LANES):
+        x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
+        start, end = w[G + i] * p0, w[G + i] * p1
+        ahead = x + h * (v + 0.5 * h * a)
+        hit = (x * ahead <= 0.0) & (x != 0.0)
+        s = impact_within(x, v, a, h) if hit else 0.0
+        # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
+        load = start + (end - start) * (s / h)
+        v = w[E + i] * (v + 0.5 * s * (a + load)) if hit else v
+        a = load if hit else a
+        h -= s
+        x = (0.0 if hit else x) + h * (v + 0.5 * h * a)
+        f = force(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+        v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
+        settle(w, i, x, v, a, step)
+
+
+@register_jitable
+def advance_restitution_printed(w, p0, p1, step):
+    """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
+    for i in range(LANES):
+        k = tangent(np.abs(w[X + i]), w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
+        x, v = w[X + i] + dx, w[V + i] + dv
+        v = w[E + i] * v if (w[X + i] * x <= 0.0) & (w[X + i] != 0.0) else v
+        f = force(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+        settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
+
+
+@register_jitable
+def viscous_at(w, i, z):
+    """Force and coefficient of lane i of a block."""
+    return viscous(
+        z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i],
+        w[C0 + i], w[C1 + i], w[C2 + i], w[BY_ENERGY + i],
+    )  # fmt: skip
+
+
+@register_jitable
+def advance_viscous_newmark(w, p1, step):
+    """CDC, CDR, SDR and ECD by explicit Newmark."""
+    for i in range(LANES):
+        v, a, h = w[V + i], w[A + i], w[H + i]
+        x = w[X + i] + h * (v + 0.5 * h * a)
+        f, c = viscous_at(w, i, np.abs(x))
+        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
+        settle(w, i, x, v, a, step)
+
+
+@register_jitable
+def advance_viscous_printed(w, p0, p1, step):
+    """CDC, CDR, SDR and ECD as printed: C and the tangent frozen at the step's start, balance restored at its end."""
+    for i in range(LANES):
+        z = np.abs(w[X + i])
+        _, c = viscous_at(w, i, z)
+        k = tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, c)
+        x, v = w[X + i] + dx, w[V + i] + dv
+        f, c = viscous_at(w, i, np.abs(x))
+        settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
+
+
+@register_jitable
+def advance_power_newmark(w, p1, step):
+    """The general exponent n by explicit Newmark."""
+    for i in range(LANES):
+        v, a, h = w[V + i], w[A + i], w[H + i]
+        x = w[X + i] + h * (v + 0.5 * h * a)
+        f, c = power(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i], w[C0 + i], w[HALF_N + i])
+        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
+        settle(w, i, x, v, a, step)
+
+
+@register_jitable
+def compare_with(w, reference, row, step):
+    """Add this step's term of Eq. (17)."""
+    for i in range(LANES):
+        difference = np.abs(reference[row[i], step]) - np.abs(w[X + i])
+        w[ERROR + i] += difference * difference
+
+
+# --- the loop -------------------------------------------------------------------------------------------------------
+
+
+@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, error, every, displacement, velocity):
+    """Advance blocks of lanes by `steps` steps, in place.
+
+    Parameters
+    ----------
+    kind : int
+        Kind of step, one of the constants above; the same for all lanes.
+    blocks : ndarray, shape (blocks, ROWS * LANES)
+        State, observations and parameters, laid out as the constants above say.
+    ground : ndarray, shape (samples,)
+        Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
+    substeps, steps : int
+        Steps per sample of `ground`, and steps in all.
+    reference, row : ndarray, shape (cases, steps + 1) and (blocks, LANES)
+        Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
+    checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
+        Steps at which the running sum of Eq. (17) is stored, ascending, and the sums.
+    every, displacement, velocity : int and ndarray, shape (blocks, LANES, steps//every + 1)
+        Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were allocated.
+    """
+    forced = ground.size > 0
+    compare = reference.shape[0] > 0
+    store = displacement.shape[0] > 0
+    for b in range(blocks.shape[0]):
+        w = blocks[b]
+        window = 0
+        p1 = ground[0] if forced else 0.0
+        if store:
+            for i in range(LANES):
+                displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+        for step in range(1, steps + 1):
+            p0 = p1
+            if forced:
+                sample, part = divmod(step, substeps)
+                p1 = ground[sample]
+                if part > 0:
+                    p1 += (ground[sample + 1] - p1) * part / substeps
+            if kind == VISCOUS_NEWMARK:
+                advance_viscous_newmark(w, p1, step)
+            elif kind == RESTITUTION_LOCATED:
+                advance_restitution_located(w, p0, p1, step)
+            elif kind == POWER_NEWMARK:
+                advance_power_newmark(w, p1, step)
+            elif kind == RESTITUTION_PRINTED:
+                advance_restitution_printed(w, p0, p1, step)
+            else:
+                advance_viscous_printed(w, p0, p1, step)
+            if compare:
+                compare_with(w, reference, row[b], step)
+                if step == checkpoints[window]:
+                    for i in range(LANES):
+                        error[b, window, i] = w[ERROR + i]
+                    window = min(window + 1, checkpoints.size - 1)
+            if store and step % every == 0:
+                for i in range(LANES):
+                    if w[ALIVE + i] > 0.0:
+                        displacement[b, i, step // every] = w[X + i]
+                        velocity[b, i, step // every] = w[V + i]

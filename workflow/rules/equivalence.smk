@@ -1,0 +1,177 @@
+"""Decays under restitution, the viscous damping that matches them, and how the two relate: Figs 3 to 7."""
+
+
+rule decay_study:
+    input:
+        code=code("rockdamp.decay"),
+    output:
+        f"{RESULTS}/decay/{{study}}.nc",
+    log:
+        f"{LOGS}/decay/{{study}}.log",
+    threads: 2
+    params:
+        function="rockdamp.decay.study",
+        kind="decay",
+        version=version("rockdamp.decay"),
+        config=part(
+            "solver", "wall", "curve", "release_amplitude", "restitution", "studies.{study}", "windows.stop"
+        ),
+    message:
+        "Free decays under a coefficient of restitution: the {wildcards.study} study"
+    script:
+        "../scripts/dataset.py"
+
+
+rule decay:
+    input:
+        expand(rules.decay_study.output, study=STUDIES),
+    message:
+        "The free decays of every study"
+
+
+rule match_study:
+    input:
+        decays=rules.decay_study.output[0],
+        code=code("rockdamp.matching"),
+    output:
+        f"{RESULTS}/match/{{study}}.nc",
+    log:
+        f"{LOGS}/match/{{study}}.log",
+    threads: 2
+    params:
+        function="rockdamp.matching.match",
+        kind="match",
+        version=version("rockdamp.matching"),
+        config=part("solver", "wall", "curve", "release_amplitude", "studies.{study}", "matching"),
+    message:
+        "Damping ratios with the least error, Eq. (17): the {wildcards.study} study"
+    script:
+        "../scripts/dataset.py"
+
+
+rule match:
+    input:
+        expand(rules.match_study.output, study=STUDIES),
+    message:
+        "The matched damping ratios of every study"
+
+
+rule windows:
+    input:
+        decays=expand(rules.decay_study.output, study="amplitude"),
+        code=code("rockdamp.windows"),
+    output:
+        f"{RESULTS}/windows.nc",
+    log:
+        f"{LOGS}/windows.log",
+    threads: 2
+    params:
+        function="rockdamp.windows.windows",
+        kind="windows",
+        version=version("rockdamp.windows"),
+        config=part(
+            "solver", "wall", "curve", "release_amplitude", "studies.amplitude", "matching.scan", "windows"
+        ),
+    message:
+        "Errors and damping ratios for every length of the response"
+    script:
+        "../scripts/dataset.py"
+
+
+rule equivalence_fit:
+    input:
+        matched=expand(rules.match_study.output, study="cracked_stiffness"),
+        code=code("rockdamp.equivalence"),
+    output:
+        f"{RESULTS}/equivalence.nc",
+    log:
+        f"{LOGS}/equivalence.log",
+    params:
+        function="rockdamp.equivalence.fit",
+        kind="equivalence",
+        version=version("rockdamp.equivalence"),
+        config=part("curve.plateau_ratio"),
+    message:
+        "Second-order polynomials of the damping ratio over the coefficient of restitution"
+    script:
+        "../scripts/dataset.py"
+
+
+rule coefficients:
+    input:
+        fits=rules.equivalence_fit.output[0],
+        code=code("rockdamp.equivalence"),
+    output:
+        f"{RESULTS}/coefficients.csv",
+    log:
+        f"{LOGS}/coefficients.log",
+    params:
+        function="rockdamp.equivalence.table",
+        version=version("rockdamp.equivalence"),
+    message:
+        "The polynomials as a table"
+    script:
+        "../scripts/table.py"
+
+
+rule equivalence:
+    input:
+        rules.equivalence_fit.output,
+        rules.coefficients.output,
+    message:
+        "The polynomials, as a dataset and as a table"
+
+
+rule loops:
+    input:
+        code=code("rockdamp.loops"),
+    output:
+        f"{RESULTS}/loops.nc",
+    log:
+        f"{LOGS}/loops.log",
+    params:
+        function="rockdamp.loops.loops",
+        kind="loops",
+        version=version("rockdamp.loops"),
+        config=part("solver", "curve", "release_amplitude", "matching", "loops"),
+    message:
+        "Matched histories, their damping forces, and rigid rocking"
+    script:
+        "../scripts/dataset.py"
+
+
+rule mechanism:
+    input:
+        code=code("rockdamp.mechanism"),
+    output:
+        f"{RESULTS}/mechanism.nc",
+    log:
+        f"{LOGS}/mechanism.log",
+    params:
+        function="rockdamp.mechanism.mechanism",
+        kind="mechanism",
+        version=version("rockdamp.mechanism"),
+        config=part("wall", "curve"),
+    message:
+        "Force-displacement curves and the wall's geometry"
+    script:
+        "../scripts/dataset.py"
+
+
+rule orders:
+    input:
+        code=code("rockdamp.convergence"),
+    output:
+        f"{RESULTS}/convergence.nc",
+    log:
+        f"{LOGS}/convergence.log",
+    threads: 2
+    params:
+        function="rockdamp.convergence.orders",
+        kind="convergence",
+        version=version("rockdamp.convergence"),
+        config=part("convergence"),
+    message:
+        "Order of convergence of both schemes, for each damper"
+    script:
+        "../scripts/dataset.py"

@@ -1,0 +1,58 @@
+"""What every job does around its one call: threads, log and progress, and one clear line where the input is bad."""
+
+import os
+import sys
+import traceback
+from contextlib import contextmanager
+
+
+class _Both:
+    """Standard error and the log at once. The log shows progress too, line by line; without a terminal only the log."""
+
+    def __init__(self, terminal, log):
+        self.terminal, self.log = terminal, log
+
+    def write(self, text):
+        bar = text.startswith("\r")
+        if not bar or self.terminal.isatty():
+            self.terminal.write(text)
+        if not bar:
+            self.log.write(text)
+        elif text.strip():
+            self.log.write(text.strip() + "\n")
+        return len(text)
+
+    def flush(self):
+        self.terminal.flush()
+        self.log.flush()
+
+    def isatty(self):
+        return True
+
+
+@contextmanager
+def job(snakemake):
+    """Run the body of a script as the job that `snakemake` describes; on any error exit with status 1."""
+    os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
+    from rockdamp.dataset import DatasetError
+    from rockdamp.errors import InputError
+
+    with open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log:
+        sys.stderr = _Both(sys.__stderr__, log)
+        try:
+            yield
+        except (InputError, DatasetError) as error:
+            print(f"{snakemake.rule}: {error}", file=sys.stderr)
+            sys.exit(1)
+        except Exception:
+            traceback.print_exc()
+            sys.exit(1)
+        finally:
+            sys.stderr = sys.__stderr__
+
+
+def call(function, *arguments):
+    """Call a function by its full name."""
+    module, _, name = function.rpartition(".")
+    __import__(module)
+    return getattr(sys.modules[module], name)(*arguments)

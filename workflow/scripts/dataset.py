@@ -1,0 +1,15 @@
+"""A stage's dataset: one function of the package, called with the wildcards, the config and the inputs."""
+
+from boundary import call, job
+
+with job(snakemake):
+    from rockdamp import dataset
+    from rockdamp.records import read_record
+
+    paths = [path for name, path in snakemake.input.items() if name != "code"]
+    inputs = [dataset.open(path) if path.endswith(".nc") else read_record(path) for path in paths]
+    config = snakemake.params.config
+    result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)
+    dataset.write(
+        result, snakemake.output[0], snakemake.params.kind, config=config, code_version=snakemake.params.version
+    )
