@@ -3,12 +3,12 @@
 The error of a lane is the root mean square of its displacement error at the samples of the load. Its order is the slope
 of log(error) over log(step); the ensemble's is the mean over the lanes.
 
-Theory (physics: the force is continuous and its slope jumps at the corners, so a corner costs a second-order scheme an
-error of order step^2): explicit Newmark with located impacts is second order for every damper. The printed scheme freezes
-C over the step and applies impacts at its end: first order for CR, CDR, SDR and ECD, second for CDC, whose C is constant.
+Theory: the force is continuous and its slope jumps at the corners, so a corner costs a second-order scheme an error of
+order step^2. Explicit Newmark with located impacts is second order for every damper. The printed scheme freezes C over
+the step and applies impacts at its end: first order for CR, CDR, SDR and ECD, second for CDC, whose C is constant.
 
-A lane's order scatters by 0.1 to 0.3, so the mean over 12 lanes is known to about 0.05 and over 256 to 0.015: an order is
-accepted within three of these of the theory's, 0.15 against the exact solution and 0.05 on the wide ensemble.
+A lane's order scatters by 0.1 to 0.3, so the mean over 12 lanes is known to about 0.05 and over 256 to 0.015: an order
+is accepted within three of these of the theory's, 0.15 against the exact solution and 0.05 on the wide ensemble.
 """
 
 from functools import cache

@@ -1,8 +1,9 @@
 """The constants of a wall, derived from the motion of rigid bodies by SymPy and compared with the code.
 
-A section through the wall: x horizontal from mid-thickness, y up from the base. The wall sways to the side s = +1 or -1.
-The lower body then turns on its base corner at x = +s t/2, the bodies touch at x = -s t/2, and the upper body touches the
-top support at x = +s t/2 (Fig. 1). The top support keeps that corner from moving horizontally; the overburden lies on it.
+A section through the wall: x horizontal from mid-thickness, y up from the base. The wall sways to the side s = +1 or
+-1. The lower body then turns on its base corner at x = +s t/2, the bodies touch at x = -s t/2, and the upper body
+touches the top support at x = +s t/2 (Fig. 1). The top support keeps that corner from moving horizontally; the
+overburden lies on it.
 """
 
 import numpy as np

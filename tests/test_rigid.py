@@ -25,7 +25,7 @@ WALLS = (
 
 # --- derivation -----------------------------------------------------------------------------------------------------
 
-T, H1, H2, M1, M2, G, O, ECC = symbols = sp.symbols("t h1 h2 m1 m2 g O ecc", positive=True)
+T, H1, H2, M1, M2, G, LOAD, ECC = symbols = sp.symbols("t h1 h2 m1 m2 g O ecc", positive=True)
 THETA, PHI, SLOPE = sp.symbols("theta phi slope")  # rotations of the lower and the upper body, dphi/dtheta
 
 
@@ -54,7 +54,7 @@ def lagrangian() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
 
     inertia1, inertia2 = M1 * (T**2 + H1**2) / 12, M2 * (T**2 + H2**2) / 12
     mass = M1 * squared_speed(centre1) + M2 * squared_speed(centre2) + inertia1 + inertia2 * SLOPE**2
-    potential = G * (M1 * centre1[1] + M2 * centre2[1]) + O * loaded[1]
+    potential = G * (M1 * centre1[1] + M2 * centre2[1]) + LOAD * loaded[1]
     return hinge[0] + T, constraint, slope, mass.subs(SLOPE, slope), potential
 
 
@@ -127,8 +127,8 @@ def test_slender_limit_of_the_bodies_is_the_paper_s_mass_strength_and_stiffness(
 
     assert sp.simplify(2 * in_u.subs(eps, 0) - 2 * m / 3) == 0  # Eq. (2)
     force = 2 * (potential.diff(eps, 2).subs(eps, 0) / 2).diff(u)  # u carries half of the work
-    strength = 2 * (weight + O) * T / H1 + O * (T + 2 * ECC) / H2  # Eq. (5)
-    stiffness = 2 * (weight + O) / H1 + 2 * O / H2  # Eq. (6)
+    strength = 2 * (weight + LOAD) * T / H1 + LOAD * (T + 2 * ECC) / H2  # Eq. (5)
+    stiffness = 2 * (weight + LOAD) / H1 + 2 * LOAD / H2  # Eq. (6)
     assert sp.simplify(force - (strength - stiffness * u)) == 0
 
 
@@ -153,7 +153,7 @@ def test_bodies_at_rest_agree_with_the_wall(wall):
 
 
 def fall_time(wall: Wall, peak: float) -> float:
-    """Time in tau from rest at u = peak to u = 0 by the energy integral, u = peak (1 - z^2) removing its singularity."""
+    """Time in tau from rest at u = peak to u = 0: the energy integral, regular in z where u = peak (1 - z^2)."""
     bodies = TwoBodies(wall)
 
     def rate(z):
@@ -209,7 +209,9 @@ def test_large_rotation_agrees_with_an_integration_in_the_lower_body_s_rotation(
     x0 = compiled("u")(0.1, phi, *args) / scale
     found, expected, start, y, sign = [], [], 0.0, [0.1, phi, 0.0], 1
     for _ in range(4):
-        run = solve_ivp(rates, (start, start + 20), y, "LSODA", events=ground, dense_output=True, rtol=1e-12, atol=1e-13)
+        run = solve_ivp(
+            rates, (start, start + 20), y, "LSODA", events=ground, dense_output=True, rtol=1e-12, atol=1e-13
+        )
         end = run.t_events[0][0]
         inside = np.linspace(start, end, 7)[1:-1]
         expected += [sign * compiled("u")(*run.sol(s)[:2], *args) / scale for s in inside]

@@ -5,7 +5,7 @@ The paper's own calibration is "not reported".
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -19,7 +19,7 @@ from rockdamp.damping import Damping
 from rockdamp.decay import Config, make_wall
 from rockdamp.errors import InputError
 from rockdamp.records import Record
-from rockdamp.validation import measured_displacement, record_attributes, respond
+from rockdamp.validation import measured_displacement, record_attributes, respond, rest_samples
 from rockdamp.wall import Wall
 
 Array = NDArray[np.float64]
@@ -31,15 +31,20 @@ PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
 SEARCHED = ("cracked_stiffness_ratio over the plateau's end (a1/a2)", "plateau_ratio (b1)", "restitution (e)")
 LOWEST, HIGHEST = np.array([0.02, 0.40, 0.50]), np.array([0.90, 0.95, 1.00])
 SCAN = (
-    np.array([0.04, 0.06, 0.08, 0.11, 0.15, 0.20, 0.27, 0.36, 0.48, 0.64]),
-    np.arange(0.44, 0.93, 0.02),
-    np.arange(0.60, 0.99, 0.04),
+    np.array([0.03, 0.045, 0.06, 0.08, 0.11, 0.15, 0.20, 0.27, 0.36, 0.48, 0.64]),
+    np.linspace(0.42, 0.94, 53),
+    np.linspace(0.56, 1.00, 12),
 )
+SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan
 STARTS = 6  # of the scan's best local minima, from which the search starts
+TRIAL = {"max_nfev": 25, "xtol": 1e-4, "ftol": 1e-4}  # of each start; the best then goes on to the end
+FINAL = {"max_nfev": 100, "xtol": 1e-9, "ftol": 1e-10}
 BATCH = 1024  # histories held at once
 DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
+DRAWS, DRAWS_SEED = 64, 0  # of the motion's noise
+DRAWN = 0.3  # of its size: small enough for the response to be linear, and large against the solver's roughness
 AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
-LARGEST_CONDITION = 1e6  # of the scaled derivatives: beyond it the record does not tell the parameters apart
+LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
 LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stands
 
 
@@ -55,8 +60,10 @@ def calibrate(
 
     The response to the measured motion under CR, plus an offset and a linear drift of the displacement sensor, is
     fitted to the measured displacement. A scan of the whole range gives the starts, so that the smallest of the local
-    minima is found. Residuals follow each other and are no white noise: the covariance is Newey and West's
-    (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229).
+    minima is found. The covariance has two parts. That of the residuals, which follow each other and are no white
+    noise, is Newey and West's (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229). That of the
+    accelerometer's noise, which the wall responds to, is propagated; near its strength the wall amplifies it, and it
+    is then the larger. Gains of the sensors and the wall's geometry are taken as exact: b1 takes up their errors.
 
     Parameters
     ----------
@@ -88,22 +95,25 @@ def calibrate(
             raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
     estimate = fit.physical(point)
     computed = fit.computed(estimate[None])[0]
+    _check_rocking(computed, estimate, float(wall.instability_displacement))
     residual = fit.without_trend(fit.measured - computed)
-    covariance, bandwidth = _covariance(fit.derivative(estimate), residual)
+    derivative = fit.derivative(estimate)
+    by_sensor, bandwidth = _covariance(derivative, residual)
+    by_motion = fit.covariance_by_motion(estimate, derivative, computed)
+    covariance = by_sensor + by_motion
     offset, drift = np.linalg.lstsq(fit.trend, fit.measured - computed, rcond=None)[0]
     degrees_of_freedom = residual.size - len(PARAMETERS) - fit.trend.shape[1]
-    truth = [
-        float(record.header.get(f"generator_{name}", "nan")) if record.synthetic else np.nan for name in PARAMETERS
-    ]
     return xr.Dataset(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", np.sqrt(np.diag(covariance))),
-            "true_value": ("parameter", np.array(truth)),
+            "true_value": ("parameter", _true_values(record)),
             "covariance": (("parameter", "parameter_other"), covariance),
+            "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
             "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
             "displacement": ("elapsed", computed),
             "residual_deviation": np.sqrt(residual @ residual / degrees_of_freedom),
+            "rest_deviation": np.std(fit.measured[: rest_samples(record)]),
             "sensor_offset": fit.sensor_zero + offset,
             "sensor_drift": drift,
             "bandwidth": bandwidth,
@@ -116,6 +126,25 @@ def calibrate(
         },
         attrs=record_attributes(record),
     )
+
+
+def _check_rocking(computed: Array, estimate: Array, u_ins: float) -> None:
+    """Raise where the fitted wall stays on its first branch: there only b1/a1 matters."""
+    largest, branch = float(np.abs(computed).max()), float(estimate[0]) * u_ins
+    if largest <= branch:
+        raise InputError(
+            f"the largest displacement is {largest:.3g} m, on the first branch, which ends at {branch:.3g} m; "
+            "it must go beyond to determine a1 and b1"
+        )
+
+
+def _true_values(record: Record) -> Array:
+    """What a synthetic record says made it; NaN where it says nothing, or was measured."""
+    values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in PARAMETERS]
+    try:
+        return np.array([float(value) for value in values])
+    except ValueError:
+        raise InputError(f"the record's generator_* values are {values}; they must be numbers") from None
 
 
 def study(config: Config, record: Record) -> xr.Dataset:
@@ -177,16 +206,36 @@ class _Fit:
         computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
+    def covariance_by_motion(self, parameters: Array, derivative: Array, computed: Array) -> Array:
+        """Covariance that the accelerometer's noise alone gives the estimates, by Monte Carlo, to first order.
+
+        It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of the
+        fit hardly show it. Taken as white; its size is that of the differences between samples at rest.
+        """
+        quiet = self.record.ground_acceleration[: rest_samples(self.record)]
+        deviation = np.sqrt(np.mean(np.diff(quiet) ** 2) / 2)
+        random = np.random.RandomState(DRAWS_SEED)
+        shifts = []
+        for _ in range(DRAWS):
+            noisy = self.record.ground_acceleration + DRAWN * deviation * random.standard_normal(self.measured.size)
+            shifted = replace(self, record=replace(self.record, ground_acceleration=noisy)).computed(parameters[None])[
+                0
+            ]
+            shifts.append(np.linalg.lstsq(derivative, self.without_trend(shifted - computed), rcond=None)[0])
+        return np.einsum("ki,kj->ij", shifts, shifts) / (DRAWS * DRAWN**2)
+
     def search(self) -> tuple[Array, int]:
         """Return the point of least misfit, and how many local minima the scan found."""
         grid = np.array(list(product(*SCAN)))
-        misfit = self.misfit(grid).reshape([axis.size for axis in SCAN])
+        coarse = replace(self, step=SCAN_STEP)
+        misfit = coarse.misfit(grid).reshape([axis.size for axis in SCAN])
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
         best = minima[np.argsort(misfit.ravel()[minima], kind="stable")][:STARTS]
-        found = [self._descend(grid[index]) for index in best]
-        return min(found, key=lambda result: result.cost).x, minima.size
+        found = [coarse._descend(grid[index], **TRIAL) for index in best]
+        nearest = min(found, key=lambda result: result.cost)
+        return self._descend(nearest.x, **FINAL).x, minima.size
 
-    def _descend(self, start: Array) -> OptimizeResult:
+    def _descend(self, start: Array, **limits: float) -> OptimizeResult:
         u_ins = float(self.wall.instability_displacement)
 
         def residual(point: Array) -> Array:
@@ -203,8 +252,7 @@ class _Fit:
             derivative,
             bounds=(LOWEST, HIGHEST),
             x_scale=HIGHEST - LOWEST,
-            xtol=1e-10,
-            ftol=1e-12,
+            **limits,
         )
 
 

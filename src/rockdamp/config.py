@@ -112,8 +112,8 @@ def problems(config: Config) -> list[Problem]:
 def _cases(config: Config) -> Iterator[Case]:
     """Every curve of the config, with the releases that it starts from."""
     curve, studies, rigid = config["curve"], config["studies"], config["loops"]["rigid"]
-    step = (("solver", "step"), config["solver"]["step"])
-    released = (("release_amplitude",), config["release_amplitude"])
+    step: tuple[KeyPath, float] = (("solver", "step"), config["solver"]["step"])
+    released: tuple[KeyPath, float] = (("release_amplitude",), config["release_amplitude"])
     path: KeyPath = ("studies", "amplitude", "release_amplitude")
     varied = [((*path, index), x0) for index, x0 in enumerate(studies["amplitude"]["release_amplitude"])]
     yield Case(("curve",), *_parameters(curve), step, [released, *varied])
@@ -187,14 +187,17 @@ def first_impact(case: Case, x0: float) -> float:
 
 def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]:
     """Each response lasts beyond its first impact, before which no damping ratio is defined, and decays are as long."""
-    latest = max(first_impact(case, x0) for case in cases for _, x0 in case.releases)
+    rigid = ("loops", "rigid")
+    studies = max(first_impact(case, x0) for case in cases if case.path != rigid for _, x0 in case.releases)
+    loops = max(first_impact(case, x0) for case in cases if case.path == rigid for _, x0 in case.releases)
     stated, longest = config["matching"]["window"], config["windows"]["stop"]
     window = constant("rockdamp.matching", "DEFAULT_WINDOW") if stated == "default" else stated
-    shown = f"'default', {window}" if stated == "default" else window
-    for path, text, value in (
-        (("windows", "start"), config["windows"]["start"], config["windows"]["start"]),
-        (("matching", "window"), shown, window),
-        (("loops", "window"), config["loops"]["window"], config["loops"]["window"]),
+    shown = f"'default', {window}" if stated == "default" else stated
+    start, length = config["windows"]["start"], config["loops"]["window"]
+    for path, text, value, latest in (
+        (("windows", "start"), start, start, studies),
+        (("matching", "window"), shown, window, studies),
+        (("loops", "window"), length, length, loops),
     ):
         if not value > latest:
             text = f"is {text}; it must be greater than {latest:.6g}, the time of the latest first impact (in tau)"
@@ -234,7 +237,7 @@ def _study_problems(config: Config) -> Iterator[Problem]:
 
 
 def _fit_problems(config: Config) -> Iterator[Problem]:
-    """The polynomials, which belong to `curve.plateau_ratio`, reach the e and the a1 at which the validation needs them."""
+    """The polynomials belong to `curve.plateau_ratio` and reach the e and the a1 at which the validation needs them."""
     study, test = config["studies"]["cracked_stiffness"], config["validation"]
     beyond = study["plateau_ratio_beyond"]
     a1 = [
@@ -244,7 +247,8 @@ def _fit_problems(config: Config) -> Iterator[Problem]:
     ]
     e = config["restitution"]
     if not a1:
-        text = f"has no value below {beyond['cracked_stiffness_ratio']}, from where another plateau is used; it must have one"
+        limit = beyond["cracked_stiffness_ratio"]
+        text = f"has no value below {limit}, from where on another plateau is used; it must have one"
         yield Problem(("studies", "cracked_stiffness", "cracked_stiffness_ratio"), text)
     for index, value in enumerate(test["fit_cracked_stiffness_ratios"]):
         if a1 and not a1[0] <= value <= a1[-1]:

@@ -19,7 +19,8 @@ from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import Damping
 from rockdamp.errors import require, require_finite
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
+PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers of x along the plateau
 
 
 def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> NDArray[np.float64]:
@@ -54,7 +55,8 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     unit = Damping(damping.model, np.ones(()), damping.exponent)
     v0 = curve.energy(x0)
     _, _, _, a1, a2, _ = curve.parameters()
-    ends = [np.zeros(()), np.minimum(a1, x0), np.minimum(a2, x0), x0]
+    inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
+    ends = [np.zeros(()), *(np.minimum(end, x0) for end in inner), x0]
     work = np.zeros(np.broadcast_shapes(x0.shape, curve.shape, unit.shape))
     for low, high in zip(ends[:-1], ends[1:]):
         s0, s1 = np.sqrt(x0 - high), np.sqrt(x0 - low)

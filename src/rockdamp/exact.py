@@ -30,10 +30,7 @@ Time = Any  # a float, or an array of them
 State = Callable[[Time], tuple[Time, Time]]
 
 TOLERANCE = 1e-13  # relative, of DOP853
-ROOT = {
-    "xtol": 1e-15,
-    "rtol": 4 * np.finfo(float).eps,
-}  # of brentq; times here count from the start of the piece
+ROOT = {"xtol": 1e-15, "rtol": 1e-15}  # of brentq; its times count from the start of a piece
 STALLED = 50  # pieces without progress before giving up: a state that balances on a corner to the last bit
 
 # DOP853's continuous extension is of degree 7: eight Chebyshev points hold it.
@@ -105,17 +102,17 @@ def history(
     times, load = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(load, dtype=float)
     _check(curve, damping, times, release_amplitude, release_velocity, load, load_step)
     branches = _branches(curve, damping)
-    run = _Run(times, float(release_amplitude), float(release_velocity))
-    run.at = _starting_branch(branches, run.x, run.v)
-    restitution = float(damping.parameter) if damping.model == "CR" else 1.0  # type: ignore[arg-type]
-    for segment in _segments(load, load_step, float(times[-1])):
-        run.cross(segment, branches, restitution)
-        if not 0 <= run.at < len(branches):
-            break
-    collapsed = not 0 <= run.at < len(branches)
+    x, v = float(release_amplitude), float(release_velocity)
+    # From a corner the motion goes to the branch ahead, lest a start at x = 0 be an impact.
+    at = int(np.searchsorted([branch.low for branch in branches[1:]], x, side="left" if v < 0 else "right"))
+    run = _Run(times, branches, float(damping.parameter) if damping.model == "CR" else 1.0, x, v, at)
+    for segment in _segments(load, float(load_step or 0.0), float(times[-1])):
+        if not run.collapsed:
+            run.cross(segment)
+    turning_tau, turning_displacement = np.reshape(run.turns, (-1, 2)).T
     return ExactHistory(
-        times, run.displacement, run.velocity, np.array(run.impacts), np.array(run.turning_tau),
-        np.array(run.turning_displacement), "collapsed" if collapsed else "completed", run.tau,
+        times, run.displacement, run.velocity, np.array(run.impacts), turning_tau, turning_displacement,
+        "collapsed" if run.collapsed else "completed", run.tau,
     )  # fmt: skip
 
 
@@ -134,22 +131,11 @@ def cr_peaks(curve: TrilinearCurve, restitution: float, release_amplitude: float
 
 
 def _check(
-    curve: TrilinearCurve,
-    damping: Damping,
-    times: Array,
-    x0: float,
-    v0: float,
-    load: Array,
-    load_step: float | None,
+    curve: TrilinearCurve, damping: Damping, times: Array, x0: float, v0: float, load: Array, load_step: float | None
 ) -> None:
     if curve.shape or damping.shape:
         raise InputError(f"the curve's or damper's shape is {curve.shape or damping.shape}; it must be one of each")
-    for name, value in (
-        ("times", times),
-        ("release_amplitude", x0),
-        ("release_velocity", v0),
-        ("load", load),
-    ):
+    for name, value in (("times", times), ("release_amplitude", x0), ("release_velocity", v0), ("load", load)):
         require_finite(name, value)
     require(times.size > 0, "the number of times", times.size, "at least 1")
     require(times >= 0, "times", times, "at least 0")
@@ -158,7 +144,7 @@ def _check(
     require(load.ndim == 1, "the load's number of dimensions", load.ndim, "1")
     if load.size:
         require_finite("load_step", np.nan if load_step is None else load_step)
-        require(float(load_step) > 0, "load_step", load_step, "greater than 0")  # type: ignore[arg-type]
+        require(np.asarray(load_step) > 0, "load_step", load_step, "greater than 0")
 
 
 # --- the run: pieces, branches and segments of the load -------------------------------------------------------------
@@ -174,93 +160,86 @@ class _Segment(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """A stretch of the motion on one branch, with the times at which the velocity changes sign inside it."""
+    """A stretch of the motion on one branch in which x is monotone; `turns` if the velocity changes sign at its end."""
 
     start: float
     stop: float
     state: State
-    turns: list[float]
+    turns: bool
 
 
 class _Run:
     """The state that moves on, and what has been observed of it."""
 
-    def __init__(self, times: Array, x: float, v: float) -> None:
-        self.tau, self.x, self.v, self.at = 0.0, x, v, 0
-        self.times = times
+    def __init__(self, times: Array, branches: list[_Branch], restitution: float, x: float, v: float, at: int) -> None:
+        self.times, self.branches, self.restitution = times, branches, restitution
+        self.tau, self.x, self.v, self.at = 0.0, x, v, at
         self.displacement, self.velocity = np.full(times.shape, np.nan), np.full(times.shape, np.nan)
         self.displacement[times == 0.0], self.velocity[times == 0.0] = x, v
         self.impacts: list[float] = []
-        self.turning_tau: list[float] = []
-        self.turning_displacement: list[float] = []
+        self.turns: list[tuple[float, float]] = []
 
-    def cross(self, segment: _Segment, branches: list[_Branch], restitution: float) -> None:
+    @property
+    def collapsed(self) -> bool:
+        return not 0 <= self.at < len(self.branches)
+
+    def cross(self, segment: _Segment) -> None:
         """Advance to the end of `segment`, from branch to branch, or to the collapse."""
         stalled = 0
-        while self.tau < segment.stop and 0 <= self.at < len(branches):
-            branch, before = branches[self.at], self.tau
-            way = self.follow(branch, segment)
+        while self.tau < segment.stop and not self.collapsed:
+            before = self.tau
+            way = self.follow(self.branches[self.at], segment)
             self.at += way
-            if way == 0:
-                self.tau = segment.stop
-            elif self.x == 0.0 and self.v != 0.0:
+            if way and self.x == 0.0 and self.v != 0.0:
                 self.impacts.append(self.tau)
-                self.v *= restitution  # Eq. (8)
+                self.v *= self.restitution  # Eq. (8)
             stalled = stalled + 1 if self.tau == before else 0
             if stalled > STALLED:
                 raise ArithmeticError(f"no progress at tau = {self.tau:.9g}, x = {self.x:.9g}")
 
     def follow(self, branch: _Branch, segment: _Segment) -> int:
-        """Stay on `branch` until it or the segment ends; return -1 or 1 where it is left downwards or upwards, or 0."""
-        origin = self.tau
+        """Stay on `branch` up to a turn, its end or the segment's; return -1 or 1 if left at low or high, else 0."""
+        origin, times = self.tau, self.times
         p = segment.p + segment.slope * (origin - segment.start)
         for piece in branch.pieces(self.x, self.v, p, segment.slope, segment.stop - origin):
-            end, way = _first_exit(piece, branch.low, branch.high)
-            self.observe(piece, origin, end)
+            end, way = _exit(piece, branch.low, branch.high)
+            self.tau = segment.stop if end == segment.stop - origin else origin + end
+            first = np.searchsorted(times, origin + piece.start)
+            last = np.searchsorted(times, self.tau, side="right")
+            if last > first:
+                self.displacement[first:last], self.velocity[first:last] = piece.state(times[first:last] - origin)
             x, v = piece.state(end)
-            self.x = (branch.low, float(x), branch.high)[way + 1]
-            self.v, self.tau = float(v), origin + end
-            if way:
+            turns = piece.turns and not way
+            # A turn is at rest to the last bit: from there on, the hyperbolic branch does not amplify rounding.
+            self.x, self.v = (branch.low, float(x), branch.high)[way + 1], 0.0 if turns else float(v)
+            if turns:
+                self.turns.append((self.tau, self.x))
+            if turns or way:
                 return way
         return 0
 
-    def observe(self, piece: _Piece, origin: float, end: float) -> None:
-        """Store the wanted times of a piece up to `end`, and its turning points."""
-        first = np.searchsorted(self.times, origin + piece.start)
-        last = np.searchsorted(self.times, origin + end, side="right")
-        if last > first:
-            self.displacement[first:last], self.velocity[first:last] = piece.state(self.times[first:last] - origin)
-        for turn in piece.turns:
-            if turn <= end:
-                self.turning_tau.append(origin + turn)
-                self.turning_displacement.append(float(piece.state(turn)[0]))
 
+def _exit(piece: _Piece, low: float, high: float) -> tuple[float, int]:
+    """Return when and where (-1 low, 1 high) x leaves [low, high], or the piece's end and 0.
 
-def _first_exit(piece: _Piece, low: float, high: float) -> tuple[float, int]:
-    """Return when and where (-1 low, 1 high) x first leaves [low, high], or the piece's end and 0.
-
-    Between turning points x is monotone, so none is missed. A start on a bound is no exit unless the motion goes out.
+    As x is monotone no exit is missed. A start on a bound is none unless the motion goes out.
     """
-    for start, stop in pairwise([piece.start, *piece.turns, piece.stop]):
-        end = piece.state(stop)[0]
-        if low <= end <= high:
-            continue
-        bound, way = (high, 1) if end > high else (low, -1)
-        return float(brentq(lambda t, bound=bound: float(piece.state(t)[0]) - bound, start, stop, **ROOT)), way
-    return piece.stop, 0
+    end = piece.state(piece.stop)[0]
+    if low <= end <= high:
+        return piece.stop, 0
+    bound, way = (high, 1) if end > high else (low, -1)
+    return float(brentq(lambda t: piece.state(t)[0] - bound, piece.start, piece.stop, **ROOT)), way
 
 
-def _segments(load: Array, load_step: float | None, end: float) -> Iterator[_Segment]:
+def _segments(load: Array, step: float, end: float) -> Iterator[_Segment]:
     """Split [0, end] at the samples of the load."""
-    start = 0.0
-    for i in range(load.size - 1):
-        start, stop = i * load_step, (i + 1) * load_step  # type: ignore[operator]
-        if start >= end:
+    for i, (p, after) in enumerate(pairwise(load.tolist())):
+        if i * step >= end:
             return
-        yield _Segment(start, min(stop, end), float(load[i]), float(load[i + 1] - load[i]) / load_step)  # type: ignore[operator]
-        start = stop
-    if start < end:
-        yield _Segment(start, end, 0.0, 0.0)
+        yield _Segment(i * step, min((i + 1) * step, end), p, (after - p) / step)
+    rest = max(load.size - 1, 0) * step
+    if rest < end:
+        yield _Segment(rest, end, 0.0, 0.0)
 
 
 # --- the branches ---------------------------------------------------------------------------------------------------
@@ -286,7 +265,7 @@ class _Branch:
         """Yield the motion from (x, v) under the load p + slope t as if the branch had no end."""
         if callable(self.coefficient):
             return self._integrated(x, v, p, slope, duration)
-        return _closed_form(x, v, self.coefficient, self.stiffness, p - self.offset, slope, duration)
+        return iter([_closed_form(x, v, self.coefficient, self.stiffness, p - self.offset, slope, duration)])
 
     def _integrated(self, x: float, v: float, p: float, slope: float, duration: float) -> Iterator[_Piece]:
         def rates(t: float, state: Array) -> tuple[float, float]:
@@ -304,14 +283,15 @@ class _Branch:
             if solver.status == "failed":
                 raise ArithmeticError(f"DOP853 failed at x = {solver.y[0]:.9g}: {message}")
             state = solver.dense_output()
-            yield _Piece(solver.t_old, solver.t, state, _polynomial_zeros(state, solver.t_old, solver.t))
+            turn = _first_turn(state, solver.t_old, solver.t)
+            yield _Piece(solver.t_old, solver.t if turn is None else turn, state, turn is not None)
 
 
 def _branches(curve: TrilinearCurve, damping: Damping) -> list[_Branch]:
     """Return the six branches from -a3 to a3, split at x = 0."""
     k1, b1, ks, a1, a2, a3 = (float(value) for value in curve.parameters())
-    w1, xi = math.sqrt(k1), float(damping.parameter)  # type: ignore[arg-type]
-    exponent = EXPONENTS.get(damping.model, float(damping.exponent))  # type: ignore[arg-type]
+    w1, xi = math.sqrt(k1), float(damping.parameter)
+    exponent = EXPONENTS.get(damping.model, float(damping.exponent))
 
     def outer(low: float, k: float, offset: float) -> float | Callable[[float], float]:
         """C on a branch beyond a1: not taken from `Damping.coefficient`, which has corners."""
@@ -325,11 +305,8 @@ def _branches(curve: TrilinearCurve, damping: Damping) -> list[_Branch]:
             z = abs(x)
             return 2 * xi * w1 * (max(k * z + offset, 0.0) / z / k1) ** (exponent / 2)
 
-        def by_energy(
-            x: float,
-        ) -> float:  # 2 xi f/sqrt(2 V); f is linear, so its integral is a trapezoid's area
-            z = abs(x)
-            f = max(k * z + offset, 0.0)
+        def by_energy(x: float) -> float:  # 2 xi f/sqrt(2 V), V the area of a trapezoid further than at `low`
+            z, f = abs(x), max(k * abs(x) + offset, 0.0)
             return 2 * xi * f / math.sqrt(double_v + (f + f_low) * (z - low))
 
         return by_energy if damping.model == "ECD" else by_secant
@@ -347,17 +324,11 @@ def _branches(curve: TrilinearCurve, damping: Damping) -> list[_Branch]:
     return left + right
 
 
-def _starting_branch(branches: list[_Branch], x: float, v: float) -> int:
-    """Return the branch that holds x; on a corner the one that the motion goes to, lest a start at 0 be an impact."""
-    corners = [branch.low for branch in branches[1:]]
-    return int(np.searchsorted(corners, x, side="left" if v < 0 else "right"))
-
-
 # --- closed form ----------------------------------------------------------------------------------------------------
 
 
-def _closed_form(x: float, v: float, c: float, k: float, q: float, slope: float, duration: float) -> Iterator[_Piece]:
-    """Solve x'' + c x' + k x = q + slope t from (x, v), for k of either sign or zero, in pieces with one turn at most."""
+def _closed_form(x: float, v: float, c: float, k: float, q: float, slope: float, duration: float) -> _Piece:
+    """Solve x'' + c x' + k x = q + slope t from (x, v), for k of either sign or zero, up to the first turn."""
     a = q - c * v - k * x
     jerk = slope - c * a - k * v
 
@@ -366,21 +337,18 @@ def _closed_form(x: float, v: float, c: float, k: float, q: float, slope: float,
         g, g1, g2 = _responses(c, k, t)
         return x + v * t + a * (g1 + c * g2) + jerk * g2, v + a * (g + c * g1) + jerk * g1
 
-    # Between zeros of the acceleration the velocity is monotone.
+    # Between zeros of the acceleration the velocity is monotone: it has one zero where its sign changes.
     for start, stop in pairwise([0.0, *_acceleration_zeros(c, k, a, jerk, duration), duration]):
-        turns = []
         if state(start)[1] * state(stop)[1] < 0:
-            turns.append(float(brentq(lambda t: state(t)[1], start, stop, **ROOT)))
-        yield _Piece(start, stop, state, turns)
+            return _Piece(0.0, float(brentq(lambda t: state(t)[1], start, stop, **ROOT)), state, True)
+    return _Piece(0.0, duration, state, False)
 
 
 def _responses(c: float, k: float, t: Time) -> tuple[Time, Time, Time]:
     """Return the impulse response g of x'' + c x' + k x, and its first and second integrals from 0 to t."""
-    lib = (
-        math if isinstance(t, float) else np
-    )  # root finding asks for one time after the other: math is 10 times faster
+    lib = math if isinstance(t, float) else np  # one time after the other, math is ten times faster
     if k == 0.0:  # t^n phi_n(-c t), well conditioned down to c = 0
-        return tuple(t**n * hyp1f1(1, n + 1, -c * t) / math.factorial(n) for n in (1, 2, 3))  # type: ignore[return-value]
+        return tuple(t**n * hyp1f1(1, n + 1, -c * t) / math.factorial(n) for n in (1, 2, 3))
     half, disc = c / 2, c * c / 4 - k
     if disc < 0:
         w, decay = math.sqrt(-disc), lib.exp(-half * t)
@@ -411,13 +379,14 @@ def _acceleration_zeros(c: float, k: float, a: float, jerk: float, duration: flo
     return [zero] if zero < duration else []
 
 
-def _polynomial_zeros(state: State, start: float, stop: float) -> list[float]:
-    """Times in (start, stop) at which the velocity of a step's continuous extension vanishes."""
+def _first_turn(state: State, start: float, stop: float) -> float | None:
+    """Time in (start, stop) at which the velocity of a step's continuous extension first vanishes, if it does."""
     middle, half = (start + stop) / 2, (stop - start) / 2
     coefficients = TO_COEFFICIENTS @ state(middle + half * NODES)[1]
     if abs(coefficients[0]) > np.abs(coefficients[1:]).sum():  # the polynomials are within 1: no zero
-        return []
+        return None
     roots = chebyshev.chebroots(coefficients)
     real = np.sort(roots[np.abs(roots.imag) < 1e-10].real)
-    # A zero at the very start is a release from rest: the velocity does not change sign there.
-    return [t for t in (middle + half * real).tolist() if start + 1e-9 * half < t < stop]
+    # A zero at the very start is a release from rest or the last turn: the velocity does not change sign there.
+    inside = [t for t in (middle + half * real).tolist() if start + 1e-9 * half < t < stop]
+    return inside[0] if inside else None

@@ -156,6 +156,7 @@ def advance_restitution_located(w, p0, p1, step):
 @register_jitable
 def advance_restitution_printed(w, p0, p1, step):
     """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
+    # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
     for i in range(LANES):
         k = tangent(np.abs(w[X + i]), w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
         dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)

@@ -15,6 +15,7 @@ from rockdamp.newmark import solve
 from rockdamp.wall import Wall
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
+# ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
 ROCKING_MODELS = ("tri-linear", "slender", "large rotation")
 Array = NDArray[np.float64]
 

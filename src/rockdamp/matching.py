@@ -18,14 +18,15 @@ from rockdamp.errors import InputError
 from rockdamp.newmark import Reference, solve, stable_step
 from rockdamp.progress import track
 
-# The response length, in tau, that the paper does not state: inferred as `windows.infer` says, kept equal to
-# results/windows.nc by a test.
+# ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `windows.infer` says, and kept
+# equal to results/windows.nc by a test.
 DEFAULT_WINDOW = 8.0
 
 SCAN: dict[str, Any] = {"smallest": 0.3, "largest": 3.0, "points": 240}
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
+NEARBY = 0.01  # first bracket around a damping ratio that is known already
 
 Array = NDArray[np.float64]
 
@@ -267,16 +268,16 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     last = steps if fixed is None else max(steps, step_count(float(fixed.max()), step))
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
-    halved = _halved(cases, 2 * steps, scheme)
+    halved = _halved(cases, steps, scheme)
     dims = ("damping_model", study.parameter, "restitution")
     shape = (study.values.size, restitution.size)
     found: dict[str, list[Array]] = {}
     for model in track(VISCOUS_MODELS, f"match {name}"):
         best = match_cases(cases, model, [steps], scan, scheme)
-        fine = match_cases(halved, model, [2 * steps], scan, scheme)
+        fine = _at_half_the_step(halved, model, steps, best.damping_ratio[0], scheme)
         values = {
             "damping_ratio": best.damping_ratio[0],
-            "damping_ratio_uncertainty": 2 * np.abs(best.damping_ratio[0] - fine.damping_ratio[0]),
+            "damping_ratio_uncertainty": 2 * np.abs(best.damping_ratio[0] - fine),
             "damping_ratio_energy": damping_ratio_energy(
                 cases.curve, model, cases.restitution, cases.release_amplitude
             ),
@@ -298,14 +299,22 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     return dataset.assign_coords(kept).assign_coords(window=window)
 
 
+def _at_half_the_step(cases: Cases, model: str, steps: int, ratio: Array, scheme: str) -> Array:
+    """The minima next to `ratio` when reference and model take half the step."""
+    window, case = np.zeros(ratio.size, dtype=np.int64), np.arange(ratio.size)
+    around = [ratio * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
+    found, _ = _refine(cases, model, np.array([2 * steps]), window, case, around, scheme)
+    return found
+
+
 def _halved(cases: Cases, steps: int, scheme: str) -> Cases:
-    """The same decays at half the step."""
+    """The same decays over `steps` steps, at half the step."""
     response = solve(
         cases.curve,
         Damping.cr(cases.restitution),
         release_amplitude=cases.release_amplitude,
         step=cases.step / 2,
-        steps=steps,
+        steps=2 * steps,
         store_every=1,
         scheme=scheme,
     )

@@ -221,7 +221,7 @@ def _read_at2(lines: Sequence[str]) -> Record:
         "units": "s, m s-2",
         "synthetic": "no",
     }
-    return Record(np.arange(samples) * step, values * STANDARD_GRAVITY, None, header)
+    return Record(step * np.arange(samples, dtype=float), values * STANDARD_GRAVITY, None, header)
 
 
 def _numbers(cells: Sequence[str], name: str, place: Callable[[int], str]) -> Array:
@@ -273,14 +273,15 @@ def _check_time(elapsed: Array, place: Callable[[int], str]) -> None:
     intervals = np.diff(elapsed)
     back = np.flatnonzero(intervals <= 0)
     if back.size:
-        index = int(back[0]) + 1
-        raise InputError(f"elapsed_s is {elapsed[index]} {place(index)}; it must be greater than {elapsed[index - 1]}")
-    # Some uniform times lie within UNIFORM of a step of all of these: half the range of the departures says so.
-    departure = elapsed - elapsed[0] - np.arange(len(elapsed)) * _step(elapsed)
+        late = int(back[0]) + 1
+        raise InputError(f"elapsed_s is {elapsed[late]} {place(late)}; it must be greater than {elapsed[late - 1]}")
+    # The straight line of least squares, moved to the middle, lies within UNIFORM of a step of all times.
+    index = np.arange(len(elapsed)) - (len(elapsed) - 1) / 2
+    departure = elapsed - index * (index @ elapsed) / (index @ index)
     if np.ptp(departure) / 2 > UNIFORM * _step(elapsed):
         usual = float(np.median(intervals))
-        index = int(np.argmax(np.abs(intervals - usual))) + 1
+        late = int(np.argmax(np.abs(intervals - usual))) + 1
         raise InputError(
-            f"elapsed_s is {elapsed[index]} {place(index)}; it must be {elapsed[index - 1] + usual:.9g}: times must be "
+            f"elapsed_s is {elapsed[late]} {place(late)}; it must be {elapsed[late - 1] + usual:.9g}: times must be "
             f"uniform to {UNIFORM:g} of a step"
         )

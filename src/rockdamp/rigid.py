@@ -139,10 +139,10 @@ class TwoBodies:
     """Inertia and potential of the two bodies of a wall (Fig. 1) in u > 0, without a limit on the rotations.
 
     For u > 0 the lower body turns about its bottom right corner A' and touches the upper one at the hinge B, on the
-    left face; the upper body's top right corner C' is held sideways by the support and free to rise. B is then
-    at the horizontal distance s = u - t from the line A'C', and with R_i the diagonals of the bodies both heights follow:
-    B rises to D1 = sqrt(R1^2 - s^2) and C' to D1 + D2. The rotations are theta_i = atan(t/h_i) + asin(s/R_i), the
-    constraint between them being that both hold the same s. Kinetic energy is 1/2 M(u) u'^2, with the moments of
+    left face; the upper body's top right corner C' is held sideways by the support and free to rise. B is then at the
+    horizontal distance s = u - t from the line A'C', and with R_i the diagonals of the bodies both heights follow:
+    D1 = sqrt(R1^2 - s^2) of B, D1 + D2 of C'. The rotations are theta_i = atan(t/h_i) + asin(s/R_i), the constraint
+    between them being that both hold the same s. Kinetic energy is 1/2 M(u) u'^2, with the moments of
     inertia m_i (t^2 + h_i^2)/12. For u < 0 all is mirrored, eccentricity of the overburden included.
 
     In the slender limit M tends to m/3 and U' to f_bi/2: the coordinate u carries half of the mass and of the force of

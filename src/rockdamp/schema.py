@@ -135,10 +135,13 @@ def origin(path: KeyPath, config: Mapping[str, Any], files: Sequence[str | Path]
     return "the command line"
 
 
-def _at(config: Any, path: KeyPath) -> str:
-    for part in path:
-        config = config[part]
-    return repr(config)  # equal text, as NaN is not equal to itself
+def _at(config: Any, path: KeyPath) -> str | None:
+    try:
+        for part in path:
+            config = config[part]
+    except LookupError:
+        return None
+    return repr(config)  # not the value: NaN does not equal itself
 
 
 def _line(node: yaml.Node | None, path: KeyPath) -> int | None:

@@ -38,7 +38,7 @@ CRACKED_STIFFNESS_RATIO, PLATEAU_RATIO, RESTITUTION = 0.033, 0.795, 0.845
 # to have had main lobes about 0.29 s wide and side lobes of -0.18 to -0.28 of the peak: the middle of that.
 PULSE_WIDTH, PULSE_SIDE_LOBE = 0.29, 0.23
 # ASSUME: 1.43 g, more than the 0.26 to 1.00 g said of the sister specimen. This wall carries six times its weight:
-# its plateau stands for 1.17 g, below which it would not rock. It peaks near 0.37 u_ins and collapses from 1.47 g on.
+# its plateau stands for 1.17 g, below which it would not rock. It peaks near 0.37 u_ins, and collapses under 1.46 g.
 PULSE_PEAK = 1.43 * STANDARD_GRAVITY
 PULSE_CENTRE, DURATION = 1.5, 5.0  # [s]
 
@@ -50,11 +50,8 @@ SENSOR_NOISE = 1.5e-4  # of the displacement sensor, standard deviation [m]
 SENSOR_ZERO = 1.3e-3  # what the displacement sensor shows of a wall at rest [m]
 SENSOR_DRIFT = 6e-5  # steady part of its drift [m s-1]
 SENSOR_WANDER = 2e-5  # random part: standard deviation after one second of a random walk [m]
-DECIMALS = {
-    "elapsed": 8,
-    "ground_acceleration": 3,
-    "displacement": 5,
-}  # 0.001 m s-2 and 0.01 mm: the logger's steps
+# The logger's steps: 0.001 m s-2 and 0.01 mm.
+DECIMALS = {"elapsed": 8, "ground_acceleration": 3, "displacement": 5}
 
 SEED = 2017
 

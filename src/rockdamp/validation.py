@@ -116,6 +116,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
             "measured_decay_peak": ("half_cycle", np.abs(decay.peak)),
             "measured_decay_peak_elapsed": ("half_cycle", decay.peak_elapsed),
             "measured_half_cycle_duration": ("half_cycle", decay.duration),
+            "measured_log_decrement": _log_decrement(np.abs(decay.peak)),
             "measured_peak_displacement": peak,
             "restitution": e,
             "instability_displacement": u_ins,
@@ -234,7 +235,7 @@ def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float
         If it does not before the end of the record.
     """
     load = np.abs(float(wall.load_factor) * record.ground_acceleration)
-    strong = np.flatnonzero(load >= FREE * float(curve.plateau_ratio))  # type: ignore[arg-type]
+    strong = np.flatnonzero(load >= FREE * float(curve.plateau_ratio))
     last = int(strong[-1]) if strong.size else 0
     if last >= record.elapsed.size - 1:
         raise InputError(
@@ -264,7 +265,7 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
 
 
 def _crossing(elapsed: Array, displacement: Array, start: int, stop: int) -> float:
-    """Middle of the first and the last change of sign from sample `start` to sample `stop`, each by linear interpolation."""
+    """Middle of the first and the last change of sign from sample `start` to sample `stop`, linearly interpolated."""
     u = displacement[start : stop + 1]
     changes = start + np.flatnonzero(np.sign(u[:-1]) * np.sign(u[1:]) <= 0)[[0, -1]]
     before, after = displacement[changes], displacement[changes + 1]
@@ -291,6 +292,7 @@ def _compare(
         durations[:count] = matched.duration
     amplitude, both = np.abs(decay.peak), np.isfinite(durations) & np.isfinite(decay.duration)
     nothing = np.nan
+    decrement = _log_decrement(peaks[:count])
     return {
         "displacement": (("elapsed",), displacement),
         "collapsed": ((), np.int8(collapsed)),
@@ -302,11 +304,17 @@ def _compare(
         "half_cycle_duration": (("half_cycle",), durations),
         "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[:count] ** 2)) if count else nothing),
         "decay_peak_ratio": ((), np.mean((peaks / amplitude)[:count]) if count else nothing),
+        "log_decrement": ((), decrement),
         "period_drift": (
             (),
             durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else nothing,
         ),
     }
+
+
+def _log_decrement(peaks: Array) -> float:
+    """Mean logarithm of the ratio of one peak to the next; NaN of fewer than two. [-]"""
+    return float(np.log(peaks[0] / peaks[-1]) / (peaks.size - 1)) if peaks.size > 1 else np.nan
 
 
 def _match(computed: HalfCycles, measured: HalfCycles) -> HalfCycles:

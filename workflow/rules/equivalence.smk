@@ -8,7 +8,6 @@ rule decay_study:
         f"{RESULTS}/decay/{{study}}.nc",
     log:
         f"{LOGS}/decay/{{study}}.log",
-    threads: 2
     params:
         function="rockdamp.decay.study",
         kind="decay",
@@ -37,7 +36,6 @@ rule match_study:
         f"{RESULTS}/match/{{study}}.nc",
     log:
         f"{LOGS}/match/{{study}}.log",
-    threads: 2
     params:
         function="rockdamp.matching.match",
         kind="match",
@@ -58,7 +56,7 @@ rule match:
 
 rule windows:
     input:
-        decays=expand(rules.decay_study.output, study="amplitude"),
+        decays=f"{RESULTS}/decay/amplitude.nc",
         code=code("rockdamp.windows"),
     output:
         f"{RESULTS}/windows.nc",
@@ -80,7 +78,7 @@ rule windows:
 
 rule equivalence_fit:
     input:
-        matched=expand(rules.match_study.output, study="cracked_stiffness"),
+        matched=f"{RESULTS}/match/cracked_stiffness.nc",
         code=code("rockdamp.equivalence"),
     output:
         f"{RESULTS}/equivalence.nc",
@@ -162,13 +160,12 @@ rule orders:
     input:
         code=code("rockdamp.convergence"),
     output:
-        f"{RESULTS}/convergence.nc",
+        f"{RESULTS}/orders.nc",
     log:
-        f"{LOGS}/convergence.log",
-    threads: 2
+        f"{LOGS}/orders.log",
     params:
         function="rockdamp.convergence.orders",
-        kind="convergence",
+        kind="orders",
         version=version("rockdamp.convergence"),
         config=part("convergence"),
     message:

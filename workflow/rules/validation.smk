@@ -35,7 +35,6 @@ rule calibration:
         f"{RESULTS}/calibration.nc",
     log:
         f"{LOGS}/calibration.log",
-    threads: 2
     params:
         function="rockdamp.calibration.study",
         kind="calibration",

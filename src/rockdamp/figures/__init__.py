@@ -1,0 +1,29 @@
+"""The paper's figures: functions from stored datasets to figures. Nothing here simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from matplotlib.figure import Figure
+
+from rockdamp.figures.curves import fig2
+from rockdamp.figures.equivalence import fig5, fig6, fig6_error, fig7
+from rockdamp.figures.histories import fig3, fig4
+from rockdamp.figures.mechanism import fig1
+from rockdamp.figures.orders import fig_orders
+from rockdamp.figures.output import save
+from rockdamp.figures.validation import fig8
+
+FIGURES: dict[str, Callable[..., Figure]] = {
+    "fig1": fig1,
+    "fig2": fig2,
+    "fig3": fig3,
+    "fig4": fig4,
+    "fig5": fig5,
+    "fig6": fig6,
+    "fig6_error": fig6_error,
+    "fig7": fig7,
+    "fig8": fig8,
+    "fig_orders": fig_orders,
+}
+__all__ = ["FIGURES", "save"]

@@ -1,0 +1,174 @@
+"""Fig. 3, damping laws and loops, and Fig. 4, decays of the displacement and velocity."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rockdamp.figures.style import (
+    BEYOND_PAPER,
+    DISPLACEMENT,
+    DOUBLE_COLUMN,
+    GREY,
+    MODELS,
+    PALE,
+    TAU,
+    line_of,
+    new_figure,
+    scaling,
+    styled,
+)
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
+LOOP_HALF_CYCLES = 2  # drawn strong, the later ones pale
+SHOWN_HALF_CYCLES = 8  # of the matched decays of Fig. 4
+ROCKING = {  # curve: colour, line, width, meaning
+    "slender": ("#8C8C8C", "solid", 3.0, "rigid, slender limit"),
+    "tri-linear": ("#1A1A1A", "solid", 0.9, "tri-linear SDOF"),
+    "large rotation": ("#C1121F", "dashed", 0.9, "rigid, large rotations"),
+}
+
+
+def crossings(displacement: Array) -> Indices:
+    """Indices of the samples just after a displacement has changed sign."""
+    return np.flatnonzero(np.diff(np.sign(displacement)) != 0) + 1
+
+
+@styled
+def fig3(loops: xr.Dataset) -> Figure:
+    """Draw the damping ratio against the secant frequency, and the damping force against the displacement.
+
+    Parameters
+    ----------
+    loops : xarray.Dataset
+        ``damping_ratio_law`` (viscous_model, frequency_ratio), ``displacement`` and ``damping_force``
+        (damping_model, tau), ``damping_ratio`` (damping_model).
+    """
+    figure = new_figure(DOUBLE_COLUMN, 82.0)
+    law, force = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
+    _laws(law, loops)
+    _loops(force, loops)
+    return figure
+
+
+def _laws(axes: Axes, loops: xr.Dataset) -> None:
+    for model in map(str, loops["viscous_model"].values):
+        values = loops["damping_ratio_law"].sel(viscous_model=model)
+        if values.notnull().any():
+            axes.plot(loops["frequency_ratio"], values, label=model, **line_of(model))
+        else:
+            axes.plot([], [], label=f"{model}: no function of $\\omega$", **line_of(model))
+    axes.plot(1, 1, "o", color="black", clip_on=False, zorder=5)
+    axes.set_xlim(0, 1)
+    axes.set_ylim(0, LARGEST_LAW)
+    axes.set_xlabel(r"secant frequency $\omega/\omega_1$ [-]")
+    axes.set_ylabel(r"damping ratio $\xi(\omega)/\xi$ [-]")
+    axes.set_title("(a) damping ratio and frequency")
+    axes.legend(loc="upper right")
+
+
+def _loops(axes: Axes, loops: xr.Dataset) -> None:
+    for model in map(str, loops["viscous_model"].values):
+        one = loops.sel(damping_model=model)
+        u, force = one["displacement"].values, one["damping_force"].values
+        end = peak_indices(u)[LOOP_HALF_CYCLES - 1] + 1
+        axes.plot(u[end - 1 :], force[end - 1 :], color=MODELS[model].colour, linewidth=0.4, alpha=0.35, zorder=1)
+        label = f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
+        label += "\n(beyond the paper)" if model in BEYOND_PAPER else ""
+        axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
+    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
+    limit = 1.06 * float(np.abs(loops["displacement"]).max())
+    axes.set_xlim(-limit, limit)
+    axes.set_xlabel(DISPLACEMENT)
+    axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
+    axes.set_title(f"(b) decays matched to $e = {float(loops['restitution']):g}$: first cycle, later ones pale")
+    axes.legend(loc="upper right")
+
+
+def peak_indices(displacement: Array) -> Indices:
+    """Indices of the largest displacement between successive changes of sign, the release left out."""
+    at = crossings(displacement)
+    parts = np.split(np.abs(displacement), at)[1:]
+    return np.array([start + int(np.argmax(part)) for start, part in zip(at, parts)])
+
+
+@styled
+def fig4(loops: xr.Dataset) -> Figure:
+    """Draw the rocking decay against the rigid wall's, and CR against the CDR that is matched to it.
+
+    Parameters
+    ----------
+    loops : xarray.Dataset
+        ``rocking_displacement`` (rocking_model, tau), ``displacement`` and ``velocity`` (damping_model, tau).
+    """
+    figure = new_figure(DOUBLE_COLUMN, 90.0)
+    left, right = figure.subfigures(1, 2, wspace=0.03, squeeze=False)[0]
+    _rocking(left.subplots(), loops)
+    upper, lower = right.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 1.6]})
+    _matched(upper, lower, loops)
+    right.align_ylabels()
+    return figure
+
+
+def _rocking(axes: Axes, loops: xr.Dataset) -> None:
+    for name, (colour, linestyle, width, meaning) in ROCKING.items():
+        values = loops["rocking_displacement"].sel(rocking_model=name)
+        axes.plot(loops["tau"], values, color=colour, linestyle=linestyle, linewidth=width, label=meaning)
+    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    axes.set_xlabel(TAU)
+    axes.set_ylabel(DISPLACEMENT)
+    axes.set_ylim(-1, 1.4)
+    axes.set_yticks([-1, -0.5, 0, 0.5, 1])
+    p = float(loops["rocking_frequency_parameter"])
+    seconds = axes.secondary_xaxis("top", functions=scaling(1 / p))
+    seconds.set_xlabel(f"$t$ [s], with $p = {p:.3g}$ rad/s")
+    axes.set_title(f"(a) rocking decay, $e = {float(loops['rocking_restitution']):g}$")
+    axes.legend(loc="upper right")
+
+
+def _matched(upper: Axes, lower: Axes, loops: xr.Dataset) -> None:
+    reference = loops.sel(damping_model="CR")
+    at = crossings(reference["displacement"].values)
+    end = at[min(SHOWN_HALF_CYCLES, at.size) - 1]
+    shown = loops.isel(tau=slice(0, int(end) + 1))
+    for model in ("CR", "CDR"):
+        one = shown.sel(damping_model=model)
+        label = (
+            f"CR, $e = {float(loops['restitution']):g}$"
+            if model == "CR"
+            else f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
+        )
+        upper.plot(shown["tau"], one["displacement"], label=label, **line_of(model))
+        lower.plot(shown["tau"], one["velocity"], label=label, **line_of(model))
+    for axes in (upper, lower):
+        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    upper.set_ylabel(DISPLACEMENT)
+    lower.set_ylabel(r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
+    lower.set_xlabel(TAU)
+    upper.set_title("(b) coefficient of restitution and matched CDR")
+    upper.legend(loc="upper right", ncols=2)
+    _jump(lower, shown, int(at[0]))
+
+
+def _jump(axes: Axes, shown: xr.Dataset, impact: int) -> None:
+    """Enlarge the velocity around the first impact, where CR's jumps and CDR's does not."""
+    tau = shown["tau"].values
+    centre = float(tau[impact])
+    near = np.abs(tau - centre) <= 0.25
+    low, high = float(shown["velocity"].min()), float(shown["velocity"].max())
+    axes.set_ylim(low - 1.1 * (high - low) / 2, high + 0.1 * (high - low))
+    inset = axes.inset_axes((0.38, 0.11, 0.55, 0.26))
+    for model in ("CR", "CDR"):
+        velocity = shown["velocity"].sel(damping_model=model).values
+        inset.plot(tau[near], velocity[near], **line_of(model))
+    inset.spines[:].set_visible(True)
+    inset.yaxis.tick_right()
+    inset.set_xlim(centre - 0.25, centre + 0.25)
+    axes.indicate_inset_zoom(inset, edgecolor=GREY)

@@ -1,0 +1,219 @@
+"""Fig. 1: the mechanism at rest and displaced."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Polygon, Rectangle
+from numpy.typing import NDArray
+
+from rockdamp.figures.style import GREY, SINGLE_COLUMN, new_figure, styled
+
+Array = NDArray[np.float64]
+
+# Drawn stouter than the wall and displaced far, so that angles and gaps can be seen.
+DRAWN_SLENDERNESS = 5.0
+DRAWN_DISPLACEMENT = 0.6  # u over the drawn thickness
+DRAWN_ECCENTRICITY = 0.25  # over the drawn thickness
+LOWER, UPPER = "#D9D9D9", "#ECECEC"
+EDGE, THIN = 0.9, 0.5  # line widths [pt]
+DIMENSION_ARROW: dict[str, Any] = {"linewidth": THIN, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
+FORCE_ARROW: dict[str, Any] = {"linewidth": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+
+
+def rotations(thickness: float, height: float, hinge_ratio: float, u: float) -> tuple[float, float]:
+    """Rotations of the lower body (clockwise) and of the upper one (anticlockwise), not linearised. [rad]
+
+    Both follow from t cos(theta) - h_i sin(theta) = t - u.
+    """
+    parts = hinge_ratio * height, (1 - hinge_ratio) * height
+    lower, upper = (np.arctan2(thickness, h) + np.arcsin((u - thickness) / np.hypot(thickness, h)) for h in parts)
+    return float(lower), float(upper)
+
+
+def bodies(thickness: float, height: float, hinge_ratio: float, u: float) -> tuple[Array, Array]:
+    """Corners of both rigid bodies, from the lower left anticlockwise, at hinge displacement `u`.
+
+    The lower body turns about its lower right corner, C'. The upper one meets it at its left edge, B, and the top
+    support at its upper right corner, A', which moves up and not sideways.
+
+    Parameters
+    ----------
+    thickness, height : float
+        [m]
+    hinge_ratio : float
+        h1/h. [-]
+    u : float
+        Horizontal displacement of B, from 0 to t. [m]
+
+    Returns
+    -------
+    lower, upper : ndarray, shape (4, 2)
+        Horizontal from the left face at rest, vertical from the base. [m]
+    """
+    lower_angle, upper_angle = rotations(thickness, height, hinge_ratio, u)
+    h1 = hinge_ratio * height
+    pivot = np.array([thickness, 0.0])
+    lower = _turn(_rectangle(thickness, h1) - pivot, -lower_angle) + pivot
+    upper = _turn(_rectangle(thickness, height - h1), upper_angle) + lower[3]
+    return lower, upper
+
+
+def _rectangle(width: float, height: float) -> Array:
+    return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+
+
+def _turn(points: Array, angle: float) -> Array:
+    """Turn points about the origin, anticlockwise."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return points @ np.array([[cos, sin], [-sin, cos]])
+
+
+@styled
+def fig1(mechanism: xr.Dataset) -> Figure:
+    """Draw the wall at rest and displaced, with the symbols of Section 2.
+
+    Parameters
+    ----------
+    mechanism : xarray.Dataset
+        ``thickness``, ``height`` and ``hinge_ratio``.
+    """
+    height, ratio = float(mechanism["height"]), float(mechanism["hinge_ratio"])
+    slenderness = height / float(mechanism["thickness"])
+    t = max(height / DRAWN_SLENDERNESS, float(mechanism["thickness"]))
+    u = DRAWN_DISPLACEMENT * t
+    figure = new_figure(SINGLE_COLUMN, 115.0)
+    rest, displaced = figure.subplots(1, 2, sharey=True, gridspec_kw={"width_ratios": [1.0, 1.0]})
+    _draw_rest(rest, t, height, ratio)
+    _draw_displaced(displaced, t, height, ratio, u)
+    top = float(bodies(t, height, ratio, u)[1][2, 1])  # the wall grows as it turns on its corners
+    for axes, title in ((rest, "(a) at rest"), (displaced, "(b) displaced")):
+        axes.set_title(title)
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        axes.set_xlim(-0.95 * t, 1.75 * t)
+        axes.set_ylim(-0.75 * t, top + 1.5 * t)
+    note = f"$h/t = {slenderness:g}$, $h_1/h = {ratio:g}$"
+    if t > float(mechanism["thickness"]):
+        note += f"; thickness drawn {t / float(mechanism['thickness']):g} times its own"
+    figure.supxlabel(
+        f"{note};\n displacement exaggerated, $u = {DRAWN_DISPLACEMENT:g}\\,t$. The bodies are rigid.", fontsize=7
+    )
+    return figure
+
+
+def _draw_rest(axes: Axes, t: float, h: float, ratio: float) -> None:
+    lower, upper = bodies(t, h, ratio, 0.0)
+    _draw_wall(axes, lower, upper, t)
+    h1 = ratio * h
+    for start, end, symbol in ((0.0, h1, "$h_1$"), (h1, h, "$h_2$")):
+        _dimension(axes, (-0.55 * t, start), (-0.55 * t, end), symbol, (-0.12 * t, 0.0), "right")
+    for y in (0.0, h1, h):
+        axes.plot([-0.7 * t, -0.06 * t], [y, y], color=GREY, linewidth=THIN)
+    _dimension(axes, (0.0, -0.48 * t), (t, -0.48 * t), "$t$", (0.0, -0.06 * t), "center", "top")
+    # The slenderness of a body is the angle between its face and the line from pivot to pivot: tan(alpha) = t/h_i.
+    hinge = np.array([0.0, h1])
+    for pivot, part, radius, facing, symbol in (
+        (np.array([t, 0.0]), h1, 0.62 * h1, 90.0, r"$\alpha_1$"),
+        (np.array([t, h]), h - h1, 0.4 * (h - h1), 270.0, r"$\alpha_2$"),
+    ):
+        axes.plot(*zip(pivot, hinge), color=GREY, linewidth=THIN, linestyle="dashed")
+        angle = np.degrees(np.arctan2(t, part))
+        first, last = (facing, facing + angle) if facing == 90 else (facing - angle, facing)
+        _angle(axes, pivot, radius, first, last, symbol, t, outwards=0.2 * t)
+    for point, symbol, shift in (((t, h), "$A$", 0.27), ((0.0, h1), "$B$", -0.1), ((t, 0.0), "$C$", 0.27)):
+        _pivot(axes, point, symbol, (shift * t, 0.0 if shift > 0 else 0.12 * t))
+    _weights(axes, lower, upper, t, sides=(-1, 1))
+    _overburden(axes, t, h)
+
+
+def _draw_displaced(axes: Axes, t: float, h: float, ratio: float, u: float) -> None:
+    for body in bodies(t, h, ratio, 0.0):
+        axes.add_patch(Polygon(body, fill=False, edgecolor=GREY, linewidth=THIN, linestyle="dotted"))
+    lower, upper = bodies(t, h, ratio, u)
+    _draw_wall(axes, lower, upper, t)
+    hinge, top, base = lower[3], upper[2], lower[1]
+    # u at the hinge: from the left face at rest to B.
+    axes.plot([0, 0], [hinge[1] - 0.3 * t, hinge[1] + 0.3 * t], color=GREY, linewidth=THIN)
+    _dimension(axes, (0.0, hinge[1]), tuple(hinge), "$u$", (0.0, 0.05 * t), "center", "bottom")
+    lower_angle, upper_angle = np.degrees(rotations(t, h, ratio, u))
+    for pivot, length, facing, symbol in (
+        (base, 0.62 * ratio * h, 90.0, r"$\theta_1$"),
+        (top, 0.62 * (1 - ratio) * h, 270.0, r"$\theta_2$"),
+    ):
+        end = pivot[1] + (1.25 if facing == 90 else -1.25) * length
+        axes.plot([pivot[0]] * 2, [pivot[1], end], color=GREY, linewidth=THIN, linestyle="dashed")
+        first, last = (90 - lower_angle, 90.0) if facing == 90 else (270.0, 270 + upper_angle)
+        _angle(axes, pivot, length, first, last, symbol, t, outwards=0.2 * t)
+    for point, symbol, shift in ((top, "$A'$", 0.27), (hinge, "$B$", -0.1), (base, "$C'$", 0.27)):
+        _pivot(axes, point, symbol, (shift * t, 0.0 if shift > 0 else -0.15 * t))
+    _weights(axes, lower, upper, t, sides=(-1, -1))
+    _overburden(axes, t, float(top[1]))
+
+
+def _draw_wall(axes: Axes, lower: Array, upper: Array, t: float) -> None:
+    """Both bodies between the ground and the plate that carries the overburden and keeps the top from sliding."""
+    for body, colour, name in ((lower, LOWER, "lower body"), (upper, UPPER, "upper body")):
+        axes.add_patch(Polygon(body, facecolor=colour, edgecolor="black", linewidth=EDGE, label=name))
+    top = float(upper[:, 1].max())
+    for y, depth in ((0.0, -0.22 * t), (top, 0.16 * t)):
+        axes.add_patch(Rectangle((-0.2 * t, y), 1.4 * t, depth, facecolor="none", edgecolor=GREY, hatch="/////", lw=0))
+        axes.plot([-0.2 * t, 1.2 * t], [y, y], color="black", linewidth=EDGE)
+
+
+def _weights(axes: Axes, lower: Array, upper: Array, t: float, sides: tuple[int, int]) -> None:
+    for body, symbol, side in ((lower, "$W_1$", sides[0]), (upper, "$W_2$", sides[1])):
+        centre = body.mean(axis=0)
+        _arrow(axes, centre, centre - [0.0, 0.6 * t])
+        axes.plot(*centre, marker="o", color="white", markeredgecolor="black", markersize=4, zorder=5)
+        ha = "right" if side < 0 else "left"
+        axes.text(centre[0] + side * 0.06 * t, centre[1] - 0.36 * t, symbol, ha=ha, va="center")
+
+
+def _overburden(axes: Axes, t: float, top: float) -> None:
+    """O, off mid-thickness by the eccentricity, towards the contact corner."""
+    plate, at = top + 0.16 * t, (0.5 + DRAWN_ECCENTRICITY) * t
+    _arrow(axes, np.array([at, plate + 0.8 * t]), np.array([at, plate]))
+    axes.text(at + 0.1 * t, plate + 0.62 * t, "$O$", ha="left", va="center")
+    axes.plot([t / 2] * 2, [plate + 0.05 * t, plate + 1.2 * t], color=GREY, linewidth=THIN, linestyle="dashdot")
+    axes.plot([at] * 2, [plate + 0.85 * t, plate + 1.2 * t], color=GREY, linewidth=THIN)
+    axes.annotate(
+        "", (t / 2, plate + 1.1 * t), (at, plate + 1.1 * t),
+        arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
+    )  # fmt: skip
+    axes.text(at + 0.1 * t, plate + 1.1 * t, "ecc", ha="left", va="center")
+
+
+def _pivot(axes: Axes, point: Any, symbol: str, shift: tuple[float, float]) -> None:
+    axes.plot(*point, marker="o", color="black", markersize=3.5, zorder=6)
+    ha = "left" if shift[0] > 0 else "right"
+    axes.text(point[0] + shift[0], point[1] + shift[1], symbol, ha=ha, va="center")
+
+
+def _angle(
+    axes: Axes, pivot: Array, radius: float, first: float, last: float, symbol: str, t: float, outwards: float
+) -> None:
+    """An arc about `pivot` between two directions in degrees, with its symbol beyond it."""
+    axes.add_patch(Arc(tuple(pivot), 2 * radius, 2 * radius, theta1=first, theta2=last, linewidth=THIN + 0.2))
+    middle = np.radians((first + last) / 2)
+    at = pivot + (radius + outwards) * np.array([np.cos(middle), np.sin(middle)])
+    axes.text(at[0], at[1], symbol, ha="center", va="center")
+
+
+def _dimension(
+    axes: Axes, start: Any, end: Any, symbol: str, shift: tuple[float, float], ha: str, va: str = "center"
+) -> None:
+    axes.annotate(
+        "", start, end,
+        arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
+    )  # fmt: skip
+    middle = (np.asarray(start) + np.asarray(end)) / 2 + shift
+    axes.text(middle[0], middle[1], symbol, ha=ha, va=va)
+
+
+def _arrow(axes: Axes, start: Array, end: Array) -> None:
+    axes.annotate("", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": "black", **FORCE_ARROW})

@@ -1,0 +1,64 @@
+"""Order of convergence: the error of both schemes against the step."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, line_of, new_figure, styled
+
+SCHEMES = {"newmark": "explicit Newmark, located impacts", "paper": "linear acceleration, as printed"}
+
+
+@styled
+def fig_orders(orders: xr.Dataset) -> Figure:
+    """Draw the error against the step for each scheme, excitation and damping model.
+
+    Parameters
+    ----------
+    orders : xarray.Dataset
+        ``solver_error`` (scheme, excitation, damping_model, step), ``order`` and ``finest_order``.
+    """
+    schemes, excitations = orders["scheme"].values, orders["excitation"].values
+    figure = new_figure(DOUBLE_COLUMN, 135.0)
+    grid = figure.subplots(len(schemes), len(excitations), sharex=True, sharey=True, squeeze=False)
+    for row, scheme in zip(grid, schemes):
+        for axes, excitation in zip(row, excitations):
+            _panel(axes, orders.sel(scheme=scheme, excitation=excitation))
+            axes.set_title(f"{SCHEMES.get(str(scheme), scheme)}: {excitation}")
+        row[0].set_ylabel(r"error of $u/u_\mathrm{ins}$ [-]")
+    for axes in grid[-1]:
+        axes.set_xlabel(r"step $p\,\Delta t$ [-]")
+    low, high = float(orders["solver_error"].min()), float(orders["solver_error"].max())
+    grid[0, 0].set_ylim(low / 8, high * 3)
+    steps = orders["step"].values
+    grid[0, 0].set_xlim(steps.min() / 1.3, steps.max() * 1.3)
+    return figure
+
+
+def _panel(axes: Axes, one: xr.Dataset) -> None:
+    step = one["step"].values
+    for model in map(str, one["damping_model"].values):
+        curve = one.sel(damping_model=model)
+        label = f"{model}: {float(curve['order']):.2f} ({float(curve['finest_order']):.2f})"
+        axes.plot(step, curve["solver_error"], marker=MODELS[model].marker, label=label, **line_of(model))
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    _slopes(axes, one)
+    axes.legend(title="order (at the finest steps)", loc="lower right", alignment="left")
+
+
+def _slopes(axes: Axes, one: xr.Dataset) -> None:
+    """Lines of slope 1 and 2 from the coarsest step's median error."""
+    step = one["step"].values
+    for slope in (1, 2):
+        start = float(one["solver_error"].sel(step=step.max()).max()) * 1.6
+        line = start * (step / step.max()) ** slope
+        axes.plot(step, line, color=GREY, linewidth=0.6, zorder=0)
+        left = np.argmin(step)
+        axes.annotate(
+            f"slope {slope}", (step[left], line[left]), (0, 3), textcoords="offset points", fontsize=7, color=GREY,
+            ha="left", va="bottom",
+        )  # fmt: skip

@@ -1,0 +1,59 @@
+"""Figures to files, complete or not at all and the same bytes each time."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from rockdamp.figures.style import STYLE
+
+# The fonts that matplotlib brings carry an early date of their making, which fontTools remarks on at every PDF.
+logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
+
+# What each format would store of the moment of writing; None leaves it out.
+_DATES = {"pdf": "CreationDate", "svg": "Date"}
+
+
+def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], resolution: float) -> list[Path]:
+    """Write a figure in every format.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : path
+        Without suffix: that of each format is appended. Files are replaced only by complete ones.
+    formats : iterable of str
+        E.g. ``("pdf", "png")``.
+    resolution : float
+        Of pixel formats. [dots per inch]
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    ValueError
+        If matplotlib does not know a format.
+    """
+    written = []
+    base = Path(path)
+    base.parent.mkdir(parents=True, exist_ok=True)
+    with matplotlib.style.context(STYLE, after_reset=True), matplotlib.rc_context({"svg.hashsalt": base.name}):
+        for suffix in formats:
+            target = base.with_name(f"{base.name}.{suffix}")
+            temporary = base.with_name(f".{base.name}.{suffix}.{os.getpid()}.part")
+            metadata = {_DATES[suffix]: None} if suffix in _DATES else {}
+            try:
+                figure.savefig(temporary, format=suffix, dpi=resolution, metadata=metadata)
+                os.replace(temporary, target)
+            finally:
+                temporary.unlink(missing_ok=True)
+            written.append(target)
+    return written

@@ -1,0 +1,108 @@
+"""What all figures share: print sizes, one colour, line and marker for each damping model, labels and legends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import matplotlib.style
+import xarray as xr
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
+from matplotlib.figure import Figure
+
+STYLE = Path(__file__).with_name("paper.mplstyle")
+SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
+INCH = 25.4  # [mm]
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ModelStyle:
+    """How a damping model is drawn in every figure."""
+
+    colour: str
+    linestyle: str | tuple[float, tuple[float, ...]]
+    marker: str
+
+
+# Colours that the colour-blind can tell apart (Okabe and Ito); in grey the lines and markers still differ.
+MODELS = {
+    "CR": ModelStyle("#1A1A1A", "solid", "o"),
+    "CDC": ModelStyle("#0072B2", (0, (3.0, 1.4)), "s"),
+    "CDR": ModelStyle("#D55E00", (0, (8.0, 1.6)), "^"),
+    "SDR": ModelStyle("#009E73", "dashdot", "D"),
+    "ECD": ModelStyle("#9A4C95", "dotted", "v"),
+}
+BEYOND_PAPER = ("ECD",)
+GREY, PALE = "#6E6E6E", "#B5B5B5"
+
+# Symbols and units of the axes; "-" is dimensionless.
+RESTITUTION = "coefficient of restitution $e$ [-]"
+DAMPING_RATIO = r"damping ratio $\xi$ [-]"
+DISPLACEMENT = r"$u/u_\mathrm{ins}$ [-]"
+TAU = r"dimensionless time $\tau = p\,t$ [-]"
+
+
+def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
+    """Make a figure function use the shared style, whatever the user's own settings are."""
+
+    @wraps(draw)
+    def wrapper(*datasets: Any) -> Figure:
+        with matplotlib.style.context(STYLE, after_reset=True):
+            return draw(*datasets)
+
+    return wrapper
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of a print size. [mm]"""
+    return Figure(figsize=(width / INCH, height / INCH))
+
+
+def title_of(model: str) -> str:
+    """Return a model's name, told apart where it is not the paper's."""
+    return f"{model} (beyond the paper)" if model in BEYOND_PAPER else model
+
+
+def line_of(model: str) -> dict[str, Any]:
+    """Return the keyword arguments that draw a model's line."""
+    return {"color": MODELS[model].colour, "linestyle": MODELS[model].linestyle}
+
+
+def shades(model: str, count: int) -> list[Colour]:
+    """Return `count` shades of a model's colour, light to dark, for the values of a parameter."""
+    colour = to_rgb(MODELS[model].colour)
+    light, dark = (tuple(0.45 * part + 0.55 * end for part in colour) for end in (1.0, 0.0))
+    ramp = LinearSegmentedColormap.from_list(model, [light, colour, dark])
+    red_green_blue = ramp([0.5] if count == 1 else [i / (count - 1) for i in range(count)])[:, :3]
+    return [(float(r), float(g), float(b)) for r, g, b in red_green_blue]
+
+
+def numbers(dataset: xr.Dataset, name: str) -> list[float]:
+    """Return the values of a coordinate or variable with one dimension."""
+    return [float(value) for value in dataset[name].values]
+
+
+def present(values: Sequence[float], wanted: Sequence[float]) -> list[int]:
+    """Return the indices in `values` of those `wanted` that are there, in that order; of all where none is."""
+    found = [index for want in wanted for index, value in enumerate(values) if abs(value - want) < 1e-9]
+    return found or list(range(len(values)))
+
+
+def nearest(values: Sequence[float], wanted: float) -> int:
+    """Return the index in `values` of the one nearest to `wanted`."""
+    return min(range(len(values)), key=lambda index: abs(values[index] - wanted))
+
+
+def texts(values: Sequence[float]) -> list[str]:
+    """Return numbers as text, all with the decimals that the longest of them needs."""
+    decimals = max(len(f"{value:g}".partition(".")[2]) for value in values)
+    return [f"{value:.{decimals}f}" for value in values]
+
+
+def scaling(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return what a second axis needs to show `factor` times the first."""
+    return (lambda value: value * factor), (lambda value: value / factor)

@@ -1,0 +1,123 @@
+"""Fig. 8: the response measured on a shaking table and that of each damping model."""
+
+from __future__ import annotations
+
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rockdamp.figures.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    MODELS,
+    PALE,
+    line_of,
+    new_figure,
+    styled,
+    title_of,
+)
+
+MILLIMETRES = 1000.0
+SHOWN_FROM = 0.1  # of the table's peak: what is drawn starts shortly before the motion exceeds it
+MARGIN = 0.08  # of what is shown, before the motion and after the last peak
+MEASURED: dict[str, Any] = {"color": "#9A9A9A", "linewidth": 2.2}
+
+
+@styled
+def fig8(validation: xr.Dataset) -> Figure:
+    """Draw the table's motion, and the measured displacement against each model's, with the peaks of the decay.
+
+    Parameters
+    ----------
+    validation : xarray.Dataset
+        ``displacement`` (damping_model, elapsed), ``measured`` and ``ground_acceleration`` (elapsed), the decay's peaks
+        and the attribute ``record_synthetic``.
+    """
+    models = [str(model) for model in validation["damping_model"].values]
+    figure = new_figure(DOUBLE_COLUMN, 150.0)
+    panels = figure.subplots((len(models) + 2) // 2, 2, sharex=True, squeeze=False).ravel()
+    _table(panels[0], validation)
+    for axes, model in zip(panels[1:], models):
+        axes.sharey(panels[1])
+        _history(axes, validation, model)
+    for axes in panels[1 + len(models) :]:
+        axes.set_axis_off()
+    for axes in panels[len(models) - 1 : len(models) + 1]:
+        axes.set_xlabel("time $t$ [s]")
+        axes.tick_params(labelbottom=True)
+    panels[0].set_xlim(*shown(validation))
+    low, high = float(validation["measured"].min()), float(validation["measured"].max())
+    largest = MILLIMETRES * max(-low, high, float(np.abs(validation["displacement"]).max()))
+    panels[1].set_ylim(-1.1 * largest, 1.1 * largest)
+    kind = "SYNTHETIC record" if is_synthetic(validation) else "Record"
+    specimen = validation.attrs.get("record_specimen", "specimen not stated")
+    figure.suptitle(fill(f"{kind}: {specimen}", 120), fontsize=8)
+    panels[1].legend(loc="upper left")
+    return figure
+
+
+def is_synthetic(validation: xr.Dataset) -> bool:
+    """Whether the record was computed: only one that says it was not counts as a test."""
+    return str(validation.attrs.get("record_synthetic", "yes")) != "no"
+
+
+def measured_name(validation: xr.Dataset) -> str:
+    """What the record's displacement is called on the figure."""
+    return "measured (SYNTHETIC)" if is_synthetic(validation) else "measured"
+
+
+def shown(validation: xr.Dataset) -> tuple[float, float]:
+    """First and last time drawn: the motion and the decay, not the rest before and after. [s]"""
+    motion = np.abs(validation["ground_acceleration"].values)
+    elapsed = validation["elapsed"].values
+    start = elapsed[np.argmax(motion >= SHOWN_FROM * motion.max())]
+    end = float(validation["measured_decay_peak_elapsed"].max())
+    margin = MARGIN * (end - start)
+    return max(float(elapsed[0]), start - margin), min(float(elapsed[-1]), end + margin)
+
+
+def _table(axes: Axes, validation: xr.Dataset) -> None:
+    axes.plot(validation["elapsed"], validation["ground_acceleration"], color="black", linewidth=0.9)
+    axes.set_ylabel(r"$\ddot u_g$ [m s$^{-2}$]")
+    axes.set_title("table motion")
+    _phases(axes, validation)
+
+
+def _phases(axes: Axes, validation: xr.Dataset) -> None:
+    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    axes.axvline(float(validation["free_phase_start"]), color=GREY, linewidth=0.6, linestyle="dotted", zorder=0)
+
+
+def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:
+    one = validation.sel(damping_model=model)
+    elapsed = validation["elapsed"].values
+    measured, computed = (MILLIMETRES * values.values for values in (validation["measured"], one["displacement"]))
+    axes.plot(elapsed, measured, label=measured_name(validation), zorder=1, **MEASURED)
+    axes.plot(elapsed, computed, label="computed", zorder=2, **line_of(model))
+    for values, peaks, at, marker, face in (
+        (measured, validation["measured_decay_peak"], validation["measured_decay_peak_elapsed"], "o", "white"),
+        (computed, one["decay_peak"], one["decay_peak_elapsed"], MODELS[model].marker, MODELS[model].colour),
+    ):
+        matched = np.isfinite(peaks.values)
+        time, size = at.values[matched], MILLIMETRES * peaks.values[matched]
+        side = np.sign(np.interp(time, elapsed, np.nan_to_num(values)))
+        edge = MEASURED["color"] if face == "white" else face
+        axes.plot(
+            time, side * size, linestyle="none", marker=marker, markerfacecolor=face, markeredgecolor=edge, zorder=3
+        )
+    if model == "CR":
+        parameter = f"$e = {float(validation['restitution']):g}$"
+    else:
+        parameter = f"$\\xi = {float(one['damping_ratio']):.4f}$"
+    axes.set_title(f"{title_of(model)}, {parameter}", color=MODELS[model].colour, fontweight="bold")
+    misfit, ratio = MILLIMETRES * float(one["rms_misfit"]), float(one["peak_ratio_to_measured"])
+    axes.text(
+        0.99, 0.03, f"peak {ratio:.2f} of the measured\nrms misfit {misfit:.1f} mm", transform=axes.transAxes,
+        ha="right", va="bottom", fontsize=7,
+    )  # fmt: skip
+    axes.set_ylabel("$u$ [mm]")
+    _phases(axes, validation)

@@ -1,0 +1,305 @@
+"""The pipeline, run as its users run it, on a copy of the tree whose path has a space and a letter beyond ASCII."""
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from rockdamp.studies import STUDIES
+
+pytestmark = pytest.mark.workflow
+
+ROOT = Path(__file__).parents[1]
+RESULTS = "results/minimal"
+FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8", "fig_orders"]
+DATASETS = [
+    *(f"{kind}/{study}.nc" for kind in ("decay", "match") for study in STUDIES),
+    *(f"{name}.nc" for name in ("windows", "equivalence", "loops", "mechanism", "orders", "validation", "calibration")),
+]
+OUTPUTS = [
+    *DATASETS,
+    "coefficients.csv",
+    *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
+]
+STAGES = ["decay", "match", "windows", "equivalence", "validation", "calibration", "orders"]
+NOT_BUILT = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
+
+
+class Tree:
+    """A copy of the repository in which snakemake runs."""
+
+    def __init__(self, place):
+        self.place = place
+        shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_BUILT))
+        own = {"PYTHONPATH": str(place / "src"), "PYTHONUTF8": "1"}  # the package of the copy, not the installed one
+        dropped = (
+            "SNAKEMAKE_PROFILE",
+            "NUMBA_CACHE_DIR",
+            "NUMBA_DISABLE_JIT",
+            "SOURCE_DATE_EPOCH",
+            "COVERAGE_PROCESS_START",
+        )
+        self.environment = {key: value for key, value in os.environ.items() if key not in dropped} | own
+
+    def snakemake(self, *arguments, overlay=None):
+        """Run it on the minimal config, with more keys from `overlay` where that is given."""
+        files = ["config/minimal.yaml"]
+        if overlay is not None:
+            (self.place / "overlay.yaml").write_text(overlay, encoding="utf-8")
+            files.append("overlay.yaml")
+        command = [sys.executable, "-m", "snakemake", "--cores", "2", "--nocolor", *arguments, "--configfile", *files]
+        return subprocess.run(command, cwd=self.place, env=self.environment, capture_output=True, text=True)
+
+    def planned(self, overlay=None):
+        """Jobs that a run would execute: rules with the number of their jobs."""
+        run = self.snakemake("--dry-run", overlay=overlay)
+        assert run.returncode == 0, run.stdout + run.stderr
+        text = run.stdout + run.stderr
+        if "Nothing to be done" in text:
+            return {}
+        table = text.partition("Job stats:")[2].partition("total")[0]
+        jobs = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE)}
+        jobs.pop("all")
+        return jobs
+
+    def digests(self, folder="results"):
+        files = sorted(path for path in (self.place / folder).rglob("*") if path.is_file())
+        return {str(path.relative_to(self.place)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """The minimal pipeline, built once; a test that changes the copy puts it back."""
+    tree = Tree(tmp_path_factory.mktemp("pipeline") / "a träe")
+    full = tree.place / "results/decay/amplitude.nc"
+    full.parent.mkdir(parents=True)
+    full.write_text("of the full config", encoding="utf-8")
+    run = tree.snakemake()
+    assert run.returncode == 0, run.stdout + run.stderr
+    return tree
+
+
+@pytest.fixture
+def edited(tree):
+    """Edit a file of the copy, for the length of a test."""
+    kept = {}
+
+    def edit(name, change):
+        path = tree.place / name
+        kept.setdefault(path, path.read_text(encoding="utf-8"))
+        path.write_text(change(kept[path]), encoding="utf-8")
+
+    yield edit
+    for path, text in kept.items():
+        path.write_text(text, encoding="utf-8")
+
+
+def all_figures(count=1):
+    return dict.fromkeys(FIGURES, count)
+
+
+# --- building -------------------------------------------------------------------------------------------------------
+
+
+def test_the_minimal_config_builds_every_dataset_table_and_figure(tree):
+    assert set(tree.digests(RESULTS)) == {f"{RESULTS}/{name}" for name in OUTPUTS}
+
+
+def test_the_minimal_config_leaves_the_full_results_alone(tree):
+    outside = {name for name in tree.digests() if not name.startswith(RESULTS)}
+    assert outside == {"results/decay/amplitude.nc"}
+    assert (tree.place / "results/decay/amplitude.nc").read_text(encoding="utf-8") == "of the full config"
+
+
+@pytest.mark.parametrize("name", DATASETS)
+def test_a_dataset_opens_in_xarray_and_says_what_it_depends_on(tree, name):
+    with xr.open_dataset(tree.place / RESULTS / name) as dataset:
+        assert dataset.sizes
+        assert re.fullmatch(r"[0-9a-f]{64}", dataset.attrs["config_sha256"])
+        assert re.fullmatch(r"\d+\.\d+\.\d+\+[0-9a-f]{16}", dataset.attrs["code_version"])
+
+
+def test_each_job_leaves_a_log_and_long_ones_tell_how_far_they_are(tree):
+    logs = {str(path.relative_to(tree.place / "logs/minimal")) for path in (tree.place / "logs").rglob("*.log")}
+    assert {"decay/amplitude.log", "match/amplitude.log", "windows.log", "figures/fig1.log"} <= logs
+    assert "%" in (tree.place / "logs/minimal/windows.log").read_text(encoding="utf-8")
+
+
+def test_after_a_build_nothing_is_left_to_do(tree):
+    assert tree.planned() == {}
+
+
+def test_every_stage_and_figure_can_be_asked_for_by_name(tree):
+    run = tree.snakemake("--dry-run", *STAGES, *FIGURES)
+    assert run.returncode == 0, run.stderr
+    assert "Nothing to be done" in run.stdout + run.stderr
+
+
+def test_an_unknown_study_is_no_target(tree):
+    run = tree.snakemake("--dry-run", f"{RESULTS}/match/height.nc")
+    assert run.returncode != 0
+    assert f"{RESULTS}/match/height.nc" in run.stderr
+
+
+def test_one_core_gives_the_same_bytes_as_two(tree):
+    overlay = "results: results/again\n"
+    names = ["decay/amplitude.nc", "match/amplitude.nc", "windows.nc"]
+    run = tree.snakemake("--cores", "1", *(f"results/again/{name}" for name in names), overlay=overlay)
+    assert run.returncode == 0, run.stderr
+    again = tree.digests("results/again")
+    shutil.rmtree(tree.place / "results/again")
+    first = tree.digests(RESULTS)
+    assert again == {f"results/again/{name}": first[f"{RESULTS}/{name}"] for name in names}
+
+
+# --- running again --------------------------------------------------------------------------------------------------
+
+CHANGES = [
+    ("figures: {resolution: 90}", all_figures()),
+    ("validation: {restitution: 0.84}", {"validation": 1, "fig8": 1}),
+    (
+        "studies: {slenderness: {slenderness: [15, 22]}}",
+        {"decay_study": 1, "match_study": 1, "decay": 1, "match": 1, "fig6": 1},
+    ),
+    ("windows: {step: 8}", {"windows": 1}),
+    (
+        "matching: {window: 13}",
+        {
+            "match_study": 4, "match": 1, "loops": 1, "equivalence_fit": 1, "coefficients": 1, "equivalence": 1,
+            "validation": 1, **{name: 1 for name in FIGURES if name not in ("fig1", "fig2", "fig_orders")},
+        },
+    ),
+    (
+        "curve: {cracked_stiffness_ratio: 0.05}",
+        {
+            "decay_study": 4, "decay": 1, "match_study": 4, "match": 1, "windows": 1, "loops": 1, "mechanism": 1,
+            "equivalence_fit": 1, "coefficients": 1, "equivalence": 1, "validation": 1,
+            **{name: 1 for name in FIGURES if name != "fig_orders"},
+        },
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("overlay", "expected"), CHANGES, ids=[overlay for overlay, _ in CHANGES])
+def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, overlay, expected):
+    expected = {name: count for name, count in expected.items() if name not in ("decay", "match", "equivalence")}
+    planned = {
+        name: count for name, count in tree.planned(overlay).items() if name not in ("decay", "match", "equivalence")
+    }
+    assert planned == expected
+
+
+def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
+    before = tree.digests(RESULTS)
+    run = tree.snakemake(overlay="figures: {resolution: 90}")
+    assert run.returncode == 0, run.stderr
+    after = tree.digests(RESULTS)
+    assert {name for name in before if before[name] != after[name]} == {
+        f"{RESULTS}/figures/{name}.png" for name in FIGURES
+    }
+    assert tree.planned("figures: {resolution: 90}") == {}
+    assert tree.snakemake().returncode == 0  # back to the first state, for the other tests
+    assert tree.digests(RESULTS) == before
+
+
+def test_an_edited_module_runs_what_imports_it_and_nothing_else(tree, edited):
+    edited("src/rockdamp/windows.py", lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"))
+    assert tree.planned() == {"windows": 1}
+    edited("src/rockdamp/kernels.py", lambda text: text + "\n# edited\n")
+    planned = tree.planned()
+    assert {"decay_study", "match_study", "windows", "loops", "orders", "validation", "calibration"} <= set(planned)
+
+
+def test_an_edited_registry_writes_every_dataset_again(tree, edited):
+    edited("src/rockdamp/variables.yaml", lambda text: text + "\n# edited\n")
+    assert {"decay_study", "match_study", "windows", "mechanism", "orders", "calibration"} <= set(tree.planned())
+
+
+def test_an_edited_module_is_noticed_even_where_its_date_is_old(tree, edited):
+    edited("src/rockdamp/windows.py", lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"))
+    os.utime(tree.place / "src/rockdamp/windows.py", (0, 0))
+    assert tree.planned() == {"windows": 1}
+
+
+def test_a_touched_module_runs_nothing(tree):
+    (tree.place / "src/rockdamp/windows.py").touch()
+    assert tree.planned() == {}
+
+
+def test_a_result_that_was_deleted_is_built_again_alone(tree):
+    path = tree.place / RESULTS / "windows.nc"
+    content = path.read_bytes()
+    path.unlink()
+    assert tree.planned() == {"windows": 1}
+    assert tree.snakemake("windows").returncode == 0
+    assert path.read_bytes() == content
+
+
+def test_an_edited_record_runs_what_reads_it(tree, edited):
+    edited("data/sin-03-00-synthetic.csv", lambda text: text.replace("# ", "# edited: yes\n# ", 1))
+    assert tree.planned() == {"validation": 1, "calibration": 1, "fig8": 1}
+
+
+# --- bad input ------------------------------------------------------------------------------------------------------
+
+
+def refused(tree, overlay):
+    """What is said of bad input, by a real run; nothing may have been touched."""
+    before = tree.digests()
+    run = tree.snakemake(overlay=overlay)
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    assert tree.digests() == before
+    return run.stderr
+
+
+def test_bad_values_stop_the_run_with_a_line_each(tree):
+    said = refused(tree, "wall:\n  thickness: -0.3\n  hinge_ratio: 1\n")
+    assert "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0\n" in said
+    assert "overlay.yaml, line 3: wall.hinge_ratio is 1; it must be a number greater than 0 and less than 1\n" in said
+
+
+def test_a_misspelt_key_stops_the_run(tree):
+    said = refused(tree, "solver: {stepp: 0.01}\n")
+    assert "overlay.yaml, line 1: solver.stepp is not a key; did you mean 'step'?" in said
+
+
+def test_values_that_do_not_agree_stop_the_run(tree):
+    said = refused(tree, "solver: {step: 0.2}\n")
+    assert "overlay.yaml, line 1: solver.step is 0.2; it must be less than the stability limit" in said
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("elapsed_s,ground_acceleration_m_s2\n0.0,0.1\n0.1,nan\n0.2,0.1\n", "nan"),
+        ("elapsed_s,acceleration\n0.0,0.1\n0.1,0.2\n", "ground_acceleration_m_s2"),
+        ("", "empty"),
+    ],
+    ids=["not finite", "wrong column", "empty"],
+)
+def test_a_bad_record_stops_the_run_before_anything_is_deleted(tree, content, expected):
+    (tree.place / "bad.csv").write_text(content, encoding="utf-8")
+    said = refused(tree, "validation: {record: bad.csv}\n")
+    assert "bad.csv" in said
+    assert expected in said
+
+
+def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):
+    lines = (tree.place / "data/sin-03-00-synthetic.csv").read_text(encoding="utf-8").splitlines()
+    without = [line if line.startswith("#") else line.rpartition(",")[0] for line in lines]
+    (tree.place / "motion.csv").write_text("\n".join(without) + "\n", encoding="utf-8")
+    overlay = "results: results/motion\nvalidation: {record: motion.csv}\n"
+    run = tree.snakemake("calibration", overlay=overlay)
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    message = "calibration: the record has no column displacement_m; it must hold the measured response\n"
+    assert message in run.stderr
+    assert (tree.place / "logs/motion/calibration.log").read_text(encoding="utf-8") == message
+    assert not (tree.place / "results/motion/calibration.nc").exists()
