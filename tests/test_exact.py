@@ -46,13 +46,13 @@ def test_cr_peaks_and_their_times_follow_the_energy_of_each_impact(curve, restit
     x0 = share * float(curve.ultimate_ratio)
     run = history(curve, Damping.cr(restitution), [60.0], release_amplitude=x0)
     peaks = cr_peaks(curve, restitution, x0, run.turning_tau.size)
-    # A stay of T near a3 amplifies rounding by exp(sqrt(ks) T): up to 1e5 at 0.97 a3.
-    assert np.abs(run.turning_displacement) == pytest.approx(peaks, rel=1e-10)
+    # At y = a3 - x0 = 0.03 an error of 1e-15 in energy is one of 1e-15/y^2 = 1e-12 in time, and it adds up.
+    assert np.abs(run.turning_displacement) == pytest.approx(peaks, rel=1e-12)
     assert np.array_equal(np.sign(run.turning_displacement), -((-1.0) ** np.arange(peaks.size)))
     quarters = curve.period(np.concatenate([[x0], peaks])) / 4
     impacts = np.cumsum(np.concatenate([[quarters[0]], 2 * quarters[1:]]))
-    assert run.impacts == pytest.approx(impacts[: run.impacts.size], abs=1e-9)
-    assert run.turning_tau == pytest.approx(impacts[: peaks.size] + quarters[1:], abs=1e-9)
+    assert run.impacts == pytest.approx(impacts[: run.impacts.size], abs=1e-10)
+    assert run.turning_tau == pytest.approx(impacts[: peaks.size] + quarters[1:], abs=1e-10)
 
 
 @pytest.mark.parametrize("curve", CURVES)
@@ -264,6 +264,16 @@ def test_the_mirrored_motion_is_the_mirror_image(x0, v0, seed, damper, curve):
     assert left.outcome == right.outcome
     assert left.outcome_tau == pytest.approx(right.outcome_tau, abs=1e-9)
     assert left.displacement == pytest.approx(-right.displacement, abs=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize("v0", [-0.4, 0.4])
+def test_a_launch_from_rest_position_is_not_an_impact(v0):
+    damper = Damping.cr(0.6)
+    run = history(CURVES[0], damper, [0.0, 0.01, 10.0], release_velocity=v0)
+    kernel = solve(CURVES[0], damper, step=0.01, steps=1000, release_velocity=v0)
+    assert run.velocity[0] == v0
+    assert run.displacement[1] == pytest.approx(0.01 * v0, rel=1e-2)
+    assert kernel.impacts == run.impacts.size
 
 
 def test_every_time_asked_for_up_to_the_end_has_a_value():

@@ -89,11 +89,45 @@ def test_peaks_times_and_impacts_are_those_of_the_stored_history():
 
 def test_a_start_at_rest_at_zero_is_no_impact_and_stays_there():
     response = solve(CURVE, Damping.cr(0.8), step=0.01, steps=50, store_every=1)
-    assert response.impacts == 0 and response.peak == 0
+    assert response.impacts == 0 and response.peak == 0 and response.peak_tau == 0
     np.testing.assert_array_equal(response.displacement, 0.0)
     kicked = solve(CURVE, Damping.cr(0.8), release_velocity=0.1, step=0.01, steps=2, store_every=1)
     assert kicked.impacts == 0
     assert kicked.displacement[1] == pytest.approx(1e-3, rel=1e-12)  # e does not act on the release
+
+
+def test_an_impact_exactly_at_the_end_of_a_step_is_one_impact():
+    # All numbers are exact in binary: the load balances the force, so x0 + v0 step = 0 without rounding.
+    curve = TrilinearCurve(1 / 16, 1 / 2)
+    step, x0, v0 = 1 / 32, 1 / 64, -1 / 2
+    load = float(curve.force(x0))
+    response = solve(
+        curve,
+        Damping.cr(0.5),
+        release_amplitude=x0,
+        release_velocity=v0,
+        load_factor=load,
+        ground_acceleration=np.ones(5),
+        step=step,
+        steps=4,
+        store_every=1,
+    )
+    assert response.displacement[1] == 0
+    # The force fell from balance to nothing over the step: the mean acceleration is half of the load.
+    assert response.velocity[1] == 0.5 * (v0 + step * load / 2)
+    assert response.impacts == 1
+    assert response.displacement[2] == step * (response.velocity[1] + step * load / 2)
+
+
+def test_each_lane_may_have_its_own_step():
+    steps = np.array([0.01, 0.02, 0.005])
+    given = {"release_amplitude": 0.5, "steps": 300, "store_every": 100}
+    together = solve(CURVE, Damping("SDR", 0.1), step=steps, **given)
+    np.testing.assert_allclose(together.outcome_tau, 300 * steps, rtol=1e-15)
+    for lane, step in enumerate(steps):
+        alone = solve(CURVE, Damping("SDR", 0.1), step=step, **given)
+        np.testing.assert_array_equal(together.displacement[lane], alone.displacement)
+        assert together.peak_tau[lane] == alone.peak_tau
 
 
 def test_thinned_histories_are_every_nth_of_the_full_ones():

@@ -29,9 +29,14 @@ def package(tmp_path, monkeypatch):
     copy = tmp_path / "rockdamp"
     shutil.copytree(provenance.ROOT, copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(provenance, "ROOT", copy)
-    provenance._tree.cache_clear()
+    forget()
     yield copy
-    provenance._tree.cache_clear()
+    forget()
+
+
+def forget():
+    for cached in (provenance._tree, provenance._imports, provenance._data_files):
+        cached.cache_clear()
 
 
 def write(package, sources):

@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp import kernels
 from rockdamp.errors import InputError, Quantity, require, require_finite
 
+# A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
+ROUNDING = 1e-12
+
 SOFTENING = ("steeper", "translated")
 
 # Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
@@ -59,13 +62,15 @@ class TrilinearCurve:
         require((b1 > 0) & (b1 < 1), "plateau_ratio (b1)", b1, "between 0 and 1, both excluded")
         require((a3 > 0) & (a3 <= 1), "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
         if self.softening == "steeper":
-            require(a3 > 1 - b1, "ultimate_ratio (a3)", a3, "greater than 1 - b1 with steeper softening")
+            allowed = "greater than 1 - b1 with steeper softening"
+            require(a3 > 1 - b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
         else:
-            require(a3 > a1 + b1, "ultimate_ratio (a3)", a3, "greater than a1 + b1 with translated softening")
+            allowed = "greater than a1 + b1 with translated softening"
+            require(a3 > a1 + b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
         for name, value in zip(("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio"), (a1, b1, a3)):
             object.__setattr__(self, name, value)
         require(
-            a1 < self.plateau_end,
+            a1 < self.plateau_end - ROUNDING,
             "cracked_stiffness_ratio (a1)",
             a1,
             "less than a2, where the plateau ends (1 - b1)",

@@ -30,7 +30,9 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     """
     plateau = matched["plateau_ratio"]
     same = np.isclose(plateau.values, config["curve"]["plateau_ratio"])
-    matched = matched.isel(cracked_stiffness_ratio=np.flatnonzero(same)).drop_vars("plateau_ratio")
+    matched = matched.isel(cracked_stiffness_ratio=np.flatnonzero(same)).drop_vars(
+        ["plateau_ratio", "step", "steps"], errors="ignore"
+    )
     e = matched["restitution"].values
     xi = matched["damping_ratio"].transpose("damping_model", "cracked_stiffness_ratio", "restitution")
     powers = np.vander(e, DEGREE + 1, increasing=True)

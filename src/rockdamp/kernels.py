@@ -109,6 +109,12 @@ def impact_within(x, v, a, h):
 
 
 @register_jitable
+def crossed(before, after):
+    """Whether a step has reached or passed x = 0. Signs, not the product, which underflows late in a decay."""
+    return ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
+
+
+@register_jitable
 def odd(x, f):
     """The force f(|x|) with the sign of x."""
     return -f if x < 0.0 else f
@@ -120,7 +126,7 @@ def settle(w, i, x, v, a, step):
     alive = w[ALIVE + i] > 0.0
     old = w[X + i]
     z = np.abs(x) if alive else 0.0
-    w[CROSSINGS + i] += 1.0 if alive & (old * x <= 0.0) & (old != 0.0) else 0.0
+    w[CROSSINGS + i] += 1.0 if alive & crossed(old, x) else 0.0
     w[PEAK_AT + i] = step if z > w[PEAK + i] else w[PEAK_AT + i]
     w[PEAK + i] = np.maximum(w[PEAK + i], z)
     w[END + i] = step if alive else w[END + i]
@@ -140,7 +146,7 @@ def advance_restitution_located(w, p0, p1, step):
         x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
         start, end = w[G + i] * p0, w[G + i] * p1
         ahead = x + h * (v + 0.5 * h * a)
-        hit = (x * ahead <= 0.0) & (x != 0.0)
+        hit = crossed(x, ahead)
         s = impact_within(x, v, a, h) if hit else 0.0
         # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
         load = start + (end - start) * (s / h)
@@ -161,7 +167,7 @@ def advance_restitution_printed(w, p0, p1, step):
         k = tangent(np.abs(w[X + i]), w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
         dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
         x, v = w[X + i] + dx, w[V + i] + dv
-        v = w[E + i] * v if (w[X + i] * x <= 0.0) & (w[X + i] != 0.0) else v
+        v = w[E + i] * v if crossed(w[X + i], x) else v
         f = force(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
         settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
 

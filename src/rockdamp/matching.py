@@ -26,7 +26,7 @@ SCAN: dict[str, Any] = {"smallest": 0.3, "largest": 3.0, "points": 240}
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
-NEARBY = 0.01  # first bracket around a damping ratio that is known already
+NEARBY = 0.002  # first bracket around a damping ratio that is known already, in parts of it
 
 Array = NDArray[np.float64]
 
@@ -211,7 +211,7 @@ def _refine(
     if not bracket.success.all():
         bad = np.flatnonzero(~bracket.success)[0]
         raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
-    found = elementwise.find_minimum(err, bracket.bracket, args=args, tolerances={"xrtol": 1e-6, "frtol": 1e-13})
+    found = elementwise.find_minimum(err, bracket.bracket, args=args, tolerances={"xrtol": 1e-5, "frtol": 1e-13})
     if not found.success.all():
         bad = np.flatnonzero(~found.success)[0]
         raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} did not converge")
@@ -239,8 +239,9 @@ def response_length(config: Config) -> float:
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Match every viscous model to the stored decays of one study.
 
-    The uncertainty is twice the change of xi when the step is halved, in the reference and in the model: a bound on
-    the error of the full step where xi converges at first order or faster.
+    The global minimum is found against the stored decays and then followed to a finer step, in the reference and in
+    the model. The uncertainty is twice the change over the last halving of the step, where the change itself would
+    bound the error of a first-order method: |u| sampled at the steps puts a ripple of that order on Err.
 
     For slenderness and overburden the response length is also held in seconds, at the length that the wall of the
     config has: then the walls' lengths in tau differ, and with them the damping ratios.
@@ -258,31 +259,33 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         ``damping_ratio``, ``damping_ratio_uncertainty``, ``damping_ratio_energy``, ``error``, ``rms_error`` and
-        ``local_minima`` (damping_model, study parameter, restitution).
+        ``local_minima`` (damping_model, study parameter, restitution), with the ``step`` and the number of ``steps``
+        that Err sums over.
     """
     study, step, scheme = describe(name, config), float(config["solver"]["step"]), config["solver"]["scheme"]
     restitution, scan = decays["restitution"].values, config["matching"]["scan"]
-    window = response_length(config)
+    window, refinement = response_length(config), int(config["matching"]["refinement"])
     steps = step_count(window, step)
     fixed = _windows_of_fixed_seconds(study, config, window) if name in ("slenderness", "overburden") else None
     last = steps if fixed is None else max(steps, step_count(float(fixed.max()), step))
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
-    halved = _halved(cases, steps, scheme)
+    finest, coarser = (refined(cases, steps, many, scheme) for many in (refinement, refinement / 2))
     dims = ("damping_model", study.parameter, "restitution")
     shape = (study.values.size, restitution.size)
     found: dict[str, list[Array]] = {}
     for model in track(VISCOUS_MODELS, f"match {name}"):
         best = match_cases(cases, model, [steps], scan, scheme)
-        fine = _at_half_the_step(halved, model, steps, best.damping_ratio[0], scheme)
+        before, _ = follow(coarser, model, best.damping_ratio[0], scheme)
+        ratio, error = follow(finest, model, before, scheme)
         values = {
-            "damping_ratio": best.damping_ratio[0],
-            "damping_ratio_uncertainty": 2 * np.abs(best.damping_ratio[0] - fine),
+            "damping_ratio": ratio,
+            "damping_ratio_uncertainty": 2 * np.abs(ratio - before),
             "damping_ratio_energy": damping_ratio_energy(
                 cases.curve, model, cases.restitution, cases.release_amplitude
             ),
-            "error": best.error[0],
-            "rms_error": np.sqrt(best.error[0] / steps),
+            "error": error,
+            "rms_error": np.sqrt(error / (steps * refinement)),
             "local_minima": best.local_minima[0],
         }
         if fixed is not None:
@@ -296,30 +299,31 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     kept = {
         key: decays[key] for key in (study.parameter, "frequency_parameter", "plateau_ratio") if key in decays.coords
     }
-    return dataset.assign_coords(kept).assign_coords(window=window)
+    return dataset.assign_coords(kept).assign_coords(window=window, step=finest.step, steps=steps * refinement)
 
 
-def _at_half_the_step(cases: Cases, model: str, steps: int, ratio: Array, scheme: str) -> Array:
-    """The minima next to `ratio` when reference and model take half the step."""
-    window, case = np.zeros(ratio.size, dtype=np.int64), np.arange(ratio.size)
-    around = [ratio * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
-    found, _ = _refine(cases, model, np.array([2 * steps]), window, case, around, scheme)
-    return found
-
-
-def _halved(cases: Cases, steps: int, scheme: str) -> Cases:
-    """The same decays over `steps` steps, at half the step."""
+def refined(cases: Cases, steps: int, refinement: float, scheme: str = "newmark") -> Cases:
+    """Return the decays over `steps` steps again, with `refinement` steps in place of each."""
+    step = cases.step / refinement
     response = solve(
         cases.curve,
         Damping.cr(cases.restitution),
         release_amplitude=cases.release_amplitude,
-        step=cases.step / 2,
-        steps=2 * steps,
+        step=step,
+        steps=round(steps * refinement),
         store_every=1,
         scheme=scheme,
     )
     assert response.displacement is not None
-    return Cases(cases.curve, cases.release_amplitude, cases.restitution, response.displacement, cases.step / 2)
+    return Cases(cases.curve, cases.release_amplitude, cases.restitution, response.displacement, step)
+
+
+def follow(cases: Cases, model: str, ratio: Array, scheme: str = "newmark") -> tuple[Array, Array]:
+    """Return the damping ratio and Err, each of shape (cases,), of the minimum next to `ratio` over all the steps."""
+    window, case = np.zeros(ratio.size, dtype=np.int64), np.arange(ratio.size)
+    around = [ratio * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
+    steps = np.array([cases.displacement.shape[1] - 1])
+    return _refine(cases, model, steps, window, case, around, scheme)
 
 
 def _windows_of_fixed_seconds(study: Study, config: Config, window: float) -> Array:

@@ -138,8 +138,10 @@ def solve(
         ("load_factor", load_factor), ("ground_acceleration", ground),
     ):  # fmt: skip
         require_finite(name, value)
-    require(steps >= 1, "steps", steps, "at least 1")
-    require(substeps >= 1, "substeps", substeps, "at least 1")
+    for name, count, least in (("steps", steps, 1), ("substeps", substeps, 1), ("store_every", store_every, 0)):
+        whole = isinstance(count, (int, np.integer)) and count >= least
+        require(whole, name, count, f"a whole number, at least {least}")
+    require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
     if ground.size and steps > (ground.size - 1) * substeps:
         raise InputError(f"steps is {steps}; it must be at most {(ground.size - 1) * substeps}, the record's length")
     h, x0, v0, g = (
@@ -147,8 +149,9 @@ def solve(
     )
     limit = stable_step(curve)
     require(h > 0, "step", h, "greater than 0")
-    smallest = f"{float(limit.min()):.6g}" if limit.size else ""
-    require(h < limit, "step", h, f"less than the stability limit 2 sqrt(a1/b1) = {smallest} (in tau)")
+    beyond = np.broadcast_to(limit, np.broadcast_shapes(h.shape, limit.shape))[~(h < limit)]
+    allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
+    require(h < limit, "step", h, allowed)
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
 
     case = np.zeros((), dtype=np.int64) if reference is None else np.asarray(reference.case, dtype=np.int64)
@@ -171,7 +174,8 @@ def solve(
     work = np.zeros((kernels.ROWS, blocks * kernels.LANES))
     for index, value in rows.items():
         fill(work[index // kernels.LANES], value)
-    work = np.ascontiguousarray(work.reshape(kernels.ROWS, blocks, kernels.LANES).swapaxes(0, 1)).reshape(blocks, -1)
+    work = np.ascontiguousarray(work.reshape(kernels.ROWS, blocks, kernels.LANES).swapaxes(0, 1))
+    work = work.reshape(blocks, kernels.ROWS * kernels.LANES)
 
     empty = np.empty((0, 0, 0))
     checkpoints = np.array([0], dtype=np.int64)
@@ -180,6 +184,8 @@ def solve(
     if reference is not None:
         checkpoints = np.ascontiguousarray(reference.checkpoints, dtype=np.int64)
         compared = np.ascontiguousarray(reference.displacement, dtype=float)
+        require_finite("the reference's displacement", compared)
+        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
         require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
         require(
             (checkpoints >= 1) & (checkpoints <= steps),

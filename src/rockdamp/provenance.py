@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
@@ -112,9 +113,11 @@ def _file_of(name: str) -> Path | None:
     return None
 
 
-def _imports(name: str, path: Path) -> Iterator[str]:
+@cache
+def _imports(name: str, path: Path) -> frozenset[str]:
     """The package's modules that one module imports, the packages in between included."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    found = set()
     for node in ast.walk(_tree(path)):
         if isinstance(node, ast.Import):
             wanted = [alias.name for alias in node.names]
@@ -127,8 +130,8 @@ def _imports(name: str, path: Path) -> Iterator[str]:
             continue
         for target in wanted:
             if target.split(".")[0] == PACKAGE and _file_of(target):
-                yield target
-                yield from _parents(target)
+                found |= {target, *_parents(target)}
+    return frozenset(found)
 
 
 def _module_or_owner(base: str, name: str) -> str:
@@ -142,20 +145,16 @@ def _parents(name: str) -> Iterator[str]:
         yield ".".join(parts[:end])
 
 
-def _data_files(path: Path) -> Iterator[Path]:
-    for node in ast.walk(_tree(path)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and 0 < len(node.value) < 200:
-            for folder in {ROOT, path.parent}:
-                named = folder / node.value
-                if "." in node.value and "\n" not in node.value and named.suffix != ".py" and _inside(named):
-                    yield named.resolve()
+@cache
+def _data_files(path: Path) -> frozenset[Path]:
+    strings = {node.value for node in ast.walk(_tree(path)) if isinstance(node, ast.Constant)}
+    names = {text for text in strings if isinstance(text, str) and re.fullmatch(r"[\w./-]*\.\w+", text)}
+    named = {folder / name for folder in (ROOT, path.parent) for name in names}
+    return frozenset(file.resolve() for file in named if file.suffix != ".py" and _inside(file))
 
 
 def _inside(path: Path) -> bool:
-    try:
-        return path.is_file() and path.resolve().is_relative_to(ROOT)
-    except (OSError, ValueError):  # a string that no file can be called
-        return False
+    return path.is_file() and path.resolve().is_relative_to(ROOT)
 
 
 @cache

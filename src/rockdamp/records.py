@@ -226,16 +226,13 @@ def _read_at2(lines: Sequence[str]) -> Record:
 
 def _numbers(cells: Sequence[str], name: str, place: Callable[[int], str]) -> Array:
     """Convert cells to finite numbers, or name the first that is none."""
-    try:
-        values = np.array([float(cell) for cell in cells])
-    except ValueError:
-        for index, cell in enumerate(cells):
-            try:
-                float(cell)
-            except ValueError:
-                shown = cell.strip() if len(cell) < 40 else cell[:40] + "..."
-                raise InputError(f"{name} is {shown!r} {place(index)}; it must be a number") from None
-        raise
+    values = np.empty(len(cells))
+    for index, cell in enumerate(cells):
+        try:
+            values[index] = float(cell)
+        except ValueError:
+            shown = cell.strip() if len(cell) < 40 else cell[:40] + "..."
+            raise InputError(f"{name} is {shown!r} {place(index)}; it must be a number") from None
     _check_finite(values, name, place)
     return values
 

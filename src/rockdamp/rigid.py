@@ -23,7 +23,7 @@ from rockdamp.wall import Wall
 Array = NDArray[np.float64]
 Fall = Callable[[Array], Array]
 
-REST = 1e-10  # peaks below this times the release are rest: they take up less than REST^(1/2) of the time
+REST = 1e-10  # peaks below this times the release count as rest
 TOLERANCE = 1e-12  # relative, of DOP853
 
 

@@ -13,11 +13,12 @@ from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import VISCOUS_MODELS, Damping
 from rockdamp.energy import check_restitution, damping_ratio_energy
 from rockdamp.errors import require, require_finite
-from rockdamp.matching import DEFAULT_WINDOW, Cases, match_cases
+from rockdamp.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
 from rockdamp.newmark import solve
 
-STEP = 0.00125  # in tau, at most: half of the studies' step
+STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
+REFINEMENT = 8  # steps of the last minimisation in place of each, as in the studies
 
 
 def equivalent(
@@ -71,7 +72,7 @@ def equivalent(
     require(bool(0 < release_amplitude < curve.ultimate_ratio), "release_amplitude", release_amplitude,
             "greater than 0 and less than a3")  # fmt: skip
     require(float(window) > 0, "window", window, "greater than 0 (in tau)")
-    step = float(min(STEP, FINEST * 2 / curve.initial_frequency))
+    step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
     steps = int(np.ceil(float(window) / step))
     step = float(window) / steps
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
@@ -90,7 +91,7 @@ def equivalent(
                     "restitution": float(e[i]),
                     "damping_model": model,
                     "damping_ratio": float(ratio[i]),
-                    "rms_error": float(np.sqrt(error[i] / steps)),
+                    "rms_error": float(np.sqrt(error[i] / (steps * REFINEMENT))),
                     "damping_ratio_energy": float(energy[i]),
                     "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
                 }
@@ -103,8 +104,9 @@ def _matched(cases: Cases, model: str, steps: int) -> tuple[NDArray[np.float64],
     ratio, error = np.zeros(cases.restitution.size), np.zeros(cases.restitution.size)
     lossy = cases.restitution < 1
     if lossy.any():
-        best = match_cases(cases.take(np.flatnonzero(lossy)), model, [steps])
-        ratio[lossy], error[lossy] = best.damping_ratio[0], best.error[0]
+        some = cases.take(np.flatnonzero(lossy))
+        best = match_cases(some, model, [steps])
+        ratio[lossy], error[lossy] = follow(refined(some, steps, REFINEMENT), model, best.damping_ratio[0])
     return ratio, error
 
 

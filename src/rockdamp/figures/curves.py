@@ -26,7 +26,7 @@ def fig2(mechanism: xr.Dataset) -> Figure:
     """
     figure = new_figure(DOUBLE_COLUMN, 68.0)
     panels = figure.subplots(1, 3, sharey=True)
-    titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) stages of degradation")
+    titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) Doherty's stages of degradation")
     for axes, title in zip(panels, titles):
         curve = mechanism.sel(curve_name="bi-linear")
         axes.plot(curve["displacement"], curve["force"], color=GREY, linestyle="dashed", label="bi-linear, rigid")

@@ -21,6 +21,7 @@ from rockdamp.figures.style import (
     PALE,
     RESTITUTION,
     SINGLE_COLUMN,
+    few_ticks,
     line_of,
     nearest,
     new_figure,
@@ -37,9 +38,14 @@ PAPER_AMPLITUDES = (0.9, 0.5, 0.3)  # u0/u_ins, Fig. 5
 REFERENCE_AMPLITUDE = 0.5  # of all that follows Fig. 5
 REFERENCE_CRACKED_STIFFNESS = 0.04  # a1
 PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
-MARKED = 4  # one marker on every so many values of e
+MARKS = 7  # markers on a curve, about
 MARKERS = "osD^vpX*hd"
 FIXED = "damping_ratio_fixed_seconds"
+SHARED = {
+    "plateau_ratio": "$b_1",
+    "ultimate_ratio": "$a_3",
+    "release_amplitude": r"$u_0/u_\mathrm{ins}",
+}
 CLOSED_FORM: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
 EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2))}
 
@@ -53,12 +59,22 @@ def _title(axes: Axes, model: str) -> None:
     axes.set_title(title_of(model), color=MODELS[model].colour, fontweight="bold")
 
 
+def _every(e: xr.DataArray) -> int:
+    return max(1, e.size // MARKS)
+
+
 def _note(axes: Axes, text: str) -> None:
     axes.text(0.04, 0.04, text, transform=axes.transAxes, fontsize=7, ha="left", va="bottom")
 
 
 def _window(dataset: xr.Dataset) -> str:
     return f"response length $\\tau = {float(dataset['window']):g}$"
+
+
+def _shared(dataset: xr.Dataset) -> list[str]:
+    """What a dataset says of the curve and release that all its values share."""
+    scalars = {name: symbol for name, symbol in SHARED.items() if name in dataset and dataset[name].ndim == 0}
+    return [f"{symbol} = {float(dataset[name]):g}$" for name, symbol in scalars.items()]
 
 
 @styled
@@ -79,12 +95,13 @@ def fig5(amplitude: xr.Dataset) -> Figure:
         for index, colour, marker in zip(chosen, shades(model, len(chosen)), MARKERS):
             curve = amplitude.sel(damping_model=model).isel(release_amplitude=index)
             e, label = curve["restitution"], f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$"
-            axes.plot(e, curve["damping_ratio"], color=colour, marker=marker, markevery=MARKED, label=label)
+            axes.plot(e, curve["damping_ratio"], color=colour, marker=marker, markevery=_every(e), label=label)
             axes.plot(e, curve["damping_ratio_energy"], color=colour, **CLOSED_FORM)
         axes.plot([], [], color=GREY, label="closed form", **CLOSED_FORM)
         _title(axes, model)
         axes.set_xlabel(RESTITUTION)
         axes.legend(loc="upper right")
+    few_ticks(panels[0], 3)
     panels[0].set_ylabel(DAMPING_RATIO)
     panels[0].set_ylim(0, 1.05 * _largest(amplitude.isel(release_amplitude=chosen)))
     _note(panels[-1], _window(amplitude))
@@ -134,6 +151,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
     for axes in grid[-1]:
         axes.set_xlabel("restitution $e$ [-]")
+    few_ticks(grid[0, 0], 3)
     figure.align_ylabels(grid[:, 0])
     _note(grid[-1, -1], _window(slenderness))
     return figure
@@ -143,7 +161,7 @@ def _study(axes: Axes, one: xr.Dataset, parameter: str, model: str) -> None:
     colours, has_fixed = shades(model, one.sizes[parameter]), FIXED in one
     for index, colour in enumerate(colours):
         curve = one.isel({parameter: index})
-        marks = _marks(index, len(colours)) if has_fixed else {}
+        marks = _marks(index, len(colours), one["restitution"].size) if has_fixed else {}
         axes.plot(one["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9, **marks)
         if has_fixed:
             axes.plot(one["restitution"], curve[FIXED], color=colour, **CLOSED_FORM)
@@ -157,9 +175,10 @@ def _change(axes: Axes, one: xr.Dataset, parameter: str, model: str) -> None:
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
 
 
-def _marks(index: int, count: int) -> dict[str, Any]:
+def _marks(index: int, count: int, points: int) -> dict[str, Any]:
     """Markers at different e for each curve, since the curves coincide."""
-    return {"marker": MARKERS[index % len(MARKERS)], "markevery": (2 * index, 2 * count)}
+    apart = 2 if points >= 4 * count else 1
+    return {"marker": MARKERS[index % len(MARKERS)], "markevery": (apart * index, apart * count)}
 
 
 def _legend(axes: Axes, models: Sequence[str], title: str, values: Sequence[float], fixed: bool) -> None:
@@ -200,22 +219,28 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     for model in models:
         marker = MODELS[model].marker
         axes.plot(
-            e, root.sel(damping_model=model), marker=marker, markevery=MARKED, label=title_of(model), **line_of(model)
+            e,
+            root.sel(damping_model=model),
+            marker=marker,
+            markevery=_every(e),
+            label=title_of(model),
+            **line_of(model),
         )
-    top = 1.5 * float(root.max())
+    top = 1.35 * float(root.max())
     axes.set_ylim(0, top)
     axes.axvspan(*PAPER_RANGE, color="#EDEDED", linewidth=0, zorder=0)
     low, high = PAPER_RANGE
     axes.text((low + high) / 2, 0.99 * top, f"paper: CDR lowest,\n${low:.2f} \\leq e \\leq {high:.2f}$",
               ha="center", va="top", fontsize=7)  # fmt: skip
-    _lowest(axes, root.sel(damping_model=[model for model in models if model not in BEYOND_PAPER]), 0.82 * top)
+    _lowest(axes, root.sel(damping_model=[model for model in models if model not in BEYOND_PAPER]), 0.8 * top)
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
     # Err is a sum over the response: its root over the number of samples does not depend on the step.
     per_sample = float((one["rms_error"] / root).mean())
     beside = axes.secondary_yaxis("right", functions=scaling(1000 * per_sample))
     beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.72))
+    figure.legend(loc="outside upper center", ncols=len(models))
+    few_ticks(axes, 6)
     axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {_window(one)}")
     return figure
 
@@ -254,13 +279,16 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         for index, colour in enumerate(shades(model, len(values))):
             one = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
             axes.plot(e, one["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
-            axes.plot(e[::MARKED], one["damping_ratio"][::MARKED], ".", color=colour, markersize=2.5)
+            axes.plot(e[:: _every(e)], one["damping_ratio"][:: _every(e)], ".", color=colour, markersize=2.5)
         axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
         _title(axes, model)
+        if model == models[-1]:
+            _note(axes, "lines: polynomials\ndots: matched")
         axes.legend(title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
         axes.tick_params(labelleft=position % 2 == 0, labelbottom=position // 2 == 1)
         if position // 2 == 1:
             axes.set_xlabel("restitution $e$ [-]")
+    few_ticks(together, 3)  # shared by the narrow panels
     together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))
     return figure
 
@@ -280,4 +308,5 @@ def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(DAMPING_RATIO)
     axes.legend(loc="upper right")
-    _note(axes, _window(equivalence))
+    fit = float(np.floor(1e4 * equivalence["r_squared"].min()) / 1e4)
+    _note(axes, "\n".join([*_shared(equivalence), _window(equivalence), f"$R^2 \\geq {fit:.4f}$"]))

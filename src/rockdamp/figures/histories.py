@@ -164,6 +164,7 @@ def _jump(axes: Axes, shown: xr.Dataset, impact: int) -> None:
     near = np.abs(tau - centre) <= 0.25
     low, high = float(shown["velocity"].min()), float(shown["velocity"].max())
     axes.set_ylim(low - 1.1 * (high - low) / 2, high + 0.1 * (high - low))
+    axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
     inset = axes.inset_axes((0.38, 0.11, 0.55, 0.26))
     for model in ("CR", "CDR"):
         velocity = shown["velocity"].sel(damping_model=model).values

@@ -10,8 +10,10 @@ from typing import Any
 
 import matplotlib.style
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
@@ -79,6 +81,11 @@ def shades(model: str, count: int) -> list[Colour]:
     ramp = LinearSegmentedColormap.from_list(model, [light, colour, dark])
     red_green_blue = ramp([0.5] if count == 1 else [i / (count - 1) for i in range(count)])[:, :3]
     return [(float(r), float(g), float(b)) for r, g, b in red_green_blue]
+
+
+def few_ticks(axes: Axes, count: int) -> None:
+    """Keep at most `count` intervals on the horizontal axis, so that labels of narrow panels stay apart."""
+    axes.xaxis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
 
 
 def numbers(dataset: xr.Dataset, name: str) -> list[float]:

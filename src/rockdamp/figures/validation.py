@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
     DOUBLE_COLUMN,
@@ -38,11 +39,12 @@ def fig8(validation: xr.Dataset) -> Figure:
         and the attribute ``record_synthetic``.
     """
     models = [str(model) for model in validation["damping_model"].values]
-    figure = new_figure(DOUBLE_COLUMN, 150.0)
+    figure = new_figure(DOUBLE_COLUMN, 155.0)
     panels = figure.subplots((len(models) + 2) // 2, 2, sharex=True, squeeze=False).ravel()
     _table(panels[0], validation)
     for axes, model in zip(panels[1:], models):
-        axes.sharey(panels[1])
+        if axes is not panels[1]:
+            axes.sharey(panels[1])
         _history(axes, validation, model)
     for axes in panels[1 + len(models) :]:
         axes.set_axis_off()
@@ -56,7 +58,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     kind = "SYNTHETIC record" if is_synthetic(validation) else "Record"
     specimen = validation.attrs.get("record_specimen", "specimen not stated")
     figure.suptitle(fill(f"{kind}: {specimen}", 120), fontsize=8)
-    panels[1].legend(loc="upper left")
+    _legend(figure, measured_name(validation))
     return figure
 
 
@@ -80,11 +82,26 @@ def shown(validation: xr.Dataset) -> tuple[float, float]:
     return max(float(elapsed[0]), start - margin), min(float(elapsed[-1]), end + margin)
 
 
+def _legend(figure: Figure, name: str) -> None:
+    hollow: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "markeredgewidth": 0.6}
+    full: dict[str, Any] = {"marker": MODELS["CR"].marker, **line_of("CR")}
+    handles = [
+        Line2D([], [], label=f"{name}, with the peaks of its decay", **hollow, **MEASURED),
+        Line2D([], [], label="computed, each model in its own line, with the matched peaks", **full),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+
+
 def _table(axes: Axes, validation: xr.Dataset) -> None:
     axes.plot(validation["elapsed"], validation["ground_acceleration"], color="black", linewidth=0.9)
     axes.set_ylabel(r"$\ddot u_g$ [m s$^{-2}$]")
     axes.set_title("table motion")
     _phases(axes, validation)
+    top = float(validation["ground_acceleration"].max())
+    axes.annotate(
+        "free decay", (float(validation["free_phase_start"]), top), (4, 0), textcoords="offset points",
+        fontsize=7, ha="left", va="top",
+    )  # fmt: skip
 
 
 def _phases(axes: Axes, validation: xr.Dataset) -> None:
@@ -114,10 +131,13 @@ def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:
     else:
         parameter = f"$\\xi = {float(one['damping_ratio']):.4f}$"
     axes.set_title(f"{title_of(model)}, {parameter}", color=MODELS[model].colour, fontweight="bold")
-    misfit, ratio = MILLIMETRES * float(one["rms_misfit"]), float(one["peak_ratio_to_measured"])
-    axes.text(
-        0.99, 0.03, f"peak {ratio:.2f} of the measured\nrms misfit {misfit:.1f} mm", transform=axes.transAxes,
-        ha="right", va="bottom", fontsize=7,
-    )  # fmt: skip
+    axes.text(0.99, 0.03, _misfit(one), transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
     axes.set_ylabel("$u$ [mm]")
     _phases(axes, validation)
+
+
+def _misfit(one: xr.Dataset) -> str:
+    if bool(one["collapsed"]):
+        return "collapsed"
+    misfit, ratio = MILLIMETRES * float(one["rms_misfit"]), float(one["peak_ratio_to_measured"])
+    return f"peak {ratio:.2f} of the measured\nrms misfit {misfit:.1f} mm"

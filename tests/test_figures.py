@@ -1,0 +1,756 @@
+"""What the figures show: the data, units, colours and labels, on small made-up datasets; never pixels."""
+
+import re
+import subprocess
+import sys
+from functools import cache
+from itertools import combinations
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.axis import Axis
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.text import Text
+
+from rockdamp import dataset
+from rockdamp.figures import FIGURES, save
+from rockdamp.figures.equivalence import PAPER_RANGE
+from rockdamp.figures.mechanism import bodies, rotations
+from rockdamp.figures.style import DOUBLE_COLUMN, INCH, MODELS, SINGLE_COLUMN, shades
+from rockdamp.figures.validation import shown
+
+ALL = ["CR", "CDC", "CDR", "SDR", "ECD"]
+VISCOUS = ALL[1:]
+E = np.linspace(0.7, 0.98, 15)
+INPUTS = {
+    "fig1": ["mechanism"],
+    "fig2": ["mechanism"],
+    "fig3": ["loops"],
+    "fig4": ["loops"],
+    "fig5": ["amplitude"],
+    "fig6": ["slenderness", "overburden", "cracked_stiffness"],
+    "fig6_error": ["amplitude"],
+    "fig7": ["equivalence"],
+    "fig8": ["validation"],
+    "fig_orders": ["orders"],
+}
+SMALLEST_TEXT = 7  # [pt], the house's limit for print
+
+
+# --- made-up datasets: smooth functions of the right shape, no solver ------------------------------------------------
+
+
+def mechanism():
+    names = ["bi-linear", "tri-linear", "steeper", "translated", "new", "moderate", "severe"]
+    a1 = np.array([np.nan, 0.04, 0.04, 0.04, 0.06, 0.13, 0.20])
+    b1 = np.array([np.nan, 0.85, 0.85, 0.85, 0.72, 0.60, 0.50])
+    a3 = np.array([np.nan, 1.0, 0.93, 0.93, 1.0, 1.0, 1.0])
+    a2 = np.array([np.nan, 0.15, 0.15, 0.08, 0.28, 0.40, 0.50])
+    x = np.unique(np.concatenate([np.linspace(0, 1, 101), a1[1:], a2[1:], a3[1:]]))
+    force = [1 - x, *(np.interp(x, [0, p, q, r, 1.01], [0, b, b, 0, 0]) for p, q, r, b in zip(a1, a2, a3, b1))]
+    return xr.Dataset(
+        {
+            "force": (("curve_name", "displacement"), np.stack([force[0], *force[2:]])),
+            "cracked_stiffness_ratio": ("curve_name", a1),
+            "plateau_end_ratio": ("curve_name", a2),
+            "ultimate_ratio": ("curve_name", a3),
+            "plateau_ratio": ("curve_name", b1),
+            "thickness": 0.3,
+            "height": 4.5,
+            "hinge_ratio": 0.7,
+            "instability_displacement": 0.3,
+        },
+        coords={"curve_name": names, "displacement": x},
+    )
+
+
+def loops():
+    tau = np.linspace(0, 30, 3001)
+    rates = 0.16 + 0.004 * np.arange(5)
+    displacement = np.stack([0.5 * np.exp(-rate * tau) * np.cos(1.3 * tau) for rate in rates])
+    velocity = np.gradient(displacement, tau, axis=1)
+    velocity[0] *= 1 + 0.2 * np.sign(displacement[0] * velocity[0])  # CR alone jumps where u changes sign
+    ratio = np.array([np.nan, 0.03, 0.045, 0.062, 0.052])
+    frequency = np.linspace(0, 1, 21)
+    with np.errstate(divide="ignore"):
+        law = np.stack([1 / frequency, np.ones(21), frequency, np.full(21, np.nan)])
+    return xr.Dataset(
+        {
+            "displacement": (("damping_model", "tau"), displacement),
+            "velocity": (("damping_model", "tau"), velocity),
+            "damping_force": (
+                ("damping_model", "tau"),
+                np.nan_to_num(ratio)[:, None] * velocity / (1 + (displacement / 0.1) ** 2),
+            ),
+            "damping_ratio": ("damping_model", ratio),
+            "damping_ratio_law": (("viscous_model", "frequency_ratio"), law),
+            "rocking_displacement": (
+                ("rocking_model", "tau"),
+                np.stack([0.9 * np.exp(-0.06 * tau) * np.cos(w * tau) for w in (0.9, 0.901, 0.88)]),
+            ),
+        },
+        coords={
+            "damping_model": ALL,
+            "viscous_model": VISCOUS,
+            "rocking_model": ["tri-linear", "slender", "large rotation"],
+            "tau": tau,
+            "frequency_ratio": frequency,
+            "restitution": 0.85,
+            "release_amplitude": 0.5,
+            "rocking_restitution": 0.955,
+            "rocking_frequency_parameter": 3.8,
+        },
+    )
+
+
+def match(parameter, values, *, fixed=False, plateau=None):
+    """Matched damping ratios that depend on model, value and e: no two curves are the same."""
+    dims = ("damping_model", parameter, "restitution")
+    values = np.asarray(values, dtype=float)
+    model, value = np.arange(4.0)[:, None, None], np.arange(values.size)[None, :, None]
+    ratio = (0.26 + 0.03 * model + 0.01 * value) * (1 - E)
+    # SDR has the lowest error below e = 0.8 and CDR from there on.
+    error = (np.array([9.0, 4.0, 1.0, 2.0])[:, None, None] + 8.0 * (model == 2) * (E > 0.795)) * (1 - E) * (1 + value)
+    shape = np.broadcast_shapes(ratio.shape, error.shape)
+    data = {
+        "damping_ratio": (dims, ratio),
+        "damping_ratio_energy": (dims, 0.9 * ratio),
+        "damping_ratio_uncertainty": (dims, np.zeros(shape)),
+        "error": (dims, np.broadcast_to(error, shape)),
+        "rms_error": (dims, np.broadcast_to(np.sqrt(error / 3200), shape)),
+        "local_minima": (dims, np.ones(shape, dtype=int)),
+    }
+    if fixed:
+        data["damping_ratio_fixed_seconds"] = (dims, ratio * (1 + 0.01 * value))
+    if plateau is not None:
+        data["plateau_ratio"] = (parameter, np.asarray(plateau))
+    coords = {"damping_model": VISCOUS, parameter: values, "restitution": E, "window": 8.0}
+    coords["frequency_parameter"] = (parameter, np.full(values.size, 3.0))
+    return xr.Dataset(data, coords=coords)
+
+
+def equivalence():
+    a1 = [0.02, 0.04, 0.10]
+    dims = ("damping_model", "cracked_stiffness_ratio", "restitution")
+    matched = match("cracked_stiffness_ratio", a1)["damping_ratio"].values
+    return xr.Dataset(
+        {
+            "coefficient": ((*dims[:2], "degree"), np.zeros((4, 3, 3))),
+            "coefficient_covariance": ((*dims[:2], "degree", "other_degree"), np.zeros((4, 3, 3, 3))),
+            "damping_ratio": (dims, matched),
+            "damping_ratio_uncertainty": (dims, np.zeros_like(matched)),
+            "damping_ratio_fit": (dims, 1.001 * matched),
+            "damping_ratio_energy": (dims, 0.9 * matched),
+            "giannini_masiani": ("restitution", 2 * (1 - E) / np.pi / (1 + E)),
+            "r_squared": (dims[:2], np.full((4, 3), 0.9987654)),
+            "largest_residual": (dims[:2], np.full((4, 3), 1e-3)),
+        },
+        coords={
+            "damping_model": VISCOUS, "cracked_stiffness_ratio": a1, "restitution": E, "window": 8.0,
+            "degree": [0, 1, 2], "other_degree": [0, 1, 2],
+        },
+    )  # fmt: skip
+
+
+def validation(**attributes):
+    elapsed = np.linspace(0, 4, 401)
+    motion = 9.0 * np.exp(-(((elapsed - 1.5) / 0.1) ** 2))
+    moving = elapsed >= 1.5
+    measured = np.where(moving, 0.02 * np.exp(-1.5 * (elapsed - 1.5)) * np.sin(8 * (elapsed - 1.5)), 0.0)
+    peaks_at = 1.5 + (np.arange(4) + 0.5) * np.pi / 8
+    share = np.array([0.95, 0.9, 0.8, 0.7, 0.85])
+    return xr.Dataset(
+        {
+            "displacement": (("damping_model", "elapsed"), share[:, None] * measured),
+            "measured": ("elapsed", measured),
+            "ground_acceleration": ("elapsed", motion),
+            "damping_ratio": ("damping_model", [np.nan, 0.03, 0.05, 0.07, 0.06]),
+            "collapsed": ("damping_model", np.zeros(5, dtype=np.int8)),
+            "rms_misfit": ("damping_model", 0.001 * (1 + np.arange(5.0))),
+            "peak_ratio_to_measured": ("damping_model", share),
+            "decay_peak": (
+                ("damping_model", "half_cycle"),
+                share[:, None] * np.abs(np.interp(peaks_at, elapsed, measured)),
+            ),
+            "decay_peak_elapsed": (("damping_model", "half_cycle"), np.tile(peaks_at, (5, 1))),
+            "measured_decay_peak": ("half_cycle", np.abs(np.interp(peaks_at, elapsed, measured))),
+            "measured_decay_peak_elapsed": ("half_cycle", peaks_at),
+            "restitution": 0.835,
+            "free_phase_start": 1.7,
+        },
+        coords={"damping_model": ALL, "elapsed": elapsed, "half_cycle": [1, 2, 3, 4]},
+        attrs={"record_synthetic": "yes", "record_specimen": "a wall", **attributes},
+    )
+
+
+def orders():
+    step = 0.02 / 2.0 ** np.arange(5)
+    slopes = np.array([[[2.0] * 5] * 2, [[1.0, 2.0, 1.2, 1.3, 1.1]] * 2])
+    scale = 1e-4 * np.arange(1, 6)[:, None]
+    error = scale * (step / step[0]) ** slopes[..., None]
+    dims = ("scheme", "excitation", "damping_model")
+    return xr.Dataset(
+        {
+            "solver_error": ((*dims, "step"), error),
+            "order": (dims, slopes),
+            "finest_order": (dims, slopes + 0.01),
+        },
+        coords={
+            "scheme": ["newmark", "paper"], "excitation": ["free", "forced"], "damping_model": ALL, "step": step,
+        },
+    )  # fmt: skip
+
+
+@cache
+def made_up():
+    return {
+        "mechanism": mechanism(),
+        "loops": loops(),
+        "amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),
+        "slenderness": match("slenderness", [10, 15, 30], fixed=True),
+        "overburden": match("overburden_ratio", [0, 1, 8], fixed=True),
+        "cracked_stiffness": match(
+            "cracked_stiffness_ratio", [0.02, 0.04, 0.14, 0.17], plateau=[0.85, 0.85, 0.85, 0.75]
+        ),
+        "equivalence": equivalence(),
+        "validation": validation(),
+        "orders": orders(),
+    }
+
+
+def draw(name):
+    return FIGURES[name](*(made_up()[source] for source in INPUTS[name]))
+
+
+@cache
+def drawn(name):
+    """A figure with everything in its final place."""
+    figure = draw(name)
+    figure.draw_without_rendering()
+    return figure
+
+
+# --- reading a figure ------------------------------------------------------------------------------------------------
+
+
+def lines(axes, colour=None):
+    found = [line for line in axes.get_lines() if line.get_xdata().__len__() > 2]
+    return [line for line in found if colour is None or to_rgb(line.get_color()) == pytest.approx(to_rgb(colour))]
+
+
+def shows(axes, x, y):
+    """Whether one of the lines of a panel is exactly these points."""
+    return any(
+        np.shape(line.get_ydata()) == np.shape(y)
+        and np.allclose(line.get_xdata(), x, rtol=1e-12)
+        and np.allclose(line.get_ydata(), y, rtol=1e-12, atol=1e-15, equal_nan=True)
+        for line in axes.get_lines()
+    )
+
+
+def labelled(axes, start):
+    (found,) = (line for line in axes.get_lines() if str(line.get_label()).startswith(start))
+    return found
+
+
+def texts(figure):
+    """Every text that is seen, tick labels and legends included."""
+    on_ticks, seen = set(), []
+    for axis in figure.findobj(Axis):
+        low, high = sorted(axis.get_view_interval())
+        slack = 1e-6 * (high - low)
+        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
+            on_ticks |= {tick.label1, tick.label2}
+            if axis.axes.axison and axis.get_visible() and low - slack <= tick.get_loc() <= high + slack:
+                seen += [tick.label1, tick.label2]
+    seen += [text for text in figure.findobj(Text) if text not in on_ticks]
+    off = {axes.xaxis.label for axes in figure.axes if not axes.axison}
+    off |= {axes.yaxis.label for axes in figure.axes if not axes.axison}
+    return [text for text in seen if text.get_text().strip() and text.get_visible() and text not in off]
+
+
+def all_text(figure):
+    return "\n".join(text.get_text() for text in texts(figure))
+
+
+def panel_titled(figure, start):
+    (found,) = (axes for axes in figure.axes if axes.get_title().startswith(start))
+    return found
+
+
+# --- every figure ----------------------------------------------------------------------------------------------------
+
+
+def test_every_figure_of_the_paper_is_there():
+    assert list(FIGURES) == list(INPUTS)
+
+
+@pytest.mark.parametrize("kind, source", [(kind, kind) for kind in ("mechanism", "loops", "equivalence", "orders")]
+                         + [("match", source) for source in ("amplitude", *INPUTS["fig6"])])  # fmt: skip
+def test_the_made_up_datasets_are_what_the_registry_says(kind, source):
+    dataset.check(made_up()[source], kind)
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_every_axis_has_a_label_with_its_unit(name):
+    for axes in drawn(name).axes:
+        if not axes.axison:
+            continue
+        shown_ticks = {
+            axes.xaxis: any(label.get_text() and label.get_visible() for label in axes.get_xticklabels()),
+            axes.yaxis: any(label.get_text() and label.get_visible() for label in axes.get_yticklabels()),
+        }
+        for axis, has_ticks in shown_ticks.items():
+            label = axis.get_label_text()
+            assert not label or re.search(r"\[.+\]", label), f"{name}: no unit in {label!r}"
+            # Of panels that share an axis, one may speak for all.
+            peers = axes.get_shared_x_axes() if axis is axes.xaxis else axes.get_shared_y_axes()
+            which = "xaxis" if axis is axes.xaxis else "yaxis"
+            spoken = [getattr(peer, which).get_label_text() for peer in peers.get_siblings(axes)]
+            assert not has_ticks or any(spoken), f"{name}: an axis with numbers and no label"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_text_is_large_enough_for_print_and_inside_the_figure(name):
+    figure = drawn(name)
+    page = figure.bbox
+    for text in texts(figure):
+        assert text.get_fontsize() >= SMALLEST_TEXT, text.get_text()
+        box = text.get_window_extent()
+        within = (
+            page.x0 <= box.x0 + 0.5 and box.x1 <= page.x1 + 0.5 and page.y0 <= box.y0 + 0.5 and box.y1 <= page.y1 + 0.5
+        )
+        assert within, f"{name}: {text.get_text()!r} is cut off"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_no_text_lies_on_another(name):
+    figure = drawn(name)
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts(figure)]
+    for (one, a), (other, b) in combinations(boxes, 2):
+        overlap = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
+        assert min(overlap) < 2, f"{name}: {one!r} lies on {other!r}"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_legends_do_not_cover_data(name):
+    for axes in drawn(name).axes:
+        legend = axes.get_legend()
+        if legend is not None:
+            box = legend.get_window_extent()
+            for line in axes.get_lines():
+                path = line.get_transform().transform_path(line.get_path())
+                guide = len(line.get_xdata()) == 2  # lines along an axis, slopes
+                assert guide or not path.intersects_bbox(box, filled=False), f"{name}: {line.get_label()!r}"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_figures_have_the_width_of_one_or_two_columns(name):
+    width, height = drawn(name).get_size_inches() * INCH
+    assert width == pytest.approx(SINGLE_COLUMN) or width == pytest.approx(DOUBLE_COLUMN)
+    assert height <= 240  # a page's text
+
+
+@pytest.mark.parametrize("name", ["fig3", "fig4", "fig6_error", "fig7", "fig8", "fig_orders"])
+def test_a_model_has_one_colour_line_and_marker_everywhere(name):
+    seen = set()
+    for axes in drawn(name).axes:
+        title = axes.get_title().split(",")[0].split(" ")[0]
+        for line in axes.get_lines():
+            model = re.match(r"(CR|CDC|CDR|SDR|ECD)\b", str(line.get_label()))
+            model = model[1] if model else title if line.get_label() == "computed" else None
+            if model:
+                assert to_rgb(line.get_color()) == to_rgb(MODELS[model].colour)
+                assert line.get_marker() in ("None", MODELS[model].marker)
+                seen.add(model)
+    assert seen == {"fig4": {"CR", "CDR"}, "fig8": set(ALL), "fig_orders": set(ALL)}.get(name, set(VISCOUS))
+
+
+def test_models_are_told_apart_without_colour():
+    assert list(MODELS) == ALL
+    for one, other in combinations(MODELS.values(), 2):
+        assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour
+
+
+def test_shades_of_a_model_run_from_light_to_dark_through_its_colour():
+    luminance = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in shades("CDR", 5)]
+    assert np.all(np.diff(luminance) < 0)
+    assert shades("CDR", 5)[2] == pytest.approx(to_rgb(MODELS["CDR"].colour), abs=0.01)
+    assert len(shades("SDR", 1)) == 1
+
+
+def test_what_is_beyond_the_paper_is_told_apart():
+    for name in ("fig3", "fig5", "fig6", "fig6_error", "fig7", "fig8"):
+        assert "beyond the paper" in all_text(drawn(name)), name
+
+
+# --- Fig. 1 ----------------------------------------------------------------------------------------------------------
+
+WALLS = {
+    "thickness": st.floats(0.05, 1.0),
+    "slenderness": st.floats(4.0, 30.0),
+    "hinge_ratio": st.floats(0.3, 0.75),
+    "part": st.floats(0.0, 1.0),
+}
+
+
+@settings(max_examples=50, deadline=None)
+@given(**WALLS)
+def test_bodies_keep_their_dimensions_and_pivots(thickness, slenderness, hinge_ratio, part):
+    height = slenderness * thickness
+    lower, upper = bodies(thickness, height, hinge_ratio, part * thickness)
+    for body, tall in ((lower, hinge_ratio * height), (upper, (1 - hinge_ratio) * height)):
+        edges = np.diff(np.vstack([body, body[:1]]), axis=0)
+        assert np.hypot(*edges.T) == pytest.approx([thickness, tall, thickness, tall])
+        assert np.hypot(*(body[2] - body[0])) == pytest.approx(np.hypot(thickness, tall))  # right angles
+    assert lower[1] == pytest.approx([thickness, 0.0])  # C' stays
+    assert upper[0] == pytest.approx(lower[3])  # both meet at B
+    assert lower[3, 0] == pytest.approx(part * thickness)  # which moves by u
+    assert upper[2, 0] == pytest.approx(thickness)  # A' moves up, not sideways
+    assert upper[2, 1] >= height - 1e-9 * height
+    assert lower[:, 1].min() >= -1e-9 * height  # nothing goes into the ground
+    assert upper[:, 1].max() == pytest.approx(upper[2, 1])  # nor through the top support
+
+
+def test_rotations_are_those_of_section_2_for_small_displacements():
+    u = 1e-4
+    assert rotations(0.3, 4.5, 0.7, u) == pytest.approx((u / (0.7 * 4.5), u / (0.3 * 4.5)), rel=1e-3)
+
+
+def test_fig1_draws_the_wall_rigid_in_both_states():
+    rest, displaced = drawn("fig1").axes
+    for axes in (rest, displaced):
+        assert axes.get_aspect() == 1.0
+    shapes = [
+        [patch.get_xy()[:4] for patch in axes.patches if isinstance(patch, Polygon) and patch.get_fill()][:2]
+        for axes in (rest, displaced)
+    ]
+    for still, moved in zip(*shapes):
+        sides = [np.hypot(*np.diff(np.vstack([body, body[:1]]), axis=0).T) for body in (still, moved)]
+        assert sides[0] == pytest.approx(sides[1])
+    lower, upper = shapes[0]
+    assert (lower[3] - lower[0])[1] / (upper[3] - lower[0])[1] == pytest.approx(0.7)  # h1/h of the dataset
+
+
+def test_fig1_names_every_symbol_and_admits_its_exaggeration():
+    text = all_text(drawn("fig1"))
+    for symbol in (
+        "$h_1$", "$h_2$", "$t$", "$u$", "$O$", "ecc", "$W_1$", "$W_2$", r"$\alpha_1$", r"$\alpha_2$", r"$\theta_1$",
+        r"$\theta_2$", "$A'$", "$B$", "$C'$", "exaggerated", "3 times", "h/t = 15",
+    ):  # fmt: skip
+        assert symbol in text, symbol
+
+
+# --- Fig. 2 ----------------------------------------------------------------------------------------------------------
+
+
+def test_fig2_draws_every_curve_of_the_dataset():
+    panels, curves = drawn("fig2").axes, made_up()["mechanism"]
+    for name, places in {
+        "bi-linear": (0, 1, 2), "tri-linear": (0,), "steeper": (1,), "translated": (1,), "new": (2,),
+        "moderate": (2,), "severe": (2,),
+    }.items():  # fmt: skip
+        for place in places:
+            assert shows(panels[place], curves["displacement"], curves["force"].sel(curve_name=name)), name
+
+
+def test_the_secant_of_fig2_runs_from_the_origin_to_the_curve():
+    secant = labelled(drawn("fig2").axes[0], "secant")
+    (x0, x1), (y0, y1) = secant.get_data()
+    curve = made_up()["mechanism"]["force"].sel(curve_name="tri-linear")
+    assert (x0, y0) == (0, 0)
+    assert y1 == pytest.approx(float(curve.interp(displacement=x1)))
+
+
+def test_fig2_marks_the_corners_and_gives_the_presets():
+    figure = drawn("fig2")
+    above, beside = figure.axes[0].child_axes
+    assert above.get_xticks() == pytest.approx([0.04, 0.15, 1.0])
+    assert beside.get_yticks() == pytest.approx([0.85, 1.0])
+    text = all_text(figure)
+    for symbol in ("$u_1$", "$u_2$", "u_3", "$F_y$", "$F_0$", "$K_0$", r"$K_\mathrm{sec}$", "severe: $a_1 = 0.20$"):
+        assert symbol in text, symbol
+
+
+# --- Figs 3 and 4 ----------------------------------------------------------------------------------------------------
+
+
+def test_fig3_shows_the_laws_and_says_that_ecd_has_none():
+    axes, data = drawn("fig3").axes[0], made_up()["loops"]
+    for model in ("CDC", "CDR", "SDR"):
+        assert shows(axes, data["frequency_ratio"], data["damping_ratio_law"].sel(viscous_model=model))
+    assert "no function" in labelled(axes, "ECD").get_label()
+
+
+def test_fig3_shows_the_whole_loop_of_every_model_with_its_damping_ratio():
+    axes, data = drawn("fig3").axes[1], made_up()["loops"]
+    for model in VISCOUS:
+        one = data.sel(damping_model=model)
+        pale, strong = lines(axes, MODELS[model].colour)
+        assert f"{float(one['damping_ratio']):.4f}" in strong.get_label()
+        together = np.concatenate([strong.get_xdata()[:-1], pale.get_xdata()])
+        assert together == pytest.approx(one["displacement"].values)
+        together = np.concatenate([strong.get_ydata()[:-1], pale.get_ydata()])
+        assert together == pytest.approx(one["damping_force"].values)
+
+
+def test_the_strong_loop_of_fig3_ends_at_the_second_peak_after_the_release():
+    strong = lines(drawn("fig3").axes[1], MODELS["CDC"].colour)[1].get_xdata()
+    # The made-up decay has its peaks every pi/1.3 in tau, a little early for its damping.
+    assert strong.size * 0.01 == pytest.approx(2 * np.pi / 1.3, rel=0.02)
+
+
+def test_fig4_shows_three_rocking_decays_in_tau_and_in_seconds():
+    axes, data = drawn("fig4").axes[0], made_up()["loops"]
+    for name in data["rocking_model"].values:
+        assert shows(axes, data["tau"], data["rocking_displacement"].sel(rocking_model=name))
+    seconds = axes.child_axes[0]
+    assert seconds.get_xlim()[1] == pytest.approx(axes.get_xlim()[1] / 3.8)
+
+
+def test_fig4_shows_the_jump_of_cr_and_the_smooth_velocity_of_cdr():
+    _, upper, lower = drawn("fig4").axes
+    data = made_up()["loops"]
+    for axes, variable in ((upper, "displacement"), (lower, "velocity")):
+        for model in ("CR", "CDR"):
+            line = labelled(axes, model)
+            shown_part = data.isel(tau=slice(0, len(line.get_xdata())))
+            assert line.get_xdata() == pytest.approx(shown_part["tau"].values)
+            assert line.get_ydata() == pytest.approx(shown_part[variable].sel(damping_model=model).values)
+    (inset,) = lower.child_axes
+    jumps = [np.abs(np.diff(line.get_ydata())).max() for line in inset.get_lines()]
+    assert jumps[0] > 5 * jumps[1]  # the inset is where CR jumps
+
+
+# --- Figs 5 to 7 -----------------------------------------------------------------------------------------------------
+
+
+def test_fig5_shows_the_papers_amplitudes_and_no_others_with_the_closed_form():
+    data = made_up()["amplitude"]
+    for model, axes in zip(VISCOUS, drawn("fig5").axes):
+        assert axes.get_title().startswith(model)
+        assert len(lines(axes)) == 6
+        for amplitude in (0.9, 0.5, 0.3):
+            one = data.sel(damping_model=model, release_amplitude=amplitude)
+            assert shows(axes, E, one["damping_ratio"])
+            assert shows(axes, E, one["damping_ratio_energy"])
+            matched = labelled(axes, rf"$u_0/u_\mathrm{{ins}} = {amplitude:g}$")
+            assert matched.get_ydata() == pytest.approx(one["damping_ratio"].values)
+
+
+def test_fig5_draws_what_there_is_where_the_papers_amplitudes_are_missing():
+    figure = FIGURES["fig5"](match("release_amplitude", [0.25, 0.6]))
+    assert len(lines(figure.axes[0])) == 4
+
+
+def test_fig6_shows_every_wall_and_what_a_length_in_seconds_changes():
+    panels = np.reshape(drawn("fig6").axes, (5, 4))
+    for strips, row, name, parameter in (
+        (panels[0], panels[1], "slenderness", "slenderness"),
+        (panels[2], panels[3], "overburden", "overburden_ratio"),
+    ):
+        data = made_up()[name]
+        for column, model in enumerate(VISCOUS):
+            for value in data[parameter].values:
+                one = data.sel({"damping_model": model, parameter: value})
+                fixed = one["damping_ratio_fixed_seconds"]
+                assert shows(row[column], E, one["damping_ratio"])
+                assert shows(row[column], E, fixed)
+                assert shows(strips[column], E, 1000 * (fixed - one["damping_ratio"]))
+
+
+def test_fig6_shows_a1_only_where_the_plateau_is_the_first_ones():
+    row, data = np.reshape(drawn("fig6").axes, (5, 4))[4], made_up()["cracked_stiffness"]
+    for axes, model in zip(row, VISCOUS):
+        assert len(lines(axes)) == 3
+        for a1 in (0.02, 0.04, 0.14):
+            assert shows(axes, E, data["damping_ratio"].sel(damping_model=model, cracked_stiffness_ratio=a1))
+    legend = row[-1].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["0.02", "0.04", "0.14"]
+    assert "0.85" in legend.get_title().get_text()
+
+
+def test_fig6_error_shows_the_root_of_err_and_the_papers_range():
+    axes, data = drawn("fig6_error").axes[0], made_up()["amplitude"].sel(release_amplitude=0.5)
+    for model in VISCOUS:
+        assert labelled(axes, model).get_ydata() == pytest.approx(
+            np.sqrt(data["error"].sel(damping_model=model).values)
+        )
+    (shaded,) = axes.patches
+    assert (shaded.get_x(), shaded.get_x() + shaded.get_width()) == pytest.approx(PAPER_RANGE)
+    assert PAPER_RANGE == (0.80, 0.91)  # Section 6
+    # The second axis is the root mean square, in thousandths; 3200 samples in the made-up data.
+    (beside,) = axes.child_axes
+    assert beside.get_ylim()[1] == pytest.approx(1000 * axes.get_ylim()[1] / np.sqrt(3200))
+
+
+def test_fig6_error_names_the_papers_model_with_the_lowest_error():
+    axes = drawn("fig6_error").axes[0]
+    rows = {line.get_marker(): line.get_xdata() for line in axes.get_lines() if line.get_linestyle() == "None"}
+    assert rows[MODELS["SDR"].marker] == pytest.approx(E[E < 0.795])
+    assert rows[MODELS["CDR"].marker] == pytest.approx(E[E > 0.795])
+    assert rows[MODELS["CDC"].marker].size == 0
+    assert MODELS["ECD"].marker not in rows
+
+
+def test_fig7_shows_polynomials_matched_points_and_equation_15():
+    together, *panels = drawn("fig7").axes
+    data = made_up()["equivalence"]
+    for axes in (together, *panels):
+        assert shows(axes, E, data["giannini_masiani"])
+    for axes, model in zip(panels, VISCOUS):
+        assert axes.get_title().startswith(model)
+        for a1 in data["cracked_stiffness_ratio"].values:
+            one = data.sel(damping_model=model, cracked_stiffness_ratio=a1)
+            assert shows(axes, E, one["damping_ratio_fit"])
+            (points,) = (
+                line for line in axes.get_lines()
+                if line.get_marker() == "." and line.get_ydata()[0] == float(one["damping_ratio"][0])
+            )  # fmt: skip
+            assert np.all(np.isin(points.get_ydata(), one["damping_ratio"]))
+        fit = data["damping_ratio_fit"].sel(damping_model=model)
+        assert labelled(together, model).get_ydata() == pytest.approx(fit.sel(cracked_stiffness_ratio=0.04).values)
+    # Rounded down: a figure must not claim more than the least fit.
+    assert "0.9987" in all_text(drawn("fig7"))
+
+
+# --- Fig. 8 ----------------------------------------------------------------------------------------------------------
+
+
+def test_fig8_shows_the_measurement_and_every_model_in_millimetres():
+    data = made_up()["validation"]
+    for model in ALL:
+        axes = panel_titled(drawn("fig8"), f"{model}")
+        assert shows(axes, data["elapsed"], 1000 * data["measured"])
+        assert shows(axes, data["elapsed"], 1000 * data["displacement"].sel(damping_model=model))
+        number = "0.835" if model == "CR" else f"{float(data['damping_ratio'].sel(damping_model=model)):.4f}"
+        assert number in axes.get_title()
+    assert shows(panel_titled(drawn("fig8"), "table"), data["elapsed"], data["ground_acceleration"])
+
+
+def test_fig8_marks_the_peaks_on_the_side_where_they_are():
+    data = made_up()["validation"]
+    axes = panel_titled(drawn("fig8"), "SDR")
+    marks = [line for line in axes.get_lines() if line.get_linestyle() == "None"]
+    sides = np.array([1, -1, 1, -1])
+    for line, peaks in zip(marks, (data["measured_decay_peak"], data["decay_peak"].sel(damping_model="SDR"))):
+        assert line.get_ydata() == pytest.approx(1000 * sides * peaks.values)
+
+
+@pytest.mark.parametrize("said, synthetic", [("yes", True), ("no", False), (None, True), ("No idea", True)])
+def test_fig8_calls_a_record_synthetic_unless_it_says_that_it_is_not(said, synthetic):
+    data = validation(record_synthetic=said)
+    if said is None:
+        del data.attrs["record_synthetic"]
+    text = all_text(FIGURES["fig8"](data))
+    assert text.count("SYNTHETIC") == (2 if synthetic else 0)  # the heading and the legend
+
+
+def test_fig8_says_where_a_model_collapsed():
+    data = validation()
+    data["collapsed"][3] = 1
+    for name in ("rms_misfit", "peak_ratio_to_measured"):
+        data[name][3] = np.nan
+    data["decay_peak"][3] = np.nan
+    data["displacement"][3, 200:] = np.nan
+    figure = FIGURES["fig8"](data)
+    assert "collapsed" in [text.get_text() for text in panel_titled(figure, "SDR").texts]
+    assert "nan" not in all_text(figure)
+
+
+def test_fig8_starts_shortly_before_the_motion_and_ends_after_the_last_peak():
+    start, end = shown(validation())
+    # The bell of 0.1 s around 1.5 s first passes a tenth of its peak at 1.5 - 0.1 sqrt(ln 10).
+    assert 1.0 < start < 1.5 - 0.1 * np.sqrt(np.log(10)) + 0.01
+    assert 1.5 + 3.5 * np.pi / 8 < end < 4
+
+
+# --- orders ----------------------------------------------------------------------------------------------------------
+
+
+def test_fig_orders_shows_errors_measured_orders_and_true_slopes():
+    data = made_up()["orders"]
+    panels = iter(drawn("fig_orders").axes)
+    for scheme in ("newmark", "paper"):
+        for excitation in ("free", "forced"):
+            axes, one = next(panels), data.sel(scheme=scheme, excitation=excitation)
+            assert axes.get_xscale() == axes.get_yscale() == "log"
+            for model in ALL:
+                curve = one.sel(damping_model=model)
+                line = labelled(axes, f"{model}:")
+                assert line.get_ydata() == pytest.approx(curve["solver_error"].values)
+                assert f"{float(curve['order']):.2f} ({float(curve['finest_order']):.2f})" in line.get_label()
+            guides = [line for line in axes.get_lines() if str(line.get_label()).startswith("_")]
+            slopes = [np.polyfit(np.log(line.get_xdata()), np.log(line.get_ydata()), 1)[0] for line in guides]
+            assert slopes == pytest.approx([1.0, 2.0])
+
+
+# --- saving ----------------------------------------------------------------------------------------------------------
+
+
+def test_two_saves_of_a_figure_drawn_twice_are_the_same_bytes(tmp_path, monkeypatch):
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    formats = ("pdf", "png", "svg")
+    for folder in ("one", "two"):
+        written = save(draw("fig6_error"), tmp_path / folder / "figure", formats, 100)
+        assert written == [tmp_path / folder / f"figure.{suffix}" for suffix in formats]
+    for suffix in formats:
+        first, second = ((tmp_path / folder / f"figure.{suffix}").read_bytes() for folder in ("one", "two"))
+        assert first == second, suffix
+        assert b"CreationDate" not in first and b"dc:date" not in first
+    assert sorted(path.name for path in (tmp_path / "one").iterdir()) == ["figure.pdf", "figure.png", "figure.svg"]
+
+
+def test_resolution_sets_the_pixels_of_the_print_size(tmp_path):
+    (path,) = save(draw("fig6_error"), tmp_path / "figure", ["png"], 100)
+    width = int.from_bytes(path.read_bytes()[16:20], "big")  # of the PNG's header
+    assert width == pytest.approx(SINGLE_COLUMN / INCH * 100, abs=1)
+
+
+def test_a_name_with_a_dot_is_kept_whole(tmp_path):
+    (path,) = save(Figure(figsize=(1, 1)), tmp_path / "fig.v1", ["png"], 50)
+    assert path.name == "fig.v1.png"
+
+
+def test_a_failed_save_leaves_the_earlier_file_and_nothing_else(tmp_path, monkeypatch):
+    figure = Figure(figsize=(1, 1))
+    (path,) = save(figure, tmp_path / "figure", ["png"], 50)
+    before = path.read_bytes()
+
+    def break_off(self, target, **_):
+        target.write_bytes(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Figure, "savefig", break_off)
+    with pytest.raises(OSError, match="disk full"):
+        save(figure, tmp_path / "figure", ["png"], 50)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_unknown_format_is_an_error_and_writes_nothing(tmp_path):
+    with pytest.raises(ValueError, match="nonsense"):
+        save(Figure(figsize=(1, 1)), tmp_path / "figure", ["nonsense"], 50)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_users_own_style_changes_nothing(tmp_path):
+    (path,) = save(draw("fig6_error"), tmp_path / "plain", ["png"], 80)
+    with matplotlib.rc_context({"font.size": 20, "axes.facecolor": "black", "savefig.dpi": 30}):
+        (other,) = save(draw("fig6_error"), tmp_path / "styled", ["png"], 80)
+        assert matplotlib.rcParams["font.size"] == 20  # and the figures change nothing of the user's
+    assert path.read_bytes() == other.read_bytes()
+
+
+def test_importing_the_figures_does_not_load_the_solver():
+    code = "import sys, rockdamp.figures; print(*sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert "rockdamp.figures" in loaded
+    for name in ("numba", "rockdamp.kernels", "rockdamp.newmark", "matplotlib.pyplot"):
+        assert name not in loaded
