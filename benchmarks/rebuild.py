@@ -1,4 +1,4 @@
-"""Time a full rebuild of the paper's chain, and the matching of all four studies: `.venv/bin/python benchmarks/rebuild.py`.
+"""Time a full rebuild of the chain, and the matching of all four studies: `.venv/bin/python benchmarks/rebuild.py`.
 
 The rebuild goes to a folder of its own, which is removed again; the results of the tree stay as they are. The matching
 is timed in this process, after the kernel is compiled: computation alone, without start-up, reading and writing.

@@ -15,6 +15,7 @@ from rockdamp.curve import SOFTENING, TrilinearCurve
 from rockdamp.errors import InputError
 from rockdamp.matching import DEFAULT_WINDOW
 from rockdamp.provenance import constant
+from rockdamp.wall import Wall
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
@@ -151,6 +152,8 @@ BAD = [
     ("matching.window", 2, "matching.window is 2; it must be greater than 2.99"),
     ("matching.window", 81, "matching.window is 81; it must be at most windows.stop, 80"),
     ("loops.window", 1.5, "loops.window is 1.5; it must be greater than 2.99"),
+    ("studies.overburden.overburden_ratio", [0, 200], "overburden_ratio[1] is 200; at "),
+    ("studies.slenderness.slenderness", [15, 9000], "slenderness[1] is 9000; at "),
     ("wall.eccentricity", -0.2, "wall.eccentricity is -0.2; it must be at most half the thickness, 0.15 m"),
     ("validation.restitution", 0.6, "validation.restitution is 0.6; it must lie within the e of the polynomials"),
     ("validation.fit_cracked_stiffness_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
@@ -287,6 +290,16 @@ def test_the_first_impact_comes_after_a_quarter_of_the_curves_period(a1, b1, a3,
     expected = float(curve.period(part * a3)) / 4
     # Both sum the same closed forms; near the edge of a branch they cancel to about the root of the rounding error.
     assert checks.first_impact(case, part * a3) == pytest.approx(expected, rel=1e-6)
+
+
+@given(
+    thickness=st.floats(0.05, 1.0), slenderness=st.floats(5, 40), hinge_ratio=st.floats(0.05, 0.95),
+    overburden_ratio=st.floats(0, 10), eccentricity=st.floats(-0.02, 0.02), density=st.floats(500, 3000),
+)  # fmt: skip
+def test_the_frequency_parameter_is_the_walls(thickness, slenderness, **others):
+    wall = Wall(thickness, thickness * slenderness, **others)
+    plain = checks.frequency_parameter({"thickness": thickness, "slenderness": slenderness, **others})
+    assert plain == pytest.approx(float(wall.frequency_parameter), rel=1e-12)
 
 
 def test_the_default_window_is_read_from_the_package():

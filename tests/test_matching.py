@@ -30,8 +30,8 @@ def test_a_viscous_decay_is_matched_by_its_own_damping_ratio(model):
     truth = float(damping_ratio_energy(CURVE, model, e, 0.5)) * 1.1
     cases = cases_from(Damping(model, np.array([truth])), e)
     best = match_cases(cases, model, [1600])
-    assert best.damping_ratio[0, 0] == pytest.approx(truth, rel=2e-6)
-    assert best.error[0, 0] < 1e-8
+    assert best.damping_ratio[0, 0] == pytest.approx(truth, rel=2e-5)
+    assert best.error[0, 0] < 1e-6
 
 
 @pytest.mark.parametrize("model", VISCOUS_MODELS)

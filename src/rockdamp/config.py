@@ -21,6 +21,7 @@ from rockdamp.studies import STUDIES
 Config = Mapping[str, Any]
 
 WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, in parts of the number of steps
+STANDARD_GRAVITY = 9.80665  # [m s-2]
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 
 
@@ -185,6 +186,14 @@ def first_impact(case: Case, x0: float) -> float:
 # --- lengths and grids ---------------------------------------------------------------------------------------------
 
 
+def frequency_parameter(wall: Config) -> float:
+    """p, as `Wall.frequency_parameter`. [rad s-1]"""
+    lower = wall["hinge_ratio"] * wall["thickness"] * wall["slenderness"]
+    upper = wall["thickness"] * wall["slenderness"] - lower
+    overburden = wall["overburden_ratio"]
+    return math.sqrt(1.5 * STANDARD_GRAVITY * (2 * (1 + overburden) / lower + 2 * overburden / upper))
+
+
 def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]:
     """Each response lasts beyond its first impact, before which no damping ratio is defined, and decays are as long."""
     rigid = ("loops", "rigid")
@@ -205,6 +214,18 @@ def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]
     if not window <= longest:
         text = f"is {shown}; it must be at most windows.stop, {longest}, to which decays run (in tau)"
         yield Problem(("matching", "window"), text)
+        return
+    # Held in seconds at the length that the reference wall has, the response of another wall is another length in tau.
+    released = first_impact(cases[0], config["release_amplitude"])
+    seconds = window / frequency_parameter(config["wall"])
+    for study in ("slenderness", "overburden"):
+        key = STUDIES[study]
+        for index, value in enumerate(config["studies"][study][key]):
+            length = seconds * frequency_parameter({**config["wall"], key: value})
+            if not released < length <= longest:
+                text = f"is {value}; at {seconds:.6g} s its response has length {length:.6g} (in tau), which must be"
+                text += f" greater than {released:.6g}, its first impact, and at most windows.stop, {longest}"
+                yield Problem(("studies", study, key, index), text)
 
 
 def _grid_problems(config: Config) -> Iterator[Problem]:

@@ -289,7 +289,9 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
             "local_minima": best.local_minima[0],
         }
         if fixed is not None:
-            values["damping_ratio_fixed_seconds"] = _match_each(cases, model, fixed, restitution.size, scan, scheme)
+            values["damping_ratio_fixed_seconds"] = _match_each(
+                cases, model, fixed, restitution.size, scan, scheme, refinement
+            )
         for key, value in values.items():
             found.setdefault(key, []).append(value.reshape(shape))
     dataset = xr.Dataset(
@@ -332,10 +334,15 @@ def _windows_of_fixed_seconds(study: Study, config: Config, window: float) -> Ar
     return seconds * study.frequency_parameter
 
 
-def _match_each(cases: Cases, model: str, windows: Array, per_wall: int, scan: dict[str, Any], scheme: str) -> Array:
-    """Damping ratio of each case at its own wall's window."""
+def _match_each(
+    cases: Cases, model: str, windows: Array, per_wall: int, scan: dict[str, Any], scheme: str, refinement: int
+) -> Array:
+    """Damping ratio of each case at its own wall's window, followed to the finer step."""
     found = []
     for wall, window in enumerate(windows):
         own = cases.take(slice(wall * per_wall, (wall + 1) * per_wall))
-        found.append(match_cases(own, model, [step_count(window, cases.step)], scan, scheme).damping_ratio[0])
+        steps = step_count(window, cases.step)
+        best = match_cases(own, model, [steps], scan, scheme)
+        finer, _ = follow(refined(own, steps, refinement / 2, scheme), model, best.damping_ratio[0], scheme)
+        found.append(follow(refined(own, steps, refinement, scheme), model, finer, scheme)[0])
     return np.concatenate(found)

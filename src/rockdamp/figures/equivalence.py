@@ -208,7 +208,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     Parameters
     ----------
     amplitude : xarray.Dataset
-        ``error`` and ``rms_error`` (damping_model, release_amplitude, restitution).
+        ``error`` and ``rms_error`` (damping_model, release_amplitude, restitution), ``window`` and ``steps``.
     """
     values = numbers(amplitude, "release_amplitude")
     index = nearest(values, REFERENCE_AMPLITUDE)
@@ -241,7 +241,8 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
     figure.legend(loc="outside upper center", ncols=len(models))
     few_ticks(axes, 6)
-    axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {_window(one)}")
+    length = f"$\\tau = {float(one['window']):g}$ in $k = {int(one['steps'])}$ steps"
+    axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {length}")
     return figure
 
 

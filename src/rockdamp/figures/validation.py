@@ -46,8 +46,6 @@ def fig8(validation: xr.Dataset) -> Figure:
         if axes is not panels[1]:
             axes.sharey(panels[1])
         _history(axes, validation, model)
-    for axes in panels[1 + len(models) :]:
-        axes.set_axis_off()
     for axes in panels[len(models) - 1 : len(models) + 1]:
         axes.set_xlabel("time $t$ [s]")
         axes.tick_params(labelbottom=True)
