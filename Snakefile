@@ -32,9 +32,7 @@ except InputError as error:
 # A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
 # Numba's cache does not notice every edit of what it compiled: a folder for each version of the sources does.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
-os.environ.setdefault(
-    "NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute())
-)
+os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute()))
 
 
 wildcard_constraints:
@@ -64,6 +62,8 @@ rule all:
         rules.loops.output,
         rules.mechanism.output,
         rules.orders.output,
+        rules.dispersion.output,
+        rules.pulses.output,
         rules.validation.output,
         rules.calibration.output,
         [getattr(rules, figure).output for figure in FIGURES],

@@ -92,7 +92,8 @@ MUTATIONS = [
              "max(e.size - DEGREE - 1, 1)", "e.size", "test_stages.py"),
     Mutation("the larger of two equal minima", "matching.py", "if value < best.error[w, c]:",
              "if value <= best.error[w, c]:", "test_matching.py"),
-    Mutation("e^2 for e in the event-driven reference", "exact.py", None, None, "test_exact.py"),
+    Mutation("e^2 for e in the event-driven reference", "exact.py", "self.v *= self.restitution  # Eq. (8)",
+             "self.v *= self.restitution**2", "test_exact.py"),
 ]  # fmt: skip
 
 

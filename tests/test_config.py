@@ -118,7 +118,7 @@ BAD = [
     ("studies.slenderness.slenderness", [10, math.inf], "slenderness[1] is inf; it must be a finite number"),
     ("wall.thickness", True, "wall.thickness is True; it must be a number greater than 0"),
     ("wall.thickness", None, "wall.thickness is None; it must be a number greater than 0"),
-    ("solver.step", "1e-3", "solver.step is '1e-3', text to YAML, whose numbers have no quotes and a point"),
+    ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number greater than 0 (YAML's numbers"),
     ("wall", 3, "wall is 3; it must be a mapping of keys to values"),
     ("restitution", [0.7, 0.8], "restitution is [0.7, 0.8]; it must be a mapping of keys to values"),
     ("studies.slenderness.slenderness", {"a": 1}, "is a mapping of keys to values; it must be a list of at least 1"),
@@ -254,6 +254,7 @@ def test_a_missing_key_is_looked_for_in_its_section(tmp_path):
 def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
     monkeypatch.chdir(ROOT)
     assert report([DEFAULT], wall={"thickness": -1}).startswith("the command line: wall.thickness is -1;")
+    assert report([DEFAULT], wall={"widht": 1}).startswith("the command line: wall.widht is not a key;")
     assert report([DEFAULT], wal={"thickness": 1}).startswith("the command line: wal is not a key;")
 
 

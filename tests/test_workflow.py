@@ -161,7 +161,7 @@ CHANGES = [
     ("windows: {step: 8}", {"windows": 1}),
     ("studies: {slenderness: {slenderness: [15, 22]}}", {"decay_study": 1, "match_study": 1, "fig6": 1}),
     (
-        "matching: {window: 13}",
+        "matching: {window: 9}",
         {"match_study": 4, "loops": 1, "equivalence_fit": 1, "coefficients": 1, "validation": 1}
         | dict.fromkeys(["fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8"], 1),
     ),

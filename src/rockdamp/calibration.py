@@ -30,15 +30,14 @@ PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
 # Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85.
 SEARCHED = ("cracked_stiffness_ratio over the plateau's end (a1/a2)", "plateau_ratio (b1)", "restitution (e)")
 LOWEST, HIGHEST = np.array([0.02, 0.40, 0.50]), np.array([0.90, 0.95, 1.00])
-SCAN = (
-    np.array([0.03, 0.045, 0.06, 0.08, 0.11, 0.15, 0.20, 0.27, 0.36, 0.48, 0.64]),
-    np.linspace(0.42, 0.94, 53),
-    np.linspace(0.56, 1.00, 12),
-)
+SCAN = (np.geomspace(0.03, 0.65, 11), np.linspace(0.42, 0.94, 53), np.linspace(0.56, 1.00, 12))
+SPACING = np.array([np.log(SCAN[0][1] / SCAN[0][0]), SCAN[1][1] - SCAN[1][0], SCAN[2][1] - SCAN[2][0]])
 SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan
-STARTS = 6  # of the scan's best local minima, from which the search starts
-TRIAL = {"max_nfev": 25, "xtol": 1e-4, "ftol": 1e-4}  # of each start; the best then goes on to the end
-FINAL = {"max_nfev": 100, "xtol": 1e-9, "ftol": 1e-10}
+# The misfit has long bent valleys, in which a descent gets stuck: the best points of the scan are refined together.
+KEPT, REFINEMENTS, ROUNDS = 64, 6, 4
+NEARBY = np.array([offset for offset in product((-1, 0, 1), repeat=3) if any(offset)])
+EXPLAINED = 1.5  # the residuals' deviation over the resting sensor's up to which no better minimum is looked for
+DESCENT = {"max_nfev": 100, "xtol": 1e-9, "ftol": 1e-10, "gtol": None}
 BATCH = 1024  # histories held at once
 DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
 DRAWS, DRAWS_SEED = 64, 0  # of the motion's noise
@@ -113,7 +112,7 @@ def calibrate(
             "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
             "displacement": ("elapsed", computed),
             "residual_deviation": np.sqrt(residual @ residual / degrees_of_freedom),
-            "rest_deviation": np.std(fit.measured[: rest_samples(record)]),
+            "rest_deviation": fit.rest_deviation,
             "sensor_offset": fit.sensor_zero + offset,
             "sensor_drift": drift,
             "bandwidth": bandwidth,
@@ -165,6 +164,7 @@ class _Fit:
     step: float
     measured: Array  # from the level at rest [m]
     sensor_zero: float  # that level [m]
+    rest_deviation: float  # of the measured displacement at rest [m]
     trend: Array  # (samples, 2): offset and drift of the sensor
     basis: Array  # the same, orthonormal
 
@@ -173,7 +173,9 @@ class _Fit:
         measured, zero = measured_displacement(record)
         elapsed = record.elapsed - record.elapsed[0]
         trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
-        return cls(record, wall, ultimate_ratio, softening, step, measured, zero, trend, np.linalg.qr(trend)[0])
+        resting = float(np.std(measured[: rest_samples(record)]))
+        basis = np.linalg.qr(trend)[0]
+        return cls(record, wall, ultimate_ratio, softening, step, measured, zero, resting, trend, basis)
 
     def physical(self, points: Array) -> Array:
         """Turn points into parameters, or a batch of them, shape (..., 3)."""
@@ -218,33 +220,51 @@ class _Fit:
         shifts = []
         for _ in range(DRAWS):
             noisy = self.record.ground_acceleration + DRAWN * deviation * random.standard_normal(self.measured.size)
-            shifted = replace(self, record=replace(self.record, ground_acceleration=noisy)).computed(parameters[None])[
-                0
-            ]
-            shifts.append(np.linalg.lstsq(derivative, self.without_trend(shifted - computed), rcond=None)[0])
+            moved = replace(self, record=replace(self.record, ground_acceleration=noisy))
+            shift = self.without_trend(moved.computed(parameters[None])[0] - computed)
+            shifts.append(np.linalg.lstsq(derivative, shift, rcond=None)[0])
         return np.einsum("ki,kj->ij", shifts, shifts) / (DRAWS * DRAWN**2)
 
     def search(self) -> tuple[Array, int]:
         """Return the point of least misfit, and how many local minima the scan found."""
         grid = np.array(list(product(*SCAN)))
         coarse = replace(self, step=SCAN_STEP)
-        misfit = coarse.misfit(grid).reshape([axis.size for axis in SCAN])
+        misfit = coarse.misfit(grid).reshape([len(axis) for axis in SCAN])
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
-        best = minima[np.argsort(misfit.ravel()[minima], kind="stable")][:STARTS]
-        found = [coarse._descend(grid[index], **TRIAL) for index in best]
-        nearest = min(found, key=lambda result: result.cost)
-        return self._descend(nearest.x, **FINAL).x, minima.size
+        points = grid[np.argsort(misfit, axis=None, kind="stable")[:KEPT]]
+        found = coarse._descend(coarse._refine(points))
+        for _ in range(ROUNDS - 1):
+            if np.sqrt(2 * found.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
+                break
+            again = coarse._descend(coarse._refine(found.x[None]))
+            if again.cost > 0.99 * found.cost:
+                break
+            found = again
+        return self._descend(found.x).x, minima.size
 
-    def _descend(self, start: Array, **limits: float) -> OptimizeResult:
-        u_ins = float(self.wall.instability_displacement)
+    def _refine(self, points: Array) -> Array:
+        """Look around each point, keep the best of all, halve the distance, and so on; return the best."""
+        misfit, spacing = self.misfit(points), SPACING
+        for _ in range(REFINEMENTS):
+            spacing = spacing / 2
+            around = np.stack([points] * len(NEARBY))
+            around[..., 0] *= np.exp(NEARBY[:, None, 0] * spacing[0])
+            around[..., 1:] += NEARBY[:, None, 1:] * spacing[1:]
+            around = np.clip(around.reshape(-1, 3), LOWEST, HIGHEST)
+            points, misfit = np.concatenate([points, around]), np.concatenate([misfit, self.misfit(around)])
+            best = np.argsort(misfit, kind="stable")[:KEPT]
+            points, misfit = points[best], misfit[best]
+        return points[0]
+
+    def _descend(self, start: Array) -> OptimizeResult:
 
         def residual(point: Array) -> Array:
-            return self.without_trend(self.computed(self.physical(point)[None])[0] - self.measured) / u_ins
+            return self.without_trend(self.computed(self.physical(point)[None])[0] - self.measured)
 
         def derivative(point: Array) -> Array:
             # Central differences must not step over a bound: 1 is the largest e there is.
             inside = DIFFERENCE * (HIGHEST - LOWEST)
-            return self.derivative(np.clip(point, LOWEST + inside, HIGHEST - inside), at_point=True) / u_ins
+            return self.derivative(np.clip(point, LOWEST + inside, HIGHEST - inside), at_point=True)
 
         return least_squares(
             residual,
@@ -252,7 +272,7 @@ class _Fit:
             derivative,
             bounds=(LOWEST, HIGHEST),
             x_scale=HIGHEST - LOWEST,
-            **limits,
+            **DESCENT,
         )
 
 

@@ -69,9 +69,15 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
 
 
 def damping_ratio_energy(
-    curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike
+    curve: TrilinearCurve,
+    damping_model: str,
+    restitution: ArrayLike,
+    release_amplitude: ArrayLike,
+    exponent: ArrayLike = 0.0,
 ) -> NDArray[np.float64]:
     """Damping ratio by the closed form; for ECD the exact one, which reproduces every peak. [-]
+
+    The exponent is used by the general exponent's model, ``"POWER"``, alone.
 
     Raises
     ------
@@ -80,10 +86,37 @@ def damping_ratio_energy(
     """
     e = check_restitution(restitution)
     delta = 0.0 - np.log(e)
-    g = equivalence_factor(curve, Damping(damping_model, np.ones(())), release_amplitude)
+    g = equivalence_factor(curve, Damping(damping_model, np.ones(()), exponent), release_amplitude)
     if damping_model == "ECD":
         return np.broadcast_to(exact_ratio(e), np.broadcast_shapes(e.shape, g.shape)).copy()
     return delta * g
+
+
+def damping_ratio_middle(
+    curve: TrilinearCurve,
+    damping_model: str,
+    restitution: ArrayLike,
+    release_amplitude: ArrayLike,
+    exponent: ArrayLike = 0.0,
+) -> NDArray[np.float64]:
+    """Damping ratio by the closed form at the half cycle's middle energy, second order in the loss. [-]
+
+    A half cycle from x0 runs from V(x0) to e^2 V(x0). With g at their geometric mean, V(xm) = e V(x0), in place of
+    g(x0), the terms of first order cancel, as reversing time turns -xi into xi and exchanges the two peaks:
+
+        xi = pi g(xm) delta/sqrt(pi^2 + delta^2),
+
+    exact for ECD, and for every model on the first branch.
+
+    Raises
+    ------
+    InputError
+        As `damping_ratio_energy`.
+    """
+    e = check_restitution(restitution)
+    middle = curve.amplitude(e * curve.energy(release_amplitude))
+    g = equivalence_factor(curve, Damping(damping_model, np.ones(()), exponent), middle)
+    return np.pi * g * exact_ratio(e)
 
 
 def exact_ratio(restitution: ArrayLike) -> NDArray[np.float64]:

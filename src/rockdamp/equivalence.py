@@ -18,7 +18,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``curve.plateau_ratio``.
+        Validated; uses ``curve`` and ``release_amplitude``.
     matched : xarray.Dataset
         Of the cracked-stiffness study.
 
@@ -60,8 +60,15 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             "r_squared": (lead, (1 - (residual**2).sum(axis=1) / total).reshape(shape)),
             "largest_residual": (lead, np.abs(residual).max(axis=1).reshape(shape)),
         },
-        coords={**xi.coords, "degree": degrees, "other_degree": degrees},
-    ).drop_vars(["frequency_parameter", "plateau_ratio"], errors="ignore")  # fmt: skip
+        coords={
+            **xi.coords,
+            "degree": degrees,
+            "other_degree": degrees,
+            "plateau_ratio": float(config["curve"]["plateau_ratio"]),
+            "ultimate_ratio": float(config["curve"]["ultimate_ratio"]),
+            "release_amplitude": float(config["release_amplitude"]),
+        },
+    ).drop_vars("frequency_parameter")  # fmt: skip
 
 
 def table(dataset: xr.Dataset) -> pd.DataFrame:

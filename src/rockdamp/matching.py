@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import VISCOUS_MODELS, Damping
 from rockdamp.decay import Config, Study, describe, make_wall, step_count
 from rockdamp.energy import damping_ratio_energy
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, Quantity
 from rockdamp.newmark import Reference, solve, stable_step
 from rockdamp.progress import track
 
@@ -44,6 +44,8 @@ class Cases:
         Of the reference, at each step of the solver. [-]
     step : float
         In tau.
+    exponent : float or ndarray, shape (cases,)
+        n of the general exponent, for the model ``"POWER"`` alone. [-]
     """
 
     curve: TrilinearCurve
@@ -51,6 +53,7 @@ class Cases:
     restitution: Array
     displacement: Array
     step: float
+    exponent: Quantity = 0.0
 
     def take(self, case: slice | NDArray[np.int64]) -> Cases:
         """Return some of the cases."""
@@ -60,11 +63,21 @@ class Cases:
             self.restitution[case],
             self.displacement[case],
             self.step,
+            self.exponents[case],
         )
 
     def curve_of(self, case: Any) -> TrilinearCurve:
         """Return the curves of some cases."""
         return self.curve.map(lambda parameter: parameter[case])
+
+    @property
+    def exponents(self) -> Array:
+        """The exponent of each case."""
+        return np.broadcast_to(np.asarray(self.exponent, dtype=float), self.restitution.shape)
+
+    def damping_of(self, damping_model: str, damping_ratio: Array, case: Any) -> Damping:
+        """Return the dampers of some cases."""
+        return Damping(damping_model, damping_ratio, self.exponents[case])
 
 
 @dataclass(frozen=True)
@@ -102,7 +115,7 @@ def match_cases(
     ----------
     cases : Cases
     damping_model : str
-        One of `VISCOUS_MODELS`.
+        One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
     window_steps : sequence of int, ascending
         Lengths of the response in steps.
     scan : dict
@@ -118,7 +131,9 @@ def match_cases(
     windows = np.asarray(window_steps, dtype=np.int64)
     scan = scan or SCAN
     _require_impacts(cases, windows)
-    guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
+    guess = damping_ratio_energy(
+        cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
+    )
     trial = guess[:, None] * np.geomspace(scan["smallest"], scan["largest"], scan["points"])
     coarse = _scan(cases, damping_model, trial, windows, scheme)
     lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])
@@ -169,7 +184,7 @@ def _scan(cases: Cases, model: str, trial: Array, windows: NDArray[np.int64], sc
     index = np.arange(cases.restitution.size)[:, None]
     response = solve(
         cases.curve_of(index),
-        Damping(model, trial),
+        cases.damping_of(model, trial, index),
         release_amplitude=cases.release_amplitude[:, None],
         step=cases.step * every,
         steps=int(marks[-1]),
@@ -195,7 +210,7 @@ def _refine(
         window, case = window_.astype(np.int64), case_.astype(np.int64)
         response = solve(
             cases.curve_of(case),
-            Damping(model, xi),
+            cases.damping_of(model, xi, case),
             release_amplitude=cases.release_amplitude[case],
             step=cases.step,
             steps=int(windows[-1]),
@@ -317,7 +332,7 @@ def refined(cases: Cases, steps: int, refinement: float, scheme: str = "newmark"
         scheme=scheme,
     )
     assert response.displacement is not None
-    return Cases(cases.curve, cases.release_amplitude, cases.restitution, response.displacement, step)
+    return replace(cases, displacement=response.displacement, step=step)
 
 
 def follow(cases: Cases, model: str, ratio: Array, scheme: str = "newmark") -> tuple[Array, Array]:

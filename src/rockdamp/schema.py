@@ -25,6 +25,9 @@ BOUNDS = {
 }  # fmt: skip
 
 
+COMMAND_LINE = "the command line"
+
+
 class Problem(NamedTuple):
     """What is wrong with the value of one key."""
 
@@ -81,9 +84,10 @@ def _misfit(error: ValidationError) -> str:
         return f"has {twice!r} twice; its values must differ"
     if error.validator == "minItems":
         return f"has {len(value)} of them; it must be {_allowed(error.schema)}"
-    shown = "a mapping of keys to values" if isinstance(value, Mapping) else repr(value)
     if isinstance(value, str) and _is_number(value):
-        shown += ", text to YAML, whose numbers have no quotes and a point, as 1.0e-3,"
+        hint = "YAML's numbers have no quotes, and a point before an exponent; --config has none within braces"
+        return f"is the text {value!r}; it must be {_allowed(error.schema)} ({hint})"
+    shown = "a mapping of keys to values" if isinstance(value, Mapping) else repr(value)
     return f"is {shown}; it must be {_allowed(error.schema)}"
 
 
@@ -125,14 +129,15 @@ def origin(path: KeyPath, config: Mapping[str, Any], files: Sequence[str | Path]
     str
         ``config/default.yaml, line 9``; or ``the command line`` for a value that none of the files gives.
     """
-    for depth in range(len(path), 0, -1):
+    there = _at(config, path) is not None
+    for depth in [len(path)] if there else range(len(path) - 1, 0, -1):
         for file in reversed(files):
             text = Path(file).read_text(encoding="utf-8")
             line = _line(yaml.compose(text, Loader=yaml.SafeLoader), path[:depth])
             if line is not None:
-                same = depth < len(path) or _at(yaml.safe_load(text), path) == _at(config, path)
-                return f"{file}, line {line}" if same else "the command line"
-    return "the command line"
+                same = not there or _at(yaml.safe_load(text), path) == _at(config, path)
+                return f"{file}, line {line}" if same else COMMAND_LINE
+    return COMMAND_LINE
 
 
 def _at(config: Any, path: KeyPath) -> str | None:

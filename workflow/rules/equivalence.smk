@@ -12,9 +12,7 @@ rule decay_study:
         function="rockdamp.decay.study",
         kind="decay",
         version=version("rockdamp.decay"),
-        config=part(
-            "solver", "wall", "curve", "release_amplitude", "restitution", "studies.{study}", "windows.stop"
-        ),
+        config=part("solver", "wall", "curve", "release_amplitude", "restitution", "studies.{study}", "windows.stop"),
     message:
         "Free decays under a coefficient of restitution: the {wildcards.study} study"
     script:
@@ -67,9 +65,7 @@ rule windows:
         function="rockdamp.windows.windows",
         kind="windows",
         version=version("rockdamp.windows"),
-        config=part(
-            "solver", "wall", "curve", "release_amplitude", "studies.amplitude", "matching.scan", "windows"
-        ),
+        config=part("solver", "wall", "curve", "release_amplitude", "studies.amplitude", "matching.scan", "windows"),
     message:
         "Errors and damping ratios for every length of the response"
     script:
@@ -88,7 +84,7 @@ rule equivalence_fit:
         function="rockdamp.equivalence.fit",
         kind="equivalence",
         version=version("rockdamp.equivalence"),
-        config=part("curve.plateau_ratio"),
+        config=part("curve.plateau_ratio", "curve.ultimate_ratio", "release_amplitude"),
     message:
         "Second-order polynomials of the damping ratio over the coefficient of restitution"
     script:
@@ -152,6 +148,50 @@ rule mechanism:
         config=part("wall", "curve"),
     message:
         "Force-displacement curves and the wall's geometry"
+    script:
+        "../scripts/dataset.py"
+
+
+rule dispersion:
+    input:
+        code=code("rockdamp.dispersion"),
+    output:
+        f"{RESULTS}/dispersion.nc",
+    log:
+        f"{LOGS}/dispersion.log",
+    threads: 2
+    params:
+        function="rockdamp.dispersion.dispersion",
+        kind="dispersion",
+        version=version("rockdamp.dispersion"),
+        config=part(
+            "solver",
+            "curve.plateau_ratio",
+            "studies.cracked_stiffness.plateau_ratio_beyond",
+            "matching",
+            "dispersion",
+        ),
+    message:
+        "Dispersion of the damping ratio over the amplitude, by peaks, by Err and by the closed form"
+    script:
+        "../scripts/dataset.py"
+
+
+rule pulses:
+    input:
+        code=code("rockdamp.pulses"),
+    output:
+        f"{RESULTS}/pulses.nc",
+    log:
+        f"{LOGS}/pulses.log",
+    threads: 2
+    params:
+        function="rockdamp.pulses.pulses",
+        kind="pulses",
+        version=version("rockdamp.pulses"),
+        config=part("solver", "curve", "release_amplitude", "matching", "pulses"),
+    message:
+        "The dampers against restitution under pulses"
     script:
         "../scripts/dataset.py"
 

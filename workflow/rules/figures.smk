@@ -1,6 +1,6 @@
 """One rule for each figure, which says what it shows; how it shows it is in rockdamp.figures."""
 
-FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8", "fig_orders"]
+FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8", "fig_orders", "fig_dispersion", "fig_exponent", "fig_closed_form", "fig_pulses"]
 
 
 rule fig1:
@@ -117,3 +117,45 @@ use rule fig1 as fig_orders with:
         f"{LOGS}/figures/fig_orders.log",
     message:
         "Order of convergence of both schemes"
+
+
+use rule fig1 as fig_dispersion with:
+    input:
+        rules.dispersion.output,
+        code=code("rockdamp.figures"),
+    output:
+        figure("fig_dispersion"),
+    log:
+        f"{LOGS}/figures/fig_dispersion.log",
+    message:
+        "How the damping ratio depends on the amplitude"
+
+
+use rule fig_dispersion as fig_exponent with:
+    output:
+        figure("fig_exponent"),
+    log:
+        f"{LOGS}/figures/fig_exponent.log",
+    message:
+        "The exponent with which the damping ratio depends least on the amplitude"
+
+
+use rule fig_dispersion as fig_closed_form with:
+    output:
+        figure("fig_closed_form"),
+    log:
+        f"{LOGS}/figures/fig_closed_form.log",
+    message:
+        "The closed form against peaks and against Err"
+
+
+use rule fig1 as fig_pulses with:
+    input:
+        rules.pulses.output,
+        code=code("rockdamp.figures"),
+    output:
+        figure("fig_pulses"),
+    log:
+        f"{LOGS}/figures/fig_pulses.log",
+    message:
+        "The dampers against restitution under pulses"

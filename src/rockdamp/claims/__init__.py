@@ -1,0 +1,114 @@
+"""The paper's claims against the datasets: a verdict on each, with the numbers that it rests on.
+
+What each claim is judged by stands in data/claims.yaml; how its quantity is computed, here: one function for each.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from rockdamp.claims import histories, misfits, ratios
+from rockdamp.claims.reading import read_list
+from rockdamp.claims.verdicts import Claim, Datasets, Judge, Limits, combine
+from rockdamp.errors import InputError
+
+COLUMNS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
+JUDGES: dict[str, Judge] = {**histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}
+
+
+def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """Read the data file of claims.
+
+    Raises
+    ------
+    InputError
+        With a line for each thing that does not fit, and where it stands.
+    """
+    return read_list(path, "claims", "claims.schema.yaml", _problems)
+
+
+def judge(claims: Sequence[Claim], datasets: Datasets) -> pd.DataFrame:
+    """Judge every claim.
+
+    Parameters
+    ----------
+    claims : sequence of dict
+        As `read` returns them.
+    datasets : dict of str to xarray.Dataset
+        By their names in the results, without suffix: ``loops``, ``match/amplitude``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each claim, in the order of `claims`, with the columns `COLUMNS`.
+
+    Raises
+    ------
+    InputError
+        If a claim has no judge or a judge no claim, a dataset is missing, or limits and parts are not those that the
+        judge uses.
+    """
+    ids = [claim["id"] for claim in claims]
+    for found, wanted, text in ((ids, JUDGES, "has no judge"), (JUDGES, ids, "is judged, but not in the data file")):
+        for name in (name for name in found if name not in wanted):
+            raise InputError(f"claim {name} {text}")
+    return pd.DataFrame([_row(claim, datasets) for claim in claims], columns=list(COLUMNS))
+
+
+def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
+    for name in claim["datasets"]:
+        if name not in datasets:
+            raise InputError(f"claim {claim['id']}: there is no dataset {name!r}")
+    # A judge sees only the datasets that its claim names.
+    data, limits = {name: datasets[name] for name in claim["datasets"]}, Limits(claim)
+    found = JUDGES[claim["id"]](limits, data)
+    for problem, names in (
+        ("limits that decide nothing", set(limits) - limits.used),
+        ("parts that are not judged", set(claim["parts"]) - set(found)),
+        ("parts without words", set(found) - set(claim["parts"])),
+    ):
+        if names:
+            raise InputError(f"claim {claim['id']} has {problem}: {', '.join(sorted(names))}")
+    parts = {name: found[name] for name in claim["parts"]}
+    synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
+    verdict, condition = combine(claim, parts, capped=synthetic or bool(claim.get("inferred")))
+    return {
+        "id": claim["id"],
+        "section": claim["section"],
+        "claim": claim["claim"],
+        "verdict": verdict,
+        "measured": "; ".join(part.measured for part in parts.values() if part.measured),
+        "threshold": claim["threshold"].format_map(claim["limits"]),
+        "condition": condition,
+    }
+
+
+def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]]:
+    """What the schema cannot say: names within a claim that must agree."""
+    found: list[tuple[tuple[str | int, ...], str]] = []
+    for index, claim in enumerate(claims):
+        needed = claim["needed"]
+        names = needed["of"] if isinstance(needed, Mapping) else needed
+        for name in (name for name in names if name not in claim["parts"]):
+            found.append(
+                (("claims", index, "needed"), f"names {name!r}; it must be one of {', '.join(claim['parts'])}")
+            )
+        if isinstance(needed, Mapping) and needed["count"] > len(names):
+            text = f"is {needed['count']}; it must be at most {len(names)}, the number of parts named"
+            found.append((("claims", index, "needed", "count"), text))
+        if "condition" not in claim and (claim.get("inferred") or "validation" in claim["datasets"]):
+            text = "has no condition; it must say what holds the verdict back"
+            found.append((("claims", index), text))
+        try:
+            claim["threshold"].format_map(claim["limits"])
+        except (LookupError, ValueError, TypeError) as error:
+            text = f"names {error}; it must name limits, which are {', '.join(claim['limits'])}"
+            found.append((("claims", index, "threshold"), text))
+    return found
+
+
+__all__ = ["COLUMNS", "JUDGES", "judge", "read"]

@@ -1,0 +1,186 @@
+"""The claims on restitution, loops, histories and the measured test: sections 4, 5 and 7."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent
+from rockdamp.damping import PAPER_MODELS
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Restitution against slenderness."""
+    mechanism, parts = data["mechanism"], {}
+    for name, variable in (("printed", "restitution_analytical"), ("impulsive", "restitution_impulsive")):
+        e = mechanism[variable].sortby("slenderness")
+        rises = e.diff("slenderness") > limits["rise"]
+        ends = e.isel(slenderness=[0, -1])
+        low, high = ends["slenderness"].values
+        measured = "; ".join(
+            f"{number(first)} to {number(last)} at h1/h {number(hinge)}"
+            for hinge, (first, last) in zip(e["hinge_height_ratio"].values, ends.transpose(..., "slenderness").values)
+        )
+        measured = f"{variable} from h/t {number(low)} to {number(high)}: {measured}"
+        parts[name] = judged(rises.all("slenderness"), measured, "h1/h")
+    return parts
+
+
+# --- loops ---------------------------------------------------------------------------------------------------------
+
+
+def turns(velocity: Array) -> Indices:
+    """Samples of the peaks: the release at rest, and the last sample before each reversal of the velocity."""
+    before, after = velocity[1:-1], velocity[2:]
+    return np.concatenate([[0], np.flatnonzero((before != 0) & (before * after <= 0)) + 1])
+
+
+def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> Array:
+    """Work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
+
+    Only of displacements up to `inner` times the peak that the half cycle starts from.
+    """
+    u, v, force = (
+        loops[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
+    )
+    peaks = turns(v[loops["tau"].values <= window])
+    work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
+    middle = np.abs(0.5 * (u[1:] + u[:-1]))
+    halves = zip(peaks[:-1], peaks[1:])
+    return np.array([work[i:j][middle[i:j] <= inner * abs(u[i])].sum() for i, j in halves])
+
+
+def impact_losses(loops: xr.Dataset, window: float) -> Array:
+    """Energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
+    history = loops.sel(damping_model="CR")
+    u, v = history["displacement"].values, history["velocity"].values
+    last = turns(v[loops["tau"].values <= window])[-1]
+    before = np.flatnonzero(u[:last] * u[1 : last + 1] <= 0)
+    return 0.5 * v[before] ** 2 * (1 - float(loops["restitution"]) ** 2)
+
+
+def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Areas of the loops, half cycle by half cycle."""
+    loops, window = data["loops"], float(data["match/amplitude"]["window"])
+    found = {model: areas(loops, model, window) for model in PAPER_MODELS}
+    losses = impact_losses(loops, window)
+    count = min(losses.size, *(values.size for values in found.values()))
+    table, losses = np.stack([values[:count] for values in found.values()]), losses[:count]
+    mean = table.mean(axis=0)
+    totals = ", ".join(f"{model} {percent(row.sum() / losses.sum())}" for model, row in zip(PAPER_MODELS, table))
+    parts = {}
+    for name, reference, of in (("models", mean, "of their mean"), ("impact", losses, "of CR's loss")):
+        relative = table / reference - 1
+        each = (f"{percent(row.min())} to {percent(row.max())}" for row in relative.T)
+        measured = f"areas less {of[3:]}, by half cycle: {'; '.join(each)}"
+        held = xr.DataArray(
+            np.abs(relative).max(axis=0) <= limits["same"], coords={"half_cycle": np.arange(1, count + 1)}
+        )
+        parts[name] = judged(held, measured, "half cycle", limits["enough"])
+    whole = Part(
+        parts["impact"].holds, f"{parts['impact'].measured}; all together {totals} of it", parts["impact"].where
+    )
+    return parts | {"impact": whole}
+
+
+def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Share of each loop's area near zero displacement."""
+    loops, window = data["loops"], float(data["match/amplitude"]["window"])
+    parts = {}
+    for model in PAPER_MODELS:
+        share = areas(loops, model, window, limits["inner"]) / areas(loops, model, window)
+        concentrated = share > limits["concentrated"]
+        held = xr.DataArray(
+            ~concentrated if model == "CDC" else concentrated, coords={"half_cycle": np.arange(1, share.size + 1)}
+        )
+        measured = f"{model} {percent(share.min())} to {percent(share.max())} of the area"
+        parts[model.lower()] = judged(held, measured, "half cycle", limits["enough"])
+    return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
+
+
+# --- histories -----------------------------------------------------------------------------------------------------
+
+
+def rms(values: Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Nearly rigid tri-linear model against two references."""
+    rocking = data["loops"]["rocking_displacement"]
+    model, release = rocking.sel(rocking_model="tri-linear").values, abs(float(rocking[0, 0]))
+    parts = {}
+    for name, reference in (("slender", "slender"), ("exact", "large rotation")):
+        other = rocking.sel(rocking_model=reference).values
+        apart = rms(model - other) / release
+        ours, theirs = (peaks(history, int(limits["peaks"])) for history in (model, other))
+        count = min(ours.size, theirs.size)
+        largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
+        parts[f"{name}-history"] = Part(
+            apart <= limits["same"], f"{reference}: history {percent(apart)} of the release"
+        )
+        parts[f"{name}-peaks"] = Part(
+            largest <= limits["same"], f"{reference}: first {count} peaks {percent(largest)} of the release"
+        )
+    return {name: parts[name] for name in ("slender-history", "slender-peaks", "exact-history", "exact-peaks")}
+
+
+def peaks(displacement: Array, count: int) -> Array:
+    """The first `count` peaks of |u| after the release."""
+    return np.abs(displacement)[turns(np.gradient(displacement))[1 : count + 1]]
+
+
+def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """CDR against CR: velocity step by step, and differences of the histories."""
+    loops = data["loops"]
+    matched = loops["tau"].values <= float(data["match/amplitude"]["window"])
+    u, v = (
+        {model: loops[name].sel(damping_model=model).values for model in ("CR", "CDR")}
+        for name in ("displacement", "velocity")
+    )
+    changes = {model: float(np.abs(np.diff(v[model][matched])).max()) for model in v}
+    jump = changes["CDR"] / changes["CR"]
+    apart, apart_velocity = (rms((of["CDR"] - of["CR"])[matched]) / float(np.abs(of["CR"]).max()) for of in (u, v))
+    beyond = rms(u["CDR"] - u["CR"]) / float(np.abs(u["CR"]).max())
+    length = number(loops["tau"].values[-1])
+    steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
+    return {
+        "smooth": Part(jump <= limits["jump"], steps),
+        "displacement": Part(apart <= limits["same"], f"displacement differs by {percent(apart)} (rms)"),
+        "velocity": Part(apart_velocity <= limits["same_velocity"], f"velocity by {percent(apart_velocity)} (rms)"),
+        "beyond": Part(beyond <= limits["same"], f"displacement by {percent(beyond)} (rms) up to tau {length}"),
+    }
+
+
+# --- the measured test ---------------------------------------------------------------------------------------------
+
+
+def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Decay after the pulse: decrement and peaks of each model."""
+    validation = data["validation"].sel(damping_model=["CR", *PAPER_MODELS])
+    decrement, misfit = validation["log_decrement"], validation["decay_peak_misfit"]
+    sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
+    more = float(sdr / others.mean(skipna=False)) - 1
+    return {
+        "more": Part(bool((sdr > others).all()), f"logarithmic decrement {per_model(decrement)}"),
+        "slightly": Part(0 < more <= limits["slight"], f"SDR {percent(more)} above the others' mean"),
+        "peaks": Part(
+            bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),
+            f"misfit of the decay's peaks {per_model(1000 * misfit)} mm",
+        ),
+    }
+
+
+JUDGES: dict[str, Judge] = {
+    "ean-slender": ean_slender,
+    "fig3-energy": fig3_energy,
+    "fig3-impact": fig3_impact,
+    "fig4-rigid": fig4_rigid,
+    "fig4-smooth": fig4_smooth,
+    "fig8-sdr": fig8_sdr,
+}

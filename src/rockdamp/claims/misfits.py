@@ -1,0 +1,128 @@
+"""The claims on the error of the matches, and on which model is best: sections 6 and 8."""
+
+from __future__ import annotations
+
+import xarray as xr
+from scipy.stats import spearmanr
+
+from rockdamp.claims.ratios import MODELS, is_smallest, mean_spread, papers, ratios, spans_of
+from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent, spans, steady
+
+ROUNDING = 1e-9
+
+
+def matched_error(data: Datasets) -> xr.DataArray:
+    """rms_error (damping_model, restitution) at the matched length, released at the reference amplitude."""
+    reference = float(data["loops"]["release_amplitude"])
+    at_reference = data["match/amplitude"]["rms_error"].sel(release_amplitude=reference, method="nearest")
+    return at_reference.sel(damping_model=MODELS).sortby("restitution")
+
+
+def mean_errors(data: Datasets) -> tuple[xr.DataArray, str]:
+    """Mean over e for each model, and in words as parts of the release amplitude."""
+    mean = matched_error(data).mean("restitution")
+    relative = mean / float(data["loops"]["release_amplitude"])
+    return relative, f"mean rms error {per_model(relative, percent)} of the release"
+
+
+def lengths(held: xr.DataArray, claim: str) -> Part:
+    """Whether something holds at every length of the response, and at which."""
+    found = held.astype(bool)
+    return judged(found, f"{claim} at {int(found.sum())} of {found.size} lengths: {spans(found, 'tau')}", "tau")
+
+
+def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """CDR and SDR against CDC."""
+    error = matched_error(data)
+    held = error.sel(damping_model=["CDR", "SDR"]).max("damping_model") < error.sel(damping_model="CDC")
+    _, measured = mean_errors(data)
+    return {
+        "matched": judged(held, f"both below CDC at {spans_of(held)}; {measured}", "e", limits["enough"]),
+        "lengths": lengths(data["windows"]["secant_below_constant"], "below CDC at every e"),
+    }
+
+
+def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """The model that errs least at each e, at the inferred length."""
+    windows = data["windows"]
+    inferred = windows["error"].sel(window=float(windows["inferred_window"]), method="nearest")
+    error = inferred.sel(damping_model=MODELS).transpose("damping_model", ...)
+    lowest = error["damping_model"][error.argmin("damping_model")].drop_vars("damping_model")
+    e = error["restitution"]
+    in_range = (e >= limits["low"] - ROUNDING) & (e <= limits["high"] + ROUNDING)
+    exact = spans(windows["cdr_lowest_in_paper_range"], "tau")
+    wrong = windows["misclassified"].sel(window=[w for w in windows["window"].values if w != float(inferred["window"])])
+    others = f"; at least {int(wrong.min())} misfits at any other length" if wrong.size else ""
+    parts = {}
+    for name, model, where in (("inside", "CDR", in_range), ("outside", "SDR", ~in_range)):
+        held = (lowest == model)[where.values]
+        parts[name] = judged(held, f"{model} lowest at {spans_of(held)} {name}", "e", limits["enough"])
+    last = parts["outside"]
+    measured = f"{last.measured}, at {number(inferred['window'])} in tau; the range is exactly so for {exact}{others}"
+    return parts | {"outside": Part(last.holds, measured, last.where)}
+
+
+def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Error against e, model by model."""
+    error = matched_error(data)
+    rises = steady(error, "restitution", -1)
+    steps = (error.diff("restitution") < 0).sum("restitution")
+    count = error.sizes["restitution"] - 1
+    correlation = xr.DataArray(
+        [spearmanr(error["restitution"], one).statistic for one in error.transpose("damping_model", ...).values],
+        coords={"damping_model": MODELS},
+    )
+    parts = {}
+    for model in MODELS:
+        rising = int(steps.sel(damping_model=model))
+        measured = f"{model} rises at {rising} of {count} steps to lower e"
+        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), measured)
+    parts["trend"] = Part(
+        bool((correlation <= limits["correlation"]).all()), f"rank correlation {per_model(correlation)}"
+    )
+    flag = data["windows"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
+    told = ", ".join(f"{model} {spans(flag.sel(damping_model=model), 'tau')}" for model in MODELS)
+    together = lengths(flag.all("damping_model"), "all rise at every step")
+    parts["lengths"] = Part(together.holds, f"{together.measured} ({told})", together.where)
+    return parts
+
+
+def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Error and dependence of CDR against those of the others."""
+    error, measured = mean_errors(data)
+    amplitudes = papers(ratios(data["match/amplitude"]), limits["release_amplitudes"])
+    amplitude = mean_spread(amplitudes, "release_amplitude")
+    stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
+    of_lengths = data["windows"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
+    return {
+        "error": Part(bool(is_smallest(error, "CDR")), measured),
+        "amplitude": Part(
+            bool(is_smallest(amplitude, "CDR")), f"spread over amplitude {per_model(amplitude, percent)}"
+        ),
+        "stiffness": Part(bool(is_smallest(stiffness, "CDR")), f"over a1 {per_model(stiffness, percent)}"),
+        "lengths": lengths(is_smallest(of_lengths, "CDR"), "CDR errs least"),
+    }
+
+
+def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Error of SDR."""
+    error, measured = mean_errors(data)
+    sdr, cdc = error.sel(damping_model="SDR"), error.sel(damping_model="CDC")
+    times = float(sdr / error.min("damping_model"))
+    of_lengths = data["windows"]["rms_error"].mean("restitution")
+    below = of_lengths.sel(damping_model="SDR").drop_vars("damping_model") < of_lengths.sel(damping_model="CDC")
+    return {
+        "small": Part(bool(sdr <= limits["small"]), measured),
+        "better": Part(bool(sdr < cdc), ""),
+        "near": Part(times <= limits["near"], f"SDR {number(times)} times the lowest"),
+        "lengths": lengths(below.drop_vars("damping_model", errors="ignore"), "below CDC in the mean"),
+    }
+
+
+JUDGES: dict[str, Judge] = {
+    "err-secant": err_secant,
+    "err-range": err_range,
+    "err-e": err_e,
+    "best-cdr": best_cdr,
+    "good-sdr": good_sdr,
+}

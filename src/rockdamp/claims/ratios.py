@@ -1,0 +1,256 @@
+"""The claims on the damping ratio that matches a decay, and what it depends on: sections 6 and 7."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, listed, number, per_model, percent, steady
+from rockdamp.damping import PAPER_MODELS
+
+MODELS = list(PAPER_MODELS)
+
+
+def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
+    """The paper's models; of the cracked-stiffness study those a1 that have the plateau of the first."""
+    xi = matched[variable].sel(damping_model=MODELS)
+    if "plateau_ratio" in matched.coords:
+        plateau = matched["plateau_ratio"].values
+        xi = xi.isel(cracked_stiffness_ratio=np.flatnonzero(np.isclose(plateau, plateau[0])))
+    return xi
+
+
+def papers(xi: xr.DataArray, amplitudes: list[float]) -> xr.DataArray:
+    """Only the release amplitudes of the paper; all of them in a study that holds fewer than two of those."""
+    found = [i for i, x0 in enumerate(xi["release_amplitude"].values) if np.isclose(x0, amplitudes).any()]
+    return xi.isel(release_amplitude=found) if len(found) > 1 else xi
+
+
+def spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
+    """(Largest - smallest)/mean over `dim`."""
+    return (xi.max(dim) - xi.min(dim)) / xi.mean(dim)
+
+
+def mean_spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
+    """Spread over `dim`, mean over e: one value for each model."""
+    return spread(xi, dim).mean("restitution")
+
+
+def is_largest(values: xr.DataArray, model: str) -> xr.DataArray:
+    """Whether `model` has the largest of the models' values."""
+    return (values.sel(damping_model=model) > values.drop_sel(damping_model=model)).all("damping_model")
+
+
+def is_smallest(values: xr.DataArray, model: str) -> xr.DataArray:
+    """Whether `model` has the smallest of the models' values."""
+    return is_largest(-values, model)
+
+
+def extent(values: xr.DataArray, symbol: str) -> str:
+    """Range of the values that a parameter takes: ``u0/u_ins 0.3 to 0.9``."""
+    return f"{symbol} {number(values.min())} to {number(values.max())}"
+
+
+# --- amplitude -----------------------------------------------------------------------------------------------------
+
+
+def _amplitude_sets(limits: Limits, data: Datasets) -> dict[str, xr.DataArray]:
+    wide = ratios(data["match/amplitude"])
+    return {"paper": papers(wide, limits["release_amplitudes"]), "wide": wide}
+
+
+def _spread_over_amplitude(xi: xr.DataArray) -> tuple[xr.DataArray, str]:
+    values = mean_spread(xi, "release_amplitude")
+    return values, f"spread over {extent(xi['release_amplitude'], 'u0/u_ins')}: {per_model(values, percent)}"
+
+
+def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """CDC against the others, over amplitude."""
+    parts = {}
+    for name, xi in _amplitude_sets(limits, data).items():
+        values, measured = _spread_over_amplitude(xi)
+        parts[name] = Part(bool(is_largest(values, "CDC")), measured)
+    return parts
+
+
+def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """CDR over amplitude."""
+    found = {name: _spread_over_amplitude(xi) for name, xi in _amplitude_sets(limits, data).items()}
+    values, measured = found["paper"]
+    widest, measured_wide = found["wide"]
+    return {
+        "slight": Part(bool(values.sel(damping_model="CDR") <= limits["slight"]), measured),
+        "least": Part(bool(is_smallest(values, "CDR")), ""),
+        "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), measured_wide),
+    }
+
+
+SIGNS = {"CDC": -1, "CDR": -1, "SDR": 1}  # of the change of xi with amplitude, as the claim has it
+
+
+def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Direction of the change with amplitude at each e."""
+    sets, parts = _amplitude_sets(limits, data), {}
+    everywhere = []
+    for model, sign in SIGNS.items():
+        xi, wide = (values.sel(damping_model=model) for values in sets.values())
+        held = steady(xi, "release_amplitude", sign)
+        ends = xi.sortby("release_amplitude").isel(release_amplitude=[0, -1]).mean("restitution").values
+        measured = f"{model} mean xi {number(ends[0])} to {number(ends[1])} ({spans_of(held)})"
+        parts[model.lower()] = judged(held, measured, "e", limits["enough"])
+        everywhere.append(steady(wide, "release_amplitude", sign))
+    sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
+    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), f"spread of SDR {percent(sdr)}")
+    wide_held = everywhere[0] & everywhere[1] & everywhere[2]
+    measured = f"all amplitudes: {listed(f'{m} {spans_of(held)}' for m, held in zip(SIGNS, everywhere))}"
+    parts["wide"] = judged(wide_held, measured, "e", limits["enough"])
+    return parts
+
+
+def spans_of(held: xr.DataArray) -> str:
+    """Count the cases that hold: ``28 of 29 e``."""
+    return f"{int(held.sum())} of {held.size} e"
+
+
+def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Dispersion over amplitude at high e against that at low e."""
+    xi = _amplitude_sets(limits, data)["paper"].sortby("restitution")
+    dispersions = {
+        "absolute": xi.max("release_amplitude") - xi.min("release_amplitude"),
+        "relative": spread(xi, "release_amplitude"),
+    }
+    third = max(xi.sizes["restitution"] // 3, 1)
+    parts: dict[str, Part] = {}
+    for name, dispersion in dispersions.items():
+        low, high = (dispersion.isel(restitution=part) for part in (slice(None, third), slice(-third, None)))
+        growth = high.mean("restitution") / low.mean("restitution")
+        measured = f"{name}, high over low e: {per_model(growth)}"
+        parts[name] = judged(growth > limits["more"], measured, "models", limits["enough"])
+    return parts
+
+
+def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """CDR and SDR at the lowest amplitude against those at the reference."""
+    xi = ratios(data["match/amplitude"]).sortby("release_amplitude")
+    low = xi.isel(release_amplitude=0)
+    reference = xi.sel(release_amplitude=float(data["loops"]["release_amplitude"]), method="nearest")
+    gap, gap_reference = (
+        float(np.abs(one.sel(damping_model="SDR") / one.sel(damping_model="CDR") - 1).mean())
+        for one in (low, reference)
+    )
+    excess = (reference / low).sel(damping_model="SDR") - 1
+    names = [f"u0/u_ins {number(one['release_amplitude'])}" for one in (low, reference)]
+    mean = float(excess.mean())
+    return {
+        "together": Part(
+            gap <= limits["closer"] * gap_reference,
+            f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}",
+        ),
+        "overdamps": judged(
+            excess > 0,
+            f"xi of SDR at {names[1]} over that at {names[0]}: {percent(excess.min())} to {percent(excess.max())} more",
+            "e",
+            limits["enough"],
+        ),
+        "slightly": Part(0 < mean <= limits["slight"], f"in the mean {percent(mean)}"),
+    }
+
+
+# --- the wall's parameters -----------------------------------------------------------------------------------------
+
+
+def _independence(dim: str, study: str) -> Judge:
+    def judge(limits: Limits, data: Datasets) -> dict[str, Part]:
+        """Spread over a parameter that should not matter."""
+        parts = {}
+        for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
+            values = spread(ratios(data[study], variable), dim).max("restitution")
+            measured = f"{'equal tau' if name == 'tau' else 'equal seconds'}: {per_model(values, percent)}"
+            parts[name] = Part(bool((values <= limits[name]).all()), measured)
+        return parts
+
+    return judge
+
+
+def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Cracked stiffness against slenderness and overburden."""
+    a1 = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
+    parts: dict[str, Part] = {}
+    for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
+        others = {dim: mean_spread(ratios(data[f"match/{study}"], variable), dim) for dim, study in OTHERS.items()}
+        held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
+        told = "; ".join(f"{dim.split('_')[0]} {per_model(values, percent)}" for dim, values in others.items())
+        measured = f"equal {name}: {told}"
+        parts[name] = judged(held, measured if parts else f"spread: a1 {per_model(a1, percent)}; {measured}",
+                             "models", limits["enough"])  # fmt: skip
+    return parts
+
+
+OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}
+
+
+def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """The models' spreads over a1."""
+    xi = ratios(data["match/cracked_stiffness"])
+    at_each, dim = spread(xi, "cracked_stiffness_ratio"), "cracked_stiffness_ratio"
+    values = at_each.mean("restitution")
+    held = is_largest(at_each, "CDC") & is_smallest(at_each, "CDR")
+    return {
+        "cdc": Part(
+            bool(is_largest(values, "CDC")), f"spread over {extent(xi[dim], 'a1')}: {per_model(values, percent)}"
+        ),
+        "cdr": Part(bool(is_smallest(values, "CDR")), ""),
+        "each": judged(held, f"so ranked at {spans_of(held)}", "e", limits["enough"]),
+    }
+
+
+def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Direction of the change with a1 at each e."""
+    xi, dim = ratios(data["match/cracked_stiffness"]).sortby("cracked_stiffness_ratio"), "cracked_stiffness_ratio"
+    parts = {}
+    for name, model, sign in (("cdc", "CDC", 1), ("cdr", "CDR", 1), ("sdr-less", "SDR", 1), ("sdr-more", "SDR", -1)):
+        held = steady(xi.sel(damping_model=model), dim, sign)
+        ends = xi.sel(damping_model=model).isel({dim: [0, -1]}).mean("restitution").values
+        less = "less" if sign > 0 else "more"
+        measured = f"{model} mean xi {number(ends[0])} to {number(ends[1])} ({less} at low a1 for {spans_of(held)})"
+        parts[name] = judged(held, measured, "e", limits["enough"])
+    return parts
+
+
+def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """The polynomials against Eq. (15)."""
+    fits = data["equivalence"]
+    xi = fits["damping_ratio_fit"].sel(damping_model=MODELS)
+    relative = xi / fits["giannini_masiani"] - 1
+    parts = {}
+    for name, model, sign in (("cdc", "CDC", -1), ("sdr", "SDR", 1), ("cdr", "CDR", -1)):
+        one = relative.sel(damping_model=model)
+        held = sign * one > 0
+        measured = f"{model} {percent(one.min())} to {percent(one.max())} against (15)"
+        partly = ""
+        if not bool(held.all()) and float(held.mean()) >= limits["enough"]:
+            partly = f"{percent(held.mean())} of e and a1"
+        parts[name] = Part(bool(held.all()), measured, partly)
+    apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
+    values = mean_spread(xi, "cracked_stiffness_ratio")
+    parts["cdr-slightly"] = Part(apart <= limits["slight"], f"CDR off by {percent(apart)} in the mean")
+    parts["cdr-a1"] = Part(
+        bool(values.sel(damping_model="CDR") <= limits["slight"]),
+        f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}: {per_model(values, percent)}",
+    )
+    return parts
+
+
+JUDGES: dict[str, Judge] = {
+    "amp-cdc": amp_cdc,
+    "amp-cdr": amp_cdr,
+    "amp-sign": amp_sign,
+    "amp-dispersion": amp_dispersion,
+    "slenderness": _independence("slenderness", "match/slenderness"),
+    "overburden": _independence("overburden_ratio", "match/overburden"),
+    "a1-most": a1_most,
+    "a1-rank": a1_rank,
+    "a1-sign": a1_sign,
+    "fit-order": fit_order,
+    "low-amp": low_amp,
+}

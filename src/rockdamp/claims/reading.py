@@ -1,0 +1,59 @@
+"""Reading of the data files that list claims and errata."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rockdamp.errors import InputError
+from rockdamp.schema import KeyPath, dotted, origin, schema_problems
+
+Check = Callable[[Sequence[dict[str, Any]]], list[tuple[KeyPath, str]]]
+
+
+def read_list(path: str | os.PathLike[str], key: str, schema: str, check: Check) -> list[dict[str, Any]]:
+    """Read the list under `key` of a YAML file that fits `schema`, in which every ``id`` differs.
+
+    Parameters
+    ----------
+    path : path
+    key : str
+        The file's one key.
+    schema : str
+        File of this package, JSON Schema as YAML.
+    check : callable
+        What it returns for the list, as paths of keys and texts, is wrong too.
+
+    Raises
+    ------
+    InputError
+        With a line for each thing that does not fit, and where it stands.
+    """
+    try:
+        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"{os.fspath(path)} cannot be read as YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(document, dict):
+        raise InputError(f"{os.fspath(path)} must be a mapping with the key {key}")
+    wanted = yaml.safe_load(files("rockdamp.claims").joinpath(schema).read_text(encoding="utf-8"))
+    problems = [(problem.path, problem.text) for problem in schema_problems(document, wanted)]
+    if not problems:
+        problems = _repeated(key, document[key]) + check(document[key])
+    if problems:
+        lines = (f"{origin(where, document, [Path(path)])}: {dotted(where)} {text}" for where, text in problems)
+        raise InputError("\n".join(lines))
+    return document[key]
+
+
+def _repeated(key: str, entries: Sequence[dict[str, Any]]) -> list[tuple[KeyPath, str]]:
+    ids = [entry["id"] for entry in entries]
+    return [
+        ((key, index, "id"), f"is {name!r} again; each must differ")
+        for index, name in enumerate(ids)
+        if name in ids[:index]
+    ]

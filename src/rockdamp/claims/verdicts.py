@@ -1,0 +1,140 @@
+"""What a claim's parts add up to, and how measured values are put into words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.errors import InputError
+
+REPRODUCED = "reproduced"
+CONDITIONAL = "reproduced under conditions"
+NOT_REPRODUCED = "not reproduced"
+
+Claim = Mapping[str, Any]
+Datasets = Mapping[str, xr.Dataset]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a claim, judged.
+
+    Attributes
+    ----------
+    holds : bool
+        In every case.
+    measured : str
+        What was found, with units.
+    where : str
+        The cases in which it holds, where it holds in enough of them but not in all.
+    """
+
+    holds: bool
+    measured: str
+    where: str = ""
+
+
+class Limits(dict[str, Any]):
+    """The numbers of one claim. Knows which were asked for: one that decides nothing is a mistake in the data file."""
+
+    def __init__(self, claim: Claim) -> None:
+        super().__init__(claim["limits"])
+        self.claim, self.used = claim["id"], set[str]()
+
+    def __getitem__(self, name: str) -> Any:
+        self.used.add(name)
+        return super().__getitem__(name)
+
+    def __missing__(self, name: str) -> Any:
+        raise InputError(f"claim {self.claim}: limits has no {name!r}, by which it is judged")
+
+
+Judge = Callable[[Limits, Datasets], dict[str, Part]]
+
+
+def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str, str]:
+    """Return the verdict on a claim, and the conditions if it holds under conditions only.
+
+    Parameters
+    ----------
+    claim : dict
+        With ``parts`` (name to words), ``needed`` and perhaps ``condition``.
+    parts : dict of str to Part
+    capped : bool
+        Nothing more than `CONDITIONAL` can be said, for the reason that the claim's ``condition`` gives.
+    """
+    needed = claim["needed"]
+    names, count = (needed["of"], needed["count"]) if isinstance(needed, Mapping) else (needed, len(needed))
+    if sum(parts[name].holds or bool(parts[name].where) for name in names) < count:
+        return NOT_REPRODUCED, ""
+    if all(part.holds for part in parts.values()) and not capped:
+        return REPRODUCED, ""
+    words = claim["parts"]
+    conditions = [claim["condition"]] if capped else []
+    holds = [words[name] for name, part in parts.items() if part.holds]
+    partly = [f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where]
+    fails = [words[name] for name, part in parts.items() if not part.holds and not part.where]
+    for label, found in (("holds", holds), ("holds in part", partly), ("does not hold", fails)):
+        if found:
+            conditions.append(f"{label}: {', '.join(found)}")
+    return CONDITIONAL, "; ".join(conditions)
+
+
+# --- cases ---------------------------------------------------------------------------------------------------------
+
+
+def judged(held: xr.DataArray, measured: str, noun: str, enough: float = 0.0) -> Part:
+    """Return the part that holds in the cases of `held` (boolean, one dimension with a coordinate).
+
+    Where it fails in some of them but holds in at least the part `enough`, it says which.
+    """
+    cases = held.astype(bool)
+    if bool(cases.all()):
+        return Part(True, measured)
+    partly = bool(cases.any()) and float(cases.mean()) >= enough
+    return Part(False, measured, spans(cases, noun) if partly else "")
+
+
+def spans(held: xr.DataArray, noun: str) -> str:
+    """Say in which cases a condition holds: ``e 0.7 to 0.8, 0.95``, or ``no e``."""
+    values, true = held[held.dims[0]].values, np.flatnonzero(held.values.astype(bool))
+    if not true.size:
+        return f"no {noun}"
+    runs = np.split(true, np.flatnonzero(np.diff(true) > 1) + 1)
+    if values.dtype.kind not in "fiu":
+        return f"{noun} {', '.join(map(str, values[true]))}"
+    ends = ((number(values[run[0]]), number(values[run[-1]])) for run in runs)
+    return f"{noun} {', '.join(first if first == last else f'{first} to {last}' for first, last in ends)}"
+
+
+def steady(values: xr.DataArray, dim: str, sign: int) -> xr.DataArray:
+    """Whether `values` change with the given sign from each coordinate of `dim` to the next."""
+    return (sign * values.sortby(dim).diff(dim) > 0).all(dim)
+
+
+# --- words ---------------------------------------------------------------------------------------------------------
+
+
+def number(value: Any) -> str:
+    """Three significant digits."""
+    return f"{float(value):.3g}"
+
+
+def percent(value: Any) -> str:
+    """Three significant digits, in percent."""
+    return f"{100 * float(value):.3g} %"
+
+
+def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:
+    """``CDC 1.2, CDR 3.4``."""
+    models = [str(model) for model in values["damping_model"].values]
+    return ", ".join(f"{model} {words(value)}" for model, value in zip(models, values.values))
+
+
+def listed(names: Iterable[str]) -> str:
+    """``CDC and SDR``, or ``none``."""
+    return " and ".join(names) or "none"

@@ -1,0 +1,102 @@
+"use strict";
+// The closed form of rockdamp/energy.py and the curve's limits of rockdamp/curve.py, in the reader's browser. Nodes,
+// weights and tolerances come from there with the page's data; tests hold both against each other.
+
+function closedForm(constants) {
+  const { nodes, weights, plateau_pieces: pieces, rounding } = constants;
+
+  function curve({ a1, b1, a3, softening }) {
+    const a2 = (softening === "steeper" ? 1 : a3) - b1;
+    const k1 = b1 / a1;
+    return { a1, b1, a2, a3, k1, ks: b1 / (a3 - a2), w1: Math.sqrt(k1) };
+  }
+
+  function force(c, x) {
+    return Math.max(Math.min(c.k1 * x, c.b1, c.ks * (c.a3 - x)), 0);
+  }
+
+  function energy(c, x) {
+    const z1 = Math.min(x, c.a1);
+    const z2 = Math.min(Math.max(x, c.a1), c.a2);
+    const z3 = Math.min(Math.max(x, c.a2), c.a3);
+    return (c.k1 * z1 * z1 + 2 * c.b1 * (z2 - c.a1) + c.ks * (z3 - c.a2) * (2 * c.a3 - c.a2 - z3)) / 2;
+  }
+
+  // C over m_eff p at damping ratio 1.
+  function coefficient(c, model, x) {
+    const z = Math.max(x, 1e-100);
+    const f = force(c, z);
+    if (model === "CDC") return 2 * c.w1;
+    if (model === "CDR") return 2 * Math.sqrt(f / z);
+    if (model === "SDR") return (2 * f) / z / c.w1;
+    return (2 * f) / Math.sqrt(2 * energy(c, z)); // ECD
+  }
+
+  // g(x0; a1, b1, a3): branch by branch in s = sqrt(x0 - x), by Gauss and Legendre's rule.
+  function factor(c, model, x0) {
+    const ends = [0];
+    for (let piece = 0; piece <= pieces; piece += 1) {
+      ends.push(Math.min(c.a1 * (c.a2 / c.a1) ** (piece / pieces), x0));
+    }
+    ends.push(x0);
+    const v0 = energy(c, x0);
+    let work = 0;
+    for (let i = 1; i < ends.length; i += 1) {
+      const s0 = Math.sqrt(x0 - ends[i]);
+      const s1 = Math.sqrt(x0 - ends[i - 1]);
+      for (let j = 0; j < nodes.length && s1 > s0; j += 1) {
+        const s = (s0 + s1) / 2 + ((s1 - s0) / 2) * nodes[j];
+        const x = x0 - s * s;
+        const speed = Math.sqrt(Math.max(2 * (v0 - energy(c, x)), 0));
+        work += ((s1 - s0) / 2) * weights[j] * 2 * s * coefficient(c, model, x) * speed;
+      }
+    }
+    return v0 / work;
+  }
+
+  function dampingRatio(c, model, e, x0) {
+    const delta = 0 - Math.log(e);
+    return model === "ECD" ? delta / Math.hypot(Math.PI, delta) : delta * factor(c, model, x0);
+  }
+
+  function gianniniMasiani(e) {
+    return (2 * (1 - e)) / (Math.PI * (1 + e));
+  }
+
+  // What a parameter may be while the others stay: both ends, whether the upper one belongs to it, and in words.
+  function limits(name, { a1, b1, a3, softening }) {
+    const steeper = softening === "steeper";
+    if (name === "e") return { low: 0, high: 1, closed: true, words: "greater than 0 and at most 1" };
+    if (name === "x0") return { low: 0, high: a3, closed: false, words: "greater than 0 and less than a3" };
+    if (name === "a1") {
+      const words = `greater than 0 and less than a2, where the plateau ends (${steeper ? "1" : "a3"} − b1)`;
+      return { low: 0, high: (steeper ? 1 : a3) - b1, closed: false, words };
+    }
+    if (name === "b1") {
+      if (steeper) return { low: 1 - a3, high: 1 - a1, closed: false, words: "greater than 1 − a3 and less than 1 − a1" };
+      return { low: 0, high: a3 - a1, closed: false, words: "greater than 0 and less than a3 − a1" };
+    }
+    const words = `greater than ${steeper ? "1 − b1" : "a1 + b1"} with ${softening} softening and at most 1`;
+    return { low: steeper ? 1 - b1 : a1 + b1, high: 1, closed: true, words };
+  }
+
+  // The allowed value next to the one wanted: a whole number of steps where the room has one, else its middle.
+  function clamp(name, wanted, step, values) {
+    const { low, high, closed } = limits(name, values);
+    const inside = (value) =>
+      value > low + rounding && (closed ? value <= high : value < high - rounding);
+    if (inside(wanted)) return wanted;
+    const decimals = Math.max(0, Math.ceil(-Math.log10(step)));
+    const start = wanted > low ? Math.floor(high / step) + 1 : Math.floor(low / step) - 1;
+    const way = wanted > low ? -1 : 1;
+    for (let k = 0; k < 4; k += 1) {
+      const value = Number(((start + way * k) * step).toFixed(decimals));
+      if (inside(value)) return value;
+    }
+    return (low + high) / 2;
+  }
+
+  return { curve, force, energy, coefficient, factor, dampingRatio, gianniniMasiani, limits, clamp };
+}
+
+if (typeof module !== "undefined") module.exports = closedForm;

@@ -1,0 +1,116 @@
+"""What the explorer needs from here: constants of the closed form, looks, starting values, and the stored decays."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from bokeh.resources import Resources
+
+from rockdamp.curve import PRESETS, ROUNDING
+from rockdamp.damping import TITLES
+from rockdamp.energy import NODES, PLATEAU_PIECES, WEIGHTS
+from rockdamp.figures.style import MODELS
+
+# Bokeh draws the plots: well kept, on PyPI with its script, and at 1.4 MB a quarter of what plotly brings, which counts
+# on a phone. Of its components only these two are needed.
+COMPONENTS = ["bokeh", "bokeh-api"]
+DECIMALS = 4  # of the stored displacements: a ten thousandth of u_ins is less than a screen shows
+MISSING = -(2**15)
+DASHES = {"solid": [], "dashed": [6, 3], "dashdot": [8, 3, 2, 3], "dotted": [2, 3]}
+WIDTH = 2  # of the lines; dashes are in line widths [pixels]
+
+
+class Control(NamedTuple):
+    """A slider with its number input."""
+
+    name: str
+    label: str
+    meaning: str
+    smallest: float
+    largest: float
+    step: float
+
+
+CONTROLS = (
+    Control("e", "e", "coefficient of restitution", 0.5, 1.0, 0.005),
+    Control("a1", "a1", "end of the first branch, u1/u_ins", 0.005, 0.5, 0.005),
+    Control("b1", "b1", "plateau over rigid strength, F_y/F0", 0.05, 0.99, 0.01),
+    Control("a3", "a3", "displacement of zero force, u3/u_ins", 0.1, 1.0, 0.01),
+    Control("x0", "u0/u_ins", "release amplitude", 0.01, 0.99, 0.01),
+)
+
+
+def library() -> str:
+    """Return the script of the plotting library."""
+    return "\n".join(Resources(mode="inline", minified=True, components=COMPONENTS).js_raw)
+
+
+def dash(style: str | tuple[float, Sequence[float]]) -> list[float]:
+    """Return a line style of the figures as lengths of dashes and gaps. [pixels]"""
+    if isinstance(style, str):
+        return list(DASHES[style])
+    return [round(WIDTH * length, 1) for length in style[1]]
+
+
+def styles() -> dict[str, dict[str, Any]]:
+    """Return each damping model's name, colour and dashes, those of the figures."""
+    return {
+        model: {"title": TITLES[model], "colour": style.colour, "dash": dash(style.linestyle)}
+        for model, style in MODELS.items()
+    }
+
+
+def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> dict[str, Any]:
+    """Return what the page's script reads.
+
+    Parameters
+    ----------
+    explorer : xarray.Dataset
+        What `rockdamp.explorer.explorer` returned.
+    restitution, release_amplitude : float
+        e and u0/u_ins that the sliders start at. [-]
+    """
+    scalars = {
+        "a1": "cracked_stiffness_ratio", "b1": "plateau_ratio", "a2": "plateau_end_ratio", "a3": "ultimate_ratio",
+    }  # fmt: skip
+    curve = {symbol: float(explorer[name]) for symbol, name in scalars.items()}
+    a2 = curve.pop("a2")
+    softening = "steeper" if abs(a2 + curve["b1"] - 1) < 1e-9 else "translated"
+    presets = {name: {"a1": a1, "b1": b1, "a3": 1.0, "softening": "steeper"} for name, (b1, a1) in PRESETS.items()}
+    return {
+        "constants": {
+            "nodes": NODES.tolist(),
+            "weights": WEIGHTS.tolist(),
+            "plateau_pieces": PLATEAU_PIECES,
+            "rounding": ROUNDING,
+        },
+        "models": [str(model) for model in explorer["damping_model"].values],
+        "styles": styles(),
+        "start": {"e": restitution, "x0": release_amplitude, **curve, "softening": softening},
+        "presets": {"study": {**curve, "softening": softening}, **presets},
+        "decays": {"curve": curve, **_decays(explorer)},
+    }
+
+
+def _decays(explorer: xr.Dataset) -> dict[str, Any]:
+    """The stored decays: whole numbers of a ten thousandth, two bytes each, in base 64."""
+    dims = ("damping_model", "release_amplitude", "restitution", "tau")
+    displacement = explorer["displacement"].transpose(*dims).values
+    whole = np.where(np.isfinite(displacement), np.round(displacement * 10**DECIMALS), MISSING).astype("<i2")
+    tau = explorer["tau"].values
+    ratio = explorer["damping_ratio"].transpose(*dims[:3]).values
+    return {
+        "releases": explorer["release_amplitude"].values.tolist(),
+        "restitutions": explorer["restitution"].values.tolist(),
+        "points": int(tau.size),
+        "spacing": round(float(tau[1] - tau[0]), 12),
+        "window": float(explorer["window"]),
+        "ratios": [[[None if np.isnan(v) else round(v, 6) for v in row] for row in part] for part in ratio.tolist()],
+        "missing": MISSING,
+        "scale": 10.0**-DECIMALS,
+        "displacement": base64.b64encode(whole.tobytes()).decode("ascii"),
+    }

@@ -1,0 +1,61 @@
+"""Numbers as readers take them in: few digits, powers of ten written out, lists with their models."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from markupsafe import Markup
+
+SMALL, LARGE = 1e-3, 1e5  # beyond these a power of ten is shorter to read
+
+
+def number(value: float, digits: int = 3) -> Markup:
+    """Return a number with some significant digits, as HTML."""
+    value = float(value)
+    if value == 0 or not math.isfinite(value):
+        return Markup("0" if value == 0 else "not defined")
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    if SMALL <= abs(value) < LARGE:
+        decimals = max(digits - 1 - int(exponent), 0)
+        return Markup(f"{value:.{decimals}f}".replace("-", "−"))
+    power = str(int(exponent)).replace("-", "−")
+    return Markup(f"{mantissa.replace('-', '−')}&nbsp;×&nbsp;10<sup>{power}</sup>")
+
+
+def plain(value: float) -> str:
+    """Return a parameter as it was chosen: 0.5, not 0.500."""
+    return f"{float(value):.6g}".replace("-", "−")
+
+
+def percent(value: float, digits: int = 2) -> Markup:
+    """Return a fraction as a percentage."""
+    return Markup("{}&nbsp;%").format(number(100 * float(value), digits))
+
+
+def listed(parts: Iterable[str]) -> Markup:
+    """Join with commas, the last with "and"."""
+    parts = list(parts)
+    if len(parts) < 2:
+        return Markup("").join(parts)
+    return Markup("{} and {}").format(Markup(", ").join(parts[:-1]), parts[-1])
+
+
+def of_models(values: Mapping[str, str]) -> Markup:
+    """Name the model of each value: "0.029 (CDC), 0.045 (CDR)"."""
+    return listed(Markup("{} ({})").format(value, model) for model, value in values.items())
+
+
+def ranges(values: Sequence[float], holds: Sequence[bool]) -> Markup:
+    """Say at which of ascending values something holds: "0.80 to 0.91 and 0.95"; "none" where nowhere."""
+    runs: list[list[float]] = []
+    before = False
+    for value, now in zip(values, holds):
+        if now and before:
+            runs[-1].append(value)
+        elif now:
+            runs.append([value])
+        before = bool(now)
+    if not runs:
+        return Markup("none")
+    return listed(f"{run[0]:.2f}" if len(run) == 1 else f"{run[0]:.2f} to {run[-1]:.2f}" for run in runs)

@@ -1,0 +1,140 @@
+"""The page itself: what goes into its template, and writing it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+import yaml
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from rockdamp.report import interactive, tables
+from rockdamp.report.captions import caption
+
+# Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
+TEMPLATE = "report.html.j2"
+STYLE = "report.css"
+SCRIPTS = ("closed_form.js", "explorer.js")
+
+
+@dataclass(frozen=True)
+class Content:
+    """What the report shows.
+
+    Attributes
+    ----------
+    claims, errata : sequence of dict
+        Rows with the columns of `tables.CLAIMS` and `tables.ERRATA`.
+    figures : dict
+        Name of the figure to its PNG, in the order of the page.
+    datasets : dict
+        Name without suffix, ``match/amplitude``, to the dataset.
+    assumptions, citation : str
+        docs/assumptions.md and CITATION.cff.
+    config : dict
+        The whole config.
+    code_version : str
+        Version and digest of the modules that the report depends on.
+    """
+
+    claims: Sequence[Mapping[str, str]]
+    errata: Sequence[Mapping[str, str]]
+    figures: Mapping[str, bytes]
+    datasets: Mapping[str, xr.Dataset]
+    assumptions: str
+    citation: str
+    config: Mapping[str, Any]
+    code_version: str
+
+
+def build(content: Content) -> str:
+    """Return the report as HTML. The same content gives the same text.
+
+    Raises
+    ------
+    InputError
+        If a claim has an unknown verdict.
+    KeyError
+        If a figure has no caption, or a dataset that its caption needs is missing.
+    """
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    template = environment.from_string(_text(TEMPLATE))
+    claims = tables.judged(content.claims)
+    accuracy = content.datasets.get("accuracy")
+    return template.render(
+        style=Markup(_text(STYLE)),
+        library=_script(interactive.library()),
+        scripts=[_script(_text(name)) for name in SCRIPTS],
+        explorer=_explorer(content),
+        controls=interactive.CONTROLS,
+        styles=interactive.styles(),
+        claims=claims,
+        counts=tables.counts(claims),
+        errata=content.errata,
+        figures=[_figure(name, png, content.datasets) for name, png in content.figures.items()],
+        assumptions=Markup(tables.prose(content.assumptions)),
+        accuracy=tables.scalars(accuracy) if accuracy is not None else [],
+        citation=tables.citation(content.citation),
+        config=yaml.safe_dump(dict(content.config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100),
+        software=tables.software(),
+        code_version=content.code_version,
+        datasets=_provenance(content.datasets),
+    )
+
+
+def write(content: Content, path: str | os.PathLike[str]) -> None:
+    """Write the report, complete or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_text(build(content), encoding="utf-8", newline="\n")
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _text(name: str) -> str:
+    return files("rockdamp.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _script(text: str) -> Markup:
+    """Return a script for use inside the page: what would end its element is written another way."""
+    return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
+
+
+def _explorer(content: Content) -> Markup:
+    found = interactive.data(
+        content.datasets["explorer"],
+        float(content.datasets["loops"]["restitution"]),
+        float(content.datasets["loops"]["release_amplitude"]),
+    )
+    return _script(json.dumps(found, allow_nan=False, separators=(",", ":")))
+
+
+def _figure(name: str, png: bytes, datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    width, height = (int.from_bytes(png[start : start + 4], "big") for start in (16, 20))  # of the PNG's header
+    image = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
+    return {"name": name, "image": image, "width": width, "height": height, "caption": caption(name, datasets)}
+
+
+def _provenance(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
+    return [
+        {
+            "name": f"{name}.nc",
+            "title": str(dataset.attrs.get("title", "")),
+            "code_version": str(dataset.attrs.get("code_version", "")),
+            "config": str(dataset.attrs.get("config_sha256", ""))[:16],
+        }
+        for name, dataset in datasets.items()
+    ]

@@ -1,0 +1,167 @@
+"""The parts of the report that are read from files: tables of claims and errata, prose, citation and versions."""
+
+from __future__ import annotations
+
+import csv
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import yaml
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from rockdamp.errors import InputError
+
+CLAIMS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
+ERRATA = ("id", "where", "printed", "used", "evidence")
+
+# How each verdict is marked: shape and word as well as colour.
+VERDICTS = {
+    "reproduced": ("yes", "✓"),
+    "reproduced under conditions": ("partly", "◐"),
+    "not reproduced": ("no", "✗"),
+}
+SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "bokeh", "snakemake")
+
+
+def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str, str]]:
+    """Read a table that has at least the given columns.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a line has too few or too many cells.
+    """
+    with open(path, encoding="utf-8", newline="") as file:
+        reader = csv.DictReader(file, strict=True)
+        missing = [name for name in columns if name not in (reader.fieldnames or ())]
+        if missing:
+            raise InputError(f"{os.fspath(path)} has no column {', '.join(missing)}")
+        found = list(reader)
+    for number, row in enumerate(found, start=1):
+        if None in row or None in row.values():
+            raise InputError(f"{os.fspath(path)}: row {number} has not as many cells as there are columns")
+    return found
+
+
+def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
+    """Return the claims with the mark of their verdict.
+
+    Raises
+    ------
+    InputError
+        If a verdict is none of `VERDICTS`.
+    """
+    for claim in claims:
+        if claim["verdict"] not in VERDICTS:
+            allowed = ", ".join(VERDICTS)
+            raise InputError(f"the verdict of {claim['id']} is {claim['verdict']!r}; it must be one of {allowed}")
+    return [
+        {**claim, "kind": VERDICTS[claim["verdict"]][0], "mark": VERDICTS[claim["verdict"]][1]} for claim in claims
+    ]
+
+
+def counts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+    """Return how many claims have each verdict."""
+    return [
+        {"verdict": verdict, "kind": kind, "mark": mark, "count": sum(claim["verdict"] == verdict for claim in claims)}
+        for verdict, (kind, mark) in VERDICTS.items()
+    ]
+
+
+def scalars(dataset: xr.Dataset) -> list[dict[str, str]]:
+    """Return name, meaning, value and units of every variable without dimensions, and the extremes of the others."""
+    found = []
+    for name in map(str, dataset.data_vars):
+        variable = dataset[name]
+        if variable.dtype.kind not in "fiu":
+            continue
+        known = variable.values[np.isfinite(variable.values)]
+        if not known.size:
+            continue
+        low, high = (f"{float(value):.4g}" for value in (known.min(), known.max()))
+        units = str(variable.attrs.get("units", ""))
+        found.append(
+            {
+                "name": name,
+                "meaning": str(variable.attrs.get("long_name", "")),
+                "value": high if variable.ndim == 0 or low == high else f"{low} to {high}",
+                "over": ", ".join(map(str, variable.dims)),
+                "units": "-" if units == "1" else units,
+            }
+        )
+    return found
+
+
+def prose(markdown: str) -> str:
+    """Return a document as HTML for a section: without its title, headings a level lower, no links into the tree."""
+    tokens = MarkdownIt("commonmark", {"html": False}).enable("table").parse(markdown)
+    kept: list[Token] = []
+    skipping = False
+    for token in tokens:
+        if token.type in ("heading_open", "heading_close"):
+            if token.tag == "h1":
+                skipping = token.type == "heading_open"
+                continue
+            token.tag = f"h{min(int(token.tag[1]) + 1, 6)}"
+        if skipping:
+            continue
+        if token.children:
+            token.children = _without_links_inside(token.children)
+        kept.append(token)
+    html = str(MarkdownIt("commonmark").enable("table").renderer.render(kept, MarkdownIt().options, {}))
+    return html.replace("<table>", '<div class="scroll" tabindex="0"><table>').replace("</table>", "</table></div>")
+
+
+def _without_links_inside(tokens: Sequence[Token]) -> list[Token]:
+    """The tokens of a line without its links to other files, whose text stays; images go altogether."""
+    kept, dropped = [], []
+    for token in tokens:
+        if token.type == "image":
+            continue
+        if token.type == "link_open":
+            dropped.append(not str(token.attrGet("href")).startswith(("https://", "http://")))
+            if dropped[-1]:
+                continue
+        elif token.type == "link_close" and dropped.pop():
+            continue
+        kept.append(token)
+    return kept
+
+
+def citation(text: str) -> dict[str, str]:
+    """Return what a citation file says, as one reference and as BibTeX, and the work that it refers to."""
+    cff = yaml.safe_load(text)
+    names = [_name(author) for author in cff["authors"]]
+    where = cff.get("doi") or cff.get("url") or cff.get("repository-code") or ""
+    kind = "Computer software"
+    parts = [f"{', '.join(names)}. {cff['title']} (version {cff['version']}) [{kind}]. {cff['license']}.", where]
+    lines = {"author": " and ".join(f"{{{name}}}" for name in names), "title": f"{{{cff['title']}}}",
+             "version": cff["version"], "note": kind}  # fmt: skip
+    body = ",\n".join(f"  {key} = {{{value}}}" for key, value in lines.items())
+    return {
+        "message": str(cff["message"]),
+        "reference": " ".join(part for part in parts if part),
+        "bibtex": f"@misc{{rockdamp,\n{body}\n}}",
+        "paper": "; ".join(str(work["title"]) for work in cff.get("references", ())),
+    }
+
+
+def _name(author: Mapping[str, str]) -> str:
+    return author.get("name") or f"{author.get('family-names', '')}, {author.get('given-names', '')}".strip(", ")
+
+
+def software() -> list[tuple[str, str]]:
+    """Return the versions of Python and of what the results stand on."""
+    found = [("Python", platform.python_version())]
+    for name in SOFTWARE:
+        try:
+            found.append((name, version(name)))
+        except PackageNotFoundError:
+            found.append((name, "not installed"))
+    return found
