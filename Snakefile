@@ -42,6 +42,7 @@ wildcard_constraints:
 include: "workflow/rules/common.smk"
 include: "workflow/rules/equivalence.smk"
 include: "workflow/rules/validation.smk"
+include: "workflow/rules/accuracy.smk"
 include: "workflow/rules/figures.smk"
 
 
@@ -62,6 +63,7 @@ rule all:
         rules.loops.output,
         rules.mechanism.output,
         rules.orders.output,
+        rules.accuracy.output,
         rules.dispersion.output,
         rules.pulses.output,
         rules.validation.output,

@@ -158,7 +158,7 @@ def test_one_core_gives_the_same_bytes_as_two(tree):
 
 CHANGES = [
     ("figures: {resolution: 90}", dict.fromkeys(FIGURES, 1)),
-    ("windows: {step: 8}", {"windows": 1}),
+    ("windows: {step: 5}", {"windows": 1}),
     ("studies: {slenderness: {slenderness: [15, 22]}}", {"decay_study": 1, "match_study": 1, "fig6": 1}),
     (
         "matching: {window: 9}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
@@ -49,7 +50,7 @@ def accuracy(
         precision.uncertainty(matches),
         precision.minima(config, matches),
         rotations(config, loops),
-        audit.residuals(ensemble),
+        audit.residuals(config, ensemble),
         audit.stored(config, loops, dict(zip(STUDIES, decays))),
         audit.losses(config, loops),
     ]
@@ -114,7 +115,7 @@ def _exact(ensemble: Ensemble, cells: list[tuple[int, int]]) -> Iterator[Array]:
         parameter = np.broadcast_to(ensemble.damping(MODELS[m]).parameter, ensemble.factor.shape)
         for case, e in np.ndindex(*ensemble.factor.shape):
             yield exact.history(
-                ensemble.curve.map(lambda parameter, case=case: parameter[case, 0]),
+                ensemble.curve.map(itemgetter((case, 0))),
                 Damping(MODELS[m], float(parameter[case, e])),
                 times,
                 release_amplitude=0.0 if forced else float(ensemble.release_amplitude[case, 0]),

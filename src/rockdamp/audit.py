@@ -9,7 +9,7 @@ bodies have m_i h_i^2/3 about their ends, so
 
     T = 1/2 (m1 h1^2/3) (u'/h1)^2 + 1/2 (m2 h2^2/3) (u'/h2)^2 = 1/2 (m/3) u'^2 = 1/2 (1/2 m_eff u'^2),
 
-as m_eff = 2 m/3. Likewise the weights' work is the integral of F/2: Eq. (1) counts forces double, which shows in its load,
+as m_eff = 2 m/3. Likewise the weights' work is the integral of F/2: Eq. (1) counts forces double, as its load shows,
 lambda m_eff = m, where a load m a_g spread over the face does work over the mean displacement u/2. A parapet with u at
 its top has 1/2 (m h^2/3) (u'/h)^2: the same half. Eq. (13), with moments of inertia and velocities of the centres, is
 mechanical as it is printed; Eq. (14), of C u' du, is generalised, and takes the factor 1/2 to be compared with it.
@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
@@ -158,11 +159,12 @@ def lost_per_half_cycle(curve: TrilinearCurve, damping: Damping, x: Array, v: Ar
 # --- the stage's parts ----------------------------------------------------------------------------------------------
 
 
-def residuals(ensemble: Ensemble) -> xr.Dataset:
-    """Audit the ensemble's histories at each step: median and largest residual, and the order of the median."""
-    found = np.empty((len(EXCITATIONS), len(MODELS), ensemble.steps.size, ensemble.factor.size))
+def residuals(config: Config, ensemble: Ensemble) -> xr.Dataset:
+    """Audit the ensemble at steps down to half the solver's: median and largest residual, and the median's order."""
+    steps = ensemble.steps[ensemble.steps > 0.4 * float(config["solver"]["step"])]
+    found = np.empty((len(EXCITATIONS), len(MODELS), steps.size, ensemble.factor.size))
     for x, m, k in np.ndindex(found.shape[:-1]):
-        step = float(ensemble.steps[k])
+        step = float(steps[k])
         load = ensemble.load_at(step) if EXCITATIONS[x] == "forced" else 0.0
         histories = ensemble.histories(MODELS[m], EXCITATIONS[x], step, 1)
         sums = balance(ensemble.curve, ensemble.damping(MODELS[m]), *histories, step, load)
@@ -171,11 +173,11 @@ def residuals(ensemble: Ensemble) -> xr.Dataset:
     dims = ("excitation", "damping_model")
     return xr.Dataset(
         {
-            "energy_residual": ((*dims, "step"), median),
-            "largest_energy_residual": ((*dims, "step"), found.max(axis=-1)),
-            "energy_order": (dims, fitted_order(ensemble.steps, median)),
+            "energy_residual": ((*dims, "audit_step"), median),
+            "largest_energy_residual": ((*dims, "audit_step"), found.max(axis=-1)),
+            "energy_order": (dims, fitted_order(steps, median)),
         },
-        coords={"excitation": list(EXCITATIONS), "damping_model": list(MODELS), "step": ensemble.steps},
+        coords={"excitation": list(EXCITATIONS), "damping_model": list(MODELS), "audit_step": steps},
     )
 
 
@@ -193,7 +195,7 @@ def stored(config: Config, loops: xr.Dataset, decays: Mapping[str, xr.Dataset]) 
         study, damping = describe(name, config), Damping.cr(decay["restitution"].values)
         worst = 0.0
         for i in range(study.values.size):  # one wall at a time, for the memory's sake
-            own = study.curve.map(lambda parameter, i=i: parameter[i : i + 1])
+            own = study.curve.map(itemgetter(slice(i, i + 1)))
             sums = balance(own, damping, decay["displacement"].values[i], decay["velocity"].values[i], step)
             worst = max(worst, float(sums.largest_residual.max()))
         of_decays.append(worst)

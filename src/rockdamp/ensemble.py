@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -76,7 +77,7 @@ class Ensemble:
         return np.concatenate(displacement), np.concatenate(velocity)
 
     def forced_peaks(self, model: str, step: float, factor: Array) -> Array:
-        """Return the largest |u|/u_ins under `factor` times the loads, shape (..., cases, e); infinite if collapsed. [-]"""
+        """Return the largest |u|/u_ins under `factor` of the loads, shape (..., cases, e); infinite if collapsed. [-]"""
         each = [self._forced(model, case, step, factor[..., case, :]) for case in range(len(self.load))]
         return np.stack([np.where(one.outcome == COMPLETED, one.peak, np.inf) for one in each], axis=-2)
 
@@ -88,7 +89,7 @@ class Ensemble:
         substeps = step_count(self.sample, step)
         damping = Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model][case])
         return solve(
-            self.curve.map(lambda parameter: parameter[case]),
+            self.curve.map(itemgetter(case)),
             damping,
             step=step,
             substeps=substeps,
@@ -123,7 +124,7 @@ def collect(config: Config, matches: Mapping[str, xr.Dataset]) -> Ensemble:
         chosen = np.unique(np.round(np.linspace(0, e.size - 1, section["restitutions"])).astype(int))
         ratio = match["damping_ratio"].transpose(study.parameter, "damping_model", "restitution")
         for i, x0 in enumerate(study.release_amplitude):
-            own = study.curve.map(lambda parameter, i=i: parameter[i])
+            own = study.curve.map(itemgetter(i))
             key = (*map(float, (own.cracked_stiffness_ratio, own.plateau_ratio, own.ultimate_ratio)), float(x0))
             rows.setdefault(key, ratio.values[i][:, chosen])
     a1, b1, a3, x0 = (np.array(column)[:, None] for column in zip(*rows))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ from rockdamp.errors import InputError, require, require_finite
 
 COMPLETED, COLLAPSED = 0, 1
 OUTCOMES = ("completed", "collapsed")
+CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3)  # as `parameters` returns them
 
 Array = NDArray[np.float64]
 
@@ -101,7 +103,8 @@ def solve(
     curve, damping : TrilinearCurve, Damping
         Broadcast. One model for the whole batch.
     step : float or ndarray
-        Step in tau, broadcasts. [-]
+        Step in tau, broadcasts. Below the stability limit; without damping the corners of the curve feed energy in
+        from a fifth of the limit on, so keep to a twentieth of it. [-]
     steps : int
         Number of steps.
     release_amplitude, release_velocity : float or ndarray
@@ -133,104 +136,140 @@ def solve(
     """
     kind = damping.kind(scheme)
     ground = np.ascontiguousarray(ground_acceleration, dtype=float)
-    for name, value in (
-        ("step", step), ("release_amplitude", release_amplitude), ("release_velocity", release_velocity),
-        ("load_factor", load_factor), ("ground_acceleration", ground),
-    ):  # fmt: skip
-        require_finite(name, value)
-    for name, count, least in (("steps", steps, 1), ("substeps", substeps, 1), ("store_every", store_every, 0)):
-        whole = isinstance(count, (int, np.integer)) and count >= least
-        require(whole, name, count, f"a whole number, at least {least}")
-    require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
-    if ground.size and steps > (ground.size - 1) * substeps:
-        raise InputError(f"steps is {steps}; it must be at most {(ground.size - 1) * substeps}, the record's length")
-    h, x0, v0, g = (
-        np.asarray(value, dtype=float) for value in (step, release_amplitude, release_velocity, load_factor)
-    )
-    limit = stable_step(curve)
-    require(h > 0, "step", h, "greater than 0")
-    beyond = np.broadcast_to(limit, np.broadcast_shapes(h.shape, limit.shape))[~(h < limit)]
-    allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
-    require(h < limit, "step", h, allowed)
-    require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
-
-    case = np.zeros((), dtype=np.int64) if reference is None else np.asarray(reference.case, dtype=np.int64)
-    shape = np.broadcast_shapes(curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, case.shape)
-    lanes = int(np.prod(shape))
-    blocks = -(-lanes // kernels.LANES)
-
-    def fill(target: NDArray[Any], value: ArrayLike) -> None:
-        flat = target.reshape(-1)
-        flat[:lanes] = np.broadcast_to(value, shape).reshape(-1)
-        flat[lanes:] = flat[0] if lanes else 0.0  # pad the last block with copies of the first lane
-
-    rows = {
-        kernels.X: x0, kernels.V: v0, kernels.ALIVE: 1.0, kernels.PEAK: np.abs(x0), kernels.H: h, kernels.G: g,
-        kernels.E: 1.0, **dict(zip((kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3),
-        curve.parameters())), **damping.terms(curve),
-    }  # fmt: skip
-    load = g * ground[0] if ground.size else 0.0
-    rows[kernels.A] = load - curve.force(x0) - damping.coefficient(curve, x0) * v0
-    work = np.zeros((kernels.ROWS, blocks * kernels.LANES))
-    for index, value in rows.items():
-        fill(work[index // kernels.LANES], value)
-    work = np.ascontiguousarray(work.reshape(kernels.ROWS, blocks, kernels.LANES).swapaxes(0, 1))
-    work = work.reshape(blocks, kernels.ROWS * kernels.LANES)
-
-    empty = np.empty((0, 0, 0))
-    checkpoints = np.array([0], dtype=np.int64)
-    compared, error = np.empty((0, 0)), empty
-    case_of_lane = np.zeros((blocks, kernels.LANES), dtype=np.int64)
-    if reference is not None:
-        checkpoints = np.ascontiguousarray(reference.checkpoints, dtype=np.int64)
-        compared = np.ascontiguousarray(reference.displacement, dtype=float)
-        require_finite("the reference's displacement", compared)
-        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
-        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
-        require(
-            (checkpoints >= 1) & (checkpoints <= steps),
-            "checkpoints",
-            checkpoints,
-            f"within 1 to {steps} steps",
+    _check_record(ground, steps, substeps, store_every)
+    h, x0, v0, g = _check_start(curve, step, release_amplitude, release_velocity, load_factor)
+    case = 0 if reference is None else reference.case
+    batch = _Batch(
+        np.broadcast_shapes(
+            curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, np.shape(case)
         )
-        if compared.shape[1] <= steps:
-            raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
-        require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
-        fill(case_of_lane, case)
-        error = np.full((blocks, checkpoints.size, kernels.LANES), np.inf)
+    )  # fmt: skip
+    load = g * ground[0] if ground.size else 0.0
+    work = batch.pack(
+        {
+            kernels.X: x0, kernels.V: v0, kernels.H: h, kernels.G: g, kernels.E: 1.0,
+            kernels.A: load - curve.force(x0) - damping.coefficient(curve, x0) * v0,
+            kernels.ALIVE: 1.0, kernels.PEAK: np.abs(x0),
+            **dict(zip(CURVE_ROWS, curve.parameters())), **damping.terms(curve),
+        }
+    )  # fmt: skip
+    compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
     stored = steps // store_every + 1 if store_every else 0
-    histories = [np.full((blocks, kernels.LANES, stored), np.nan) if store_every else empty for _ in range(2)]
+    displacement, velocity = (batch.histories(stored) for _ in range(2))
 
     def advance(part: slice) -> None:
         kernels.march(
             kind, work[part], ground, substeps, steps, compared, case_of_lane[part], checkpoints, error[part],
-            max(store_every, 1), histories[0][part], histories[1][part],
+            max(store_every, 1), displacement[part], velocity[part],
         )  # fmt: skip
 
-    _in_threads(advance, blocks, threads)
+    _in_threads(advance, batch.blocks, threads)
 
-    by_row = work.reshape(blocks, kernels.ROWS, kernels.LANES).swapaxes(0, 1).reshape(kernels.ROWS, -1)
-
-    def take(index: int) -> Array:
-        return by_row[index // kernels.LANES, :lanes].reshape(shape)
-
-    collapsed = take(kernels.ALIVE) == 0.0
-    if error.size:
-        error = error.swapaxes(0, 1).reshape(checkpoints.size, -1)[:, :lanes].reshape(checkpoints.size, *shape)
-        error[:, collapsed] = np.inf
+    ended = {
+        row: batch.unpack(work, row)
+        for row in (kernels.ALIVE, kernels.END, kernels.PEAK, kernels.PEAK_AT, kernels.CROSSINGS)
+    }
+    collapsed = ended[kernels.ALIVE] == 0.0
     return Response(
         outcome=collapsed.astype(np.int8),
-        outcome_tau=take(kernels.END) * h,
-        peak=take(kernels.PEAK).copy(),
-        peak_tau=take(kernels.PEAK_AT) * h,
-        impacts=take(kernels.CROSSINGS).astype(np.int64),
-        error=error if reference is not None else None,
-        displacement=histories[0].reshape(-1, stored)[:lanes].reshape(*shape, stored) if store_every else None,
-        velocity=histories[1].reshape(-1, stored)[:lanes].reshape(*shape, stored) if store_every else None,
+        outcome_tau=ended[kernels.END] * h,
+        peak=ended[kernels.PEAK],
+        peak_tau=ended[kernels.PEAK_AT] * h,
+        impacts=ended[kernels.CROSSINGS].astype(np.int64),
+        error=None if reference is None else np.where(collapsed, np.inf, batch.by_checkpoint(error)),
+        displacement=batch.trim(displacement) if store_every else None,
+        velocity=batch.trim(velocity) if store_every else None,
     )
 
 
-def _in_threads(advance, blocks: int, threads: int | None) -> None:  # type: ignore[no-untyped-def]
+def _check_record(ground: Array, steps: int, substeps: int, store_every: int) -> None:
+    for name, count, least in (("steps", steps, 1), ("substeps", substeps, 1), ("store_every", store_every, 0)):
+        whole = isinstance(count, (int, np.integer)) and count >= least
+        require(whole, name, count, f"a whole number, at least {least}")
+    require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
+    require_finite("ground_acceleration", ground)
+    if ground.size and steps > (ground.size - 1) * substeps:
+        raise InputError(f"steps is {steps}; it must be at most {(ground.size - 1) * substeps}, the record's length")
+
+
+def _check_start(
+    curve: TrilinearCurve, step: ArrayLike, amplitude: ArrayLike, velocity: ArrayLike, load_factor: ArrayLike
+) -> tuple[Array, Array, Array, Array]:
+    """Return step, displacement, velocity and load factor as arrays."""
+    given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity, "load_factor": load_factor}
+    for name, value in given.items():
+        require_finite(name, value)
+    h, x0, v0, g = (np.asarray(value, dtype=float) for value in given.values())
+    require(h > 0, "step", h, "greater than 0")
+    limit = stable_step(curve)
+    beyond = np.broadcast_to(limit, np.broadcast_shapes(h.shape, limit.shape))[~(h < limit)]
+    allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
+    require(h < limit, "step", h, allowed)
+    require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
+    return h, x0, v0, g
+
+
+class _Batch:
+    """A batch of lanes of some shape, in the kernel's blocks; copies of the first lane fill up the last block."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.shape = shape
+        self.lanes = int(np.prod(shape))
+        self.blocks = -(-self.lanes // kernels.LANES)
+
+    def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
+        flat = target.reshape(-1)
+        flat[: self.lanes] = np.broadcast_to(value, self.shape).reshape(-1)
+        flat[self.lanes :] = flat[0] if self.lanes else 0.0
+
+    def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
+        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
+        work = np.zeros((kernels.ROWS, self.blocks, kernels.LANES))
+        for row, value in rows.items():
+            self._fill(work[row // kernels.LANES], value)
+        return np.ascontiguousarray(work.swapaxes(0, 1)).reshape(self.blocks, kernels.ROWS * kernels.LANES)
+
+    def unpack(self, work: Array, row: int) -> Array:
+        """Return one row in the batch's shape."""
+        return work[:, row : row + kernels.LANES].reshape(-1)[: self.lanes].reshape(self.shape)
+
+    def compare(
+        self, reference: Reference | None, steps: int
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
+        """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
+        case_of_lane = np.zeros((self.blocks, kernels.LANES), dtype=np.int64)
+        if reference is None:
+            return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
+        checkpoints = np.ascontiguousarray(reference.checkpoints, dtype=np.int64)
+        compared = np.ascontiguousarray(reference.displacement, dtype=float)
+        case = np.asarray(reference.case, dtype=np.int64)
+        within = (checkpoints >= 1) & (checkpoints <= steps)
+        require_finite("the reference's displacement", compared)
+        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
+        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
+        require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
+        if compared.shape[1] <= steps:
+            raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
+        require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
+        self._fill(case_of_lane, case)
+        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, kernels.LANES))
+
+    def by_checkpoint(self, error: Array) -> Array:
+        """Return sums, shape (blocks, checkpoints, LANES), in the shape (checkpoints, *shape)."""
+        count = error.shape[1]
+        return error.swapaxes(0, 1).reshape(count, -1)[:, : self.lanes].reshape(count, *self.shape)
+
+    def histories(self, stored: int) -> Array:
+        """Return room for `stored` values of each lane, NaN until they are reached."""
+        return np.full((self.blocks if stored else 0, kernels.LANES, stored), np.nan)
+
+    def trim(self, histories: Array) -> Array:
+        """Return histories in the shape (*shape, stored)."""
+        stored = histories.shape[-1]
+        return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
+
+
+def _in_threads(advance: Callable[[slice], None], blocks: int, threads: int | None) -> None:
     """Call `advance` on slices of the blocks, at once on as many threads as are allowed; the slices do not matter."""
     threads = min(threads or available_threads(), blocks)
     if threads <= 1:

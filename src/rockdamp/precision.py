@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
@@ -83,7 +84,7 @@ def _published(config: Config, match: xr.Dataset, name: str, model: str, value: 
     study = describe(name, config)
     one = match.sel(damping_model=model).isel({study.parameter: value, "restitution": e})
     return Published(
-        study.curve.map(lambda parameter: parameter[value]),
+        study.curve.map(itemgetter(value)),
         float(study.release_amplitude[value]),
         float(one["restitution"]),
         model,

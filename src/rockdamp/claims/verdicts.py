@@ -126,7 +126,7 @@ def number(value: Any) -> str:
 
 def percent(value: Any) -> str:
     """Three significant digits, in percent."""
-    return f"{100 * float(value):.3g} %"
+    return f"{100 * float(value):.3g}%"
 
 
 def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:

@@ -7,11 +7,13 @@ from collections.abc import Callable
 from matplotlib.figure import Figure
 
 from rockdamp.figures.curves import fig2
+from rockdamp.figures.dispersion import fig_closed_form, fig_dispersion, fig_exponent
 from rockdamp.figures.equivalence import fig5, fig6, fig6_error, fig7
 from rockdamp.figures.histories import fig3, fig4
 from rockdamp.figures.mechanism import fig1
 from rockdamp.figures.orders import fig_orders
 from rockdamp.figures.output import save
+from rockdamp.figures.pulses import fig_pulses
 from rockdamp.figures.validation import fig8
 
 FIGURES: dict[str, Callable[..., Figure]] = {
@@ -25,5 +27,9 @@ FIGURES: dict[str, Callable[..., Figure]] = {
     "fig7": fig7,
     "fig8": fig8,
     "fig_orders": fig_orders,
+    "fig_dispersion": fig_dispersion,
+    "fig_exponent": fig_exponent,
+    "fig_closed_form": fig_closed_form,
+    "fig_pulses": fig_pulses,
 }
 __all__ = ["FIGURES", "save"]

@@ -76,10 +76,15 @@ def line_of(model: str) -> dict[str, Any]:
 
 def shades(model: str, count: int) -> list[Colour]:
     """Return `count` shades of a model's colour, light to dark, for the values of a parameter."""
-    colour = to_rgb(MODELS[model].colour)
+    return ramp(MODELS[model].colour, count)
+
+
+def ramp(name: str, count: int) -> list[Colour]:
+    """Return `count` shades of a colour, light to dark."""
+    colour = to_rgb(name)
     light, dark = (tuple(0.45 * part + 0.55 * end for part in colour) for end in (1.0, 0.0))
-    ramp = LinearSegmentedColormap.from_list(model, [light, colour, dark])
-    red_green_blue = ramp([0.5] if count == 1 else [i / (count - 1) for i in range(count)])[:, :3]
+    colours = LinearSegmentedColormap.from_list(name, [light, colour, dark])
+    red_green_blue = colours([0.5] if count == 1 else [i / (count - 1) for i in range(count)])[:, :3]
     return [(float(r), float(g), float(b)) for r, g, b in red_green_blue]
 
 

@@ -208,7 +208,7 @@ def _fig8(data: Data) -> dict[str, Any]:
         "specimen": str(test.attrs.get("record_specimen", "not stated")),
         "restitution": plain(test["restitution"]),
         "peak": number(1000 * test["measured_peak_displacement"]),
-        "peak_ratios": _per_model(test["peak_ratio_to_measured"]),
+        "peak_ratios": _per_model(test["peak_ratio_to_measured"], lambda value: number(value, 2)),
         "half_cycles": int(test.sizes["half_cycle"]),
         "decay_misfits": _per_model(1000 * test["decay_peak_misfit"], lambda value: number(value, 2)),
     }

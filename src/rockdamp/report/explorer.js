@@ -34,12 +34,10 @@
   function plot(id, title, x, y, xs, ys) {
     const range = (ends) => (ends ? new Bokeh.Range1d({ start: ends[0], end: ends[1] }) : new Bokeh.DataRange1d());
     const figure = Bokeh.Plotting.figure({
-      title, height: 270, sizing_mode: "stretch_width", tools: "box_zoom,reset,save",
-      x_range: range(xs), y_range: range(ys), x_axis_label: x, y_axis_label: y, min_border_right: 15,
+      title, height: 270, sizing_mode: "stretch_width", tools: "",
+      x_range: range(xs), y_range: range(ys), x_axis_label: x, y_axis_label: y,
+      toolbar_location: null, min_border_right: 15, // without tools a finger that scrolls is not caught here
     });
-    figure.toolbar.logo = null;
-    figure.toolbar.autohide = true;
-    figure.toolbar.active_drag = null; // a finger that scrolls the page must not be caught here
     for (const axis of [figure.xaxis, figure.yaxis].flat()) axis.axis_label_text_font_style = "normal";
     figures.push([figure, id]);
     return figure;

@@ -119,7 +119,7 @@ def _explorer(content: Content) -> Markup:
         float(content.datasets["loops"]["restitution"]),
         float(content.datasets["loops"]["release_amplitude"]),
     )
-    return _script(json.dumps(found, allow_nan=False, separators=(",", ":")))
+    return Markup(json.dumps(found, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def _figure(name: str, png: bytes, datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:

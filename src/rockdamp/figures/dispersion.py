@@ -1,0 +1,236 @@
+"""How the damping ratio depends on the amplitude, the exponent with which it does least, and the closed form's error."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from rockdamp.figures.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    MODELS,
+    PALE,
+    ModelStyle,
+    nearest,
+    new_figure,
+    numbers,
+    ramp,
+    styled,
+    texts,
+)
+
+BEST = "POWER"  # as the dataset names the general exponent at its best n
+STYLES = {**MODELS, BEST: ModelStyle("#8C6D1F", (0, (6.0, 1.2, 1.0, 1.2)), "P")}
+NAMES = {BEST: "best $n$", "ECD": "ECD"}
+REFERENCE_RESTITUTION = 0.85
+REFERENCE = {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85, "ultimate_ratio": 1.0}
+SHARE = r"release amplitude $u_0/u_3$ [-]"
+VARIANTS = {"none": "$a_3 = 1$", "steeper": "steeper", "translated": "translated"}
+VARIANT_LINES: dict[str, Any] = {"none": "solid", "steeper": (0, (4.0, 1.6)), "translated": (0, (1.0, 1.2))}
+MIDDLE: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (4.0, 2.0))}
+PERCENT = 100.0
+
+
+def name_of(model: str) -> str:
+    """Return how a damper is called in these figures."""
+    return NAMES.get(model, model)
+
+
+def reference_case(dataset: xr.Dataset) -> int:
+    """Return the index of the case nearest to the paper's curve."""
+    away = sum(abs(dataset[key].values - value) for key, value in REFERENCE.items())
+    return int(np.argmin(away))
+
+
+@styled
+def fig_dispersion(dispersion: xr.Dataset) -> Figure:
+    """Draw the damping ratio over that of ECD against the amplitude, and what spread each damper leaves.
+
+    Parameters
+    ----------
+    dispersion : xarray.Dataset
+        ``damping_ratio_peaks`` (damping_model, case, release_share, restitution) and ``spread_peaks``.
+    """
+    e = nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION)
+    one = dispersion.isel(restitution=e)
+    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
+    _fan(fan, one)
+    _bars(bars, one)
+    fan.set_title(f"same first peak as with $e = {float(one['restitution']):g}$; bands: all {one.sizes['case']} curves")
+    return figure
+
+
+def _fan(axes: Axes, one: xr.Dataset) -> None:
+    """All damping ratios relative to ECD's, so that a damper that needs no amplitude is a horizontal line."""
+    share = one["release_share"].values
+    relative = one["damping_ratio_peaks"] / one["damping_ratio_peaks"].sel(damping_model="ECD")
+    reference = reference_case(one)
+    ends = []
+    for model in map(str, one["damping_model"].values):
+        curves, style = relative.sel(damping_model=model), STYLES[model]
+        low, high = curves.min("case").values, curves.max("case").values
+        axes.fill_between(share, low, high, color=style.colour, alpha=0.2, linewidth=0)
+        width = 2.2 if model == "ECD" else 1.3
+        axes.plot(share, curves.isel(case=reference), color=style.colour, linestyle=style.linestyle, linewidth=width)
+        ends.append((float(curves.isel(case=reference)[-1]), model))
+    bottom, top = float(relative.min()), float(relative.max())
+    axes.set_ylim(max(0.0, bottom - 0.08), top + 0.08)
+    # Names at the lines' ends, apart enough to be read.
+    gap, last = 0.055 * (top - bottom + 0.16), -np.inf
+    for value, model in sorted(ends):
+        height = max(value, last + gap)
+        last = height
+        axes.annotate(
+            name_of(model), (share[-1], height), xytext=(4, 0), textcoords="offset points",
+            color=STYLES[model].colour, fontweight="bold", va="center", fontsize=8, annotation_clip=False,
+        )  # fmt: skip
+    axes.set_xlim(0, share[-1])
+    axes.set_xlabel(SHARE)
+    axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
+
+
+def _bars(axes: Axes, one: xr.Dataset) -> None:
+    """The spread over the amplitudes of each damper: every curve a mark, the range a bar."""
+    spread = PERCENT * one["spread_peaks"]
+    reference = reference_case(one)
+    models = [str(model) for model in one["damping_model"].values]
+    for row, model in enumerate(models):
+        values, style = spread.sel(damping_model=model).values, STYLES[model]
+        axes.barh(row, values.max(), height=0.62, color=style.colour, alpha=0.25, linewidth=0)
+        axes.plot(values, np.full(values.size, row), "|", color=style.colour, markersize=9)
+        axes.plot(values[reference], row, marker=style.marker, color=style.colour, markersize=5, linestyle="none")
+        text = "0" if values.max() < 0.05 else f"{values.min():.1f} to {values.max():.1f} %"
+        axes.annotate(
+            text, (values.max(), row), xytext=(5, 0), textcoords="offset points", va="center", fontsize=7,
+            color=style.colour,
+        )  # fmt: skip
+    axes.set_yticks(range(len(models)), [name_of(model) for model in models])
+    for label, model in zip(axes.get_yticklabels(), models):
+        label.set_color(STYLES[model].colour)
+        label.set_fontweight("bold")
+        label.set_fontsize(8)
+    axes.invert_yaxis()
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlim(0, 1.5 * float(spread.max()))
+    axes.set_xlabel(r"spread of $\xi$ over the amplitudes,"
+                    "\n" r"standard deviation of $\ln\,\xi$ [%]")  # fmt: skip
+    axes.set_title("one curve: one mark; large: the paper's curve")
+
+
+@styled
+def fig_exponent(dispersion: xr.Dataset) -> Figure:
+    """Draw the exponent with the least spread against a1 for several b1, and the spread that it leaves.
+
+    Parameters
+    ----------
+    dispersion : xarray.Dataset
+        ``map_best_exponent`` (map_softening, map_plateau_ratio, map_cracked_stiffness_ratio) and ``map_spread``.
+    """
+    a1, b1 = numbers(dispersion, "map_cracked_stiffness_ratio"), numbers(dispersion, "map_plateau_ratio")
+    figure = new_figure(DOUBLE_COLUMN, 88.0)
+    left, right = figure.subplots(1, 2)
+    _exponents(left, dispersion, a1, b1)
+    _spreads(right, dispersion, a1)
+    for axes in (left, right):
+        axes.set_xlabel("$a_1$ [-]")
+        axes.set_xlim(0, 1.02 * max(a1))
+    return figure
+
+
+def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[float]) -> None:
+    colours = ramp(STYLES[BEST].colour, len(b1))
+    handles = []
+    for colour, value, text in zip(colours, b1, texts(b1)):
+        for variant in map(str, dispersion["map_softening"].values):
+            n = dispersion["map_best_exponent"].sel(map_softening=variant, map_plateau_ratio=value)
+            axes.plot(
+                a1, n, color=colour, linestyle=VARIANT_LINES[variant], linewidth=1.2 if variant == "none" else 0.7
+            )
+        handles.append(Line2D([], [], color=colour, label=text))
+    legend = axes.legend(handles=handles, title="$b_1$ [-]", loc="lower right", ncols=2)
+    axes.add_artist(legend)
+    variants = [
+        Line2D([], [], color=GREY, linestyle=VARIANT_LINES[variant], label=VARIANTS[variant])
+        for variant in map(str, dispersion["map_softening"].values)
+    ]
+    axes.legend(handles=variants, loc="upper left")
+    best = dispersion["map_best_exponent"]
+    low, high = float(best.min()), float(best.max())
+    axes.set_ylim(min(0.98, low - 0.05), max(2.02, high + 0.05))
+    for n, model in ((1.0, "CDR"), (2.0, "SDR")):
+        axes.axhline(n, color=MODELS[model].colour, linewidth=0.8, linestyle=MODELS[model].linestyle)
+        axes.text(
+            0.99, n, f"{model}, $n = {n:g}$", transform=axes.get_yaxis_transform(), color=MODELS[model].colour,
+            fontsize=7, ha="right", va="top" if n > 1.5 else "bottom",
+        )  # fmt: skip
+    axes.set_ylabel(r"exponent $n$ with the least spread [-]")
+
+
+def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
+    """What every damper leaves: the band over b1 and the variants, and the line of the paper's b1."""
+    spread = PERCENT * dispersion["map_spread"]
+    plain = nearest(numbers(dispersion, "map_plateau_ratio"), REFERENCE["plateau_ratio"])
+    for model in map(str, dispersion["damping_model"].values):
+        if model == "ECD":
+            continue  # zero: no place on a logarithmic axis
+        one, style = spread.sel(damping_model=model), STYLES[model]
+        over = ("map_softening", "map_plateau_ratio")
+        axes.fill_between(a1, one.min(over), one.max(over), color=style.colour, alpha=0.18, linewidth=0)
+        line = one.sel(map_softening="none").isel(map_plateau_ratio=plain)
+        axes.plot(a1, line, color=style.colour, linestyle=style.linestyle, marker=style.marker, label=name_of(model))
+    axes.set_yscale("log")
+    axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
+    b1 = numbers(dispersion, "map_plateau_ratio")
+    axes.set_title(f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; ECD: 0")
+    axes.legend(loc="lower left", ncols=2)
+
+
+@styled
+def fig_closed_form(dispersion: xr.Dataset) -> Figure:
+    """Draw by how much the closed form differs from peaks and from Err, against the amplitude.
+
+    Parameters
+    ----------
+    dispersion : xarray.Dataset
+        ``damping_ratio``, ``damping_ratio_peaks``, ``damping_ratio_energy`` and ``damping_ratio_middle``
+        (damping_model, case, release_share, restitution).
+    """
+    models = [str(model) for model in dispersion["damping_model"].values]
+    figure = new_figure(DOUBLE_COLUMN, 112.0)
+    grid = figure.subplots(2, len(models), sharex=True, sharey=True, squeeze=False)
+    for row, (measure, name) in zip(grid, (("damping_ratio_peaks", "the first peak"), ("damping_ratio", "Err"))):
+        for axes, model in zip(row, models):
+            _differences(axes, dispersion.sel(damping_model=model), measure, model)
+        row[0].set_ylabel(f"closed form less {name} [%]")
+    for axes, model in zip(grid[0], models):
+        axes.set_title(name_of(model), color=STYLES[model].colour, fontweight="bold")
+    for axes in grid[-1]:
+        axes.set_xlabel(r"$u_0/u_3$ [-]")
+        axes.set_xticks([0, 0.5, 1])
+        axes.set_xlim(0, 1)
+    e = texts(numbers(dispersion, "restitution"))
+    handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
+    handles.append(Line2D([], [], color=GREY, **MIDDLE))
+    labels = [*(f"$e = {value}$" for value in e), "at the half cycle's middle energy"]
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    return figure
+
+
+def _differences(axes: Axes, one: xr.Dataset, measure: str, model: str) -> None:
+    share, reference = one["release_share"].values, reference_case(one)
+    colours = ramp(STYLES[model].colour, one.sizes["restitution"])
+    for index, colour in enumerate(colours):
+        here = one.isel(restitution=index)
+        first = PERCENT * (here["damping_ratio_energy"] / here[measure] - 1)
+        axes.fill_between(share, first.min("case"), first.max("case"), color=colour, alpha=0.2, linewidth=0)
+        axes.plot(share, first.isel(case=reference), color=colour)
+        middle = PERCENT * (here["damping_ratio_middle"] / here[measure] - 1)
+        if model != "ECD":  # whose closed form is exact at any amplitude
+            axes.plot(share, middle.isel(case=reference), color=colour, **MIDDLE)
+    axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)

@@ -1,0 +1,138 @@
+"""The dampers beyond free decay: peaks under pulses against those under a coefficient of restitution."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, new_figure, styled, title_of
+
+COLLAPSED = "#3A3A3A"
+MARKS = {"Ricker": "o", "sine": "^"}
+LIMITS = (0.5, 2.0)  # of the ratio of peaks; what lies beyond is drawn at the edge
+NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
+
+
+@styled
+def fig_pulses(pulses: xr.Dataset) -> Figure:
+    """Draw CR's peaks over frequency and load of each pulse, and each model's peak over CR's against CR's.
+
+    Parameters
+    ----------
+    pulses : xarray.Dataset
+        As `rockdamp.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
+    """
+    e = pulses["restitution"].values
+    one = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)
+    shapes, models = ([str(value) for value in one[name].values] for name in ("pulse", "damping_model"))
+    figure = new_figure(DOUBLE_COLUMN, 140.0)
+    grid = figure.add_gridspec(2, 4, height_ratios=[1.1, 1.0])
+    for column, shape in enumerate(shapes):
+        _map(figure.add_subplot(grid[0, 2 * column : 2 * column + 2]), one.sel(pulse=shape), shape, last=column > 0)
+    first: Axes | None = None
+    for column, model in enumerate(models):
+        axes = figure.add_subplot(grid[1, column], sharex=first, sharey=first)
+        _ratios(axes, one.sel(damping_model=model), model)
+        if first is None:
+            axes.set_ylabel("peak over that of CR [-]")
+            first = axes
+        else:
+            axes.tick_params(labelleft=False)
+    _legend(figure, shapes, float(one["restitution"]), float(one["release_amplitude"]))
+    return figure
+
+
+def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
+    """A rocking spectrum: CR's peak as shade over frequency and load, collapse dark."""
+    frequency, load = one["pulse_frequency"].values, one["load_ratio"].values
+    peak = one["reference_peak"].where(one["reference_collapsed"] == 0).transpose("load_ratio", "pulse_frequency")
+    edges = [0.0, *one["band_start"].values, float(one["band_end"][-1])]
+    colours = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FDE3B0", "#D98B2B", "#7A2E0E"])
+    axes.set_facecolor(COLLAPSED)
+    mesh = axes.pcolormesh(frequency, load, peak, cmap=colours, norm=BoundaryNorm(edges, colours.N), shading="nearest")
+    fell = (one["reference_collapsed"] == 1).transpose("load_ratio", "pulse_frequency").values
+    # Cells whose verdict a damper reverses: CR collapses and it does not, or the other way round.
+    for model in map(str, one["damping_model"].values):
+        other = (one["collapsed"].sel(damping_model=model) == 1).transpose("load_ratio", "pulse_frequency").values
+        rows, columns = np.nonzero(other != fell)
+        style = MODELS[model]
+        axes.plot(
+            frequency[columns], load[rows], linestyle="none", marker=style.marker, color=style.colour,
+            markersize=3, markerfacecolor="none", markeredgewidth=0.7,
+        )  # fmt: skip
+    for scale in (axes.set_xscale, axes.set_yscale):
+        scale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_formatter(NullFormatter())
+    axes.set_xticks([0.5, 1, 2, 4, 8])
+    axes.set_yticks([0.5, 1, 2, 4, 8, 16])
+    axes.set_title(NAMES.get(shape, shape))
+    axes.set_xlabel("pulse frequency $\\omega/p$ [-]")
+    if last:
+        bar = axes.figure.colorbar(mesh, ax=axes, ticks=edges)
+        bar.set_label(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
+        bar.ax.set_yticklabels([f"{edge:g}" for edge in edges])
+        bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    else:
+        axes.set_ylabel("load over plateau [-]")
+
+
+def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
+    """Every pair of peaks where neither collapses, and the median and dispersion of each band."""
+    stands = (one["reference_collapsed"] == 0) & (one["collapsed"] == 0)
+    ratio = (one["peak_displacement"] / one["reference_peak"]).where(stands)
+    style = MODELS[model]
+    for shape in map(str, one["pulse"].values):
+        x, y = one["reference_peak"].sel(pulse=shape).values.ravel(), ratio.sel(pulse=shape).values.ravel()
+        marks = MARKS.get(shape, "s")
+        axes.plot(x, np.clip(y, *LIMITS), marks, color=style.colour, markersize=1.6, alpha=0.35, markeredgewidth=0)
+    axes.axhline(1, color="black", linewidth=0.6)
+    start, end = one["band_start"].values, one["band_end"].values
+    centre, median = np.sqrt(start * end), one["median_ratio"].values
+    factor = np.exp(one["log_dispersion"].values)
+    axes.errorbar(
+        centre, median, yerr=[median - median / factor, median * factor - median], fmt="D", color="black",
+        markersize=3.5, linewidth=0.9, capsize=2, zorder=4,
+    )  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(start[0], end[-1])
+    axes.set_ylim(*LIMITS)
+    axes.set_yticks([0.5, 0.7, 1.0, 1.4, 2.0])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_formatter(NullFormatter())
+    axes.set_xticks([0.01, 0.1, 1])
+    axes.set_xlabel(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
+    axes.set_title(
+        f"{title_of(model)}\n$\\xi = {float(one['damping_ratio']):.3f}$, "
+        f"all: {float(one['median_ratio_all']):.2f} ± {float(one['log_dispersion_all']):.2f}\n"
+        f"false safe {int(one['false_safe'])} of {int(one['reference_collapses'])}, "
+        f"false\ncollapse {int(one['false_collapse'])} of {int(one['reference_survivals'])}",
+        color=style.colour, fontsize=7,
+    )  # fmt: skip
+
+
+def _legend(figure: Figure, shapes: list[str], e: float, amplitude: float) -> None:
+    handles: list[Line2D | Patch] = [Patch(facecolor=COLLAPSED, label="CR collapses")]
+    handles += [
+        Line2D([], [], linestyle="none", marker=style.marker, color=style.colour, markerfacecolor="none",
+               label=f"{model} judges otherwise")
+        for model, style in MODELS.items() if model != "CR"
+    ]  # fmt: skip
+    handles += [
+        Line2D([], [], linestyle="none", marker=MARKS.get(shape, "s"), color=GREY, markersize=2.5, label=shape)
+        for shape in shapes
+    ]
+    handles.append(Line2D([], [], marker="D", color="black", markersize=3.5, label="median ± log-dispersion"))
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=4,
+        title=f"$e = {e:g}$; damping ratios from the closed form at {amplitude:g} $u_\\mathrm{{ins}}$",
+    )  # fmt: skip
