@@ -3,12 +3,13 @@
 import os
 from pathlib import Path
 
+import yaml
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from rockdamp.config import subset, validate
 from rockdamp.errors import InputError
-from rockdamp.provenance import code_version, files_of
+from rockdamp.provenance import ROOT, code_version, files_of
 from rockdamp.records import read_record
 from rockdamp.studies import STUDIES
 
@@ -42,8 +43,10 @@ wildcard_constraints:
 include: "workflow/rules/common.smk"
 include: "workflow/rules/equivalence.smk"
 include: "workflow/rules/validation.smk"
+include: "workflow/rules/claims.smk"
 include: "workflow/rules/accuracy.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/report.smk"
 
 
 localrules:
@@ -68,6 +71,8 @@ rule all:
         rules.pulses.output,
         rules.validation.output,
         rules.calibration.output,
+        rules.claims.output,
         [getattr(rules, figure).output for figure in FIGURES],
+        rules.report.output,
     message:
-        "Every dataset and figure is up to date"
+        "Every dataset, every figure and the report are up to date"

@@ -32,6 +32,12 @@ def result(record):
     return study(yaml.safe_load((ROOT / "config/default.yaml").read_text()), record)
 
 
+@pytest.fixture
+def few_draws(monkeypatch):
+    """For tests of the estimates alone: their standard errors then mean little."""
+    monkeypatch.setattr(calibration, "DRAWS", 4)
+
+
 def test_the_shipped_record_gives_back_what_made_it(result):
     error = np.abs(result["estimate"] - result["true_value"]).values
     assert np.all(error < 3 * result["standard_error"].values)
@@ -60,7 +66,7 @@ def test_the_covariance_is_one_and_holds_the_standard_errors(result):
     assert list(result["parameter"].values) == list(PARAMETERS)
 
 
-def test_a_clean_record_of_another_wall_gives_back_what_made_it():
+def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
     a1, b1, e = truth = (0.02, 0.86, 0.91)
     record = synthetic_record(noise=0, cracked_stiffness_ratio=a1, plateau_ratio=b1, restitution=e, pulse_peak=14.6)
     assert np.ptp(record.displacement) > 0.2 * float(WALL.instability_displacement)  # it rocks
@@ -83,7 +89,7 @@ def test_quieter_instruments_give_smaller_errors_in_proportion(result):
     np.testing.assert_allclose((result["standard_error"] / half["standard_error"]).values, 2, rtol=1 / 3)
 
 
-def test_the_sensors_offset_and_drift_are_profiled_out(record, result):
+def test_the_sensors_offset_and_drift_are_profiled_out(record, result, few_draws):
     moved = record.displacement + 2e-3 + 3e-4 * record.elapsed
     found = calibrate(replace(record, displacement=moved), WALL)
     assert float(found["sensor_drift"] - result["sensor_drift"]) == pytest.approx(3e-4, rel=1e-3)

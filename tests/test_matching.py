@@ -9,7 +9,7 @@ from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import VISCOUS_MODELS, Damping
 from rockdamp.energy import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.matching import Cases, match_cases
+from rockdamp.matching import Cases, follow, match_cases, refined
 from rockdamp.newmark import Reference, solve
 
 CURVE = TrilinearCurve(0.04, 0.85)
@@ -100,6 +100,17 @@ def test_a_minimum_at_the_edge_of_the_scan_is_an_error(smallest, largest):
     cases = cases_from(Damping.cr([0.85]), 0.85)
     with pytest.raises(InputError, match="edge of the scan"):
         match_cases(cases, "CDR", [1600], {"smallest": smallest, "largest": largest, "points": 50})
+
+
+def test_without_loss_the_damping_ratio_is_zero_beside_cases_with_loss():
+    e = np.array([0.9, 1.0])
+    cases = cases_from(Damping.cr(e), e)
+    best = match_cases(cases, "CDR", [1600])
+    alone = match_cases(cases.take(slice(0, 1)), "CDR", [1600])
+    assert best.damping_ratio.tolist() == [[alone.damping_ratio[0, 0], 0.0]]
+    assert best.error[0, 1] == 0.0
+    finer, error = follow(refined(cases, 1600, 2), "CDR", best.damping_ratio[0])
+    assert finer[1] == error[1] == 0.0 and finer[0] == pytest.approx(alone.damping_ratio[0, 0], rel=2e-3)
 
 
 def test_of_equal_minima_the_smaller_damping_ratio_is_taken(monkeypatch):

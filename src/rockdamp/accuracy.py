@@ -89,6 +89,7 @@ def solver_errors(config: Config, ensemble: Ensemble) -> xr.Dataset:
         {
             "solver_error": ((*dims, "case", "restitution", "step"), error),
             "median_solver_error": ((*dims, "step"), median),
+            "largest_solver_error": ((*dims, "step"), error.max(axis=(2, 3))),
             "order": (dims, fitted_order(steps, median)),
             "largest_difference": (dims, largest),
             "largest_displacement": (("excitation", "case", "restitution"), peak),
@@ -99,6 +100,7 @@ def solver_errors(config: Config, ensemble: Ensemble) -> xr.Dataset:
             "restitution": ensemble.restitution,
             "step": steps,
             "solver_step": float(config["solver"]["step"]),
+            "published_step": float(config["solver"]["step"]) / int(config["matching"]["refinement"]),
             "release_amplitude": ("case", ensemble.release_amplitude[:, 0]),
             "cracked_stiffness_ratio": ("case", ensemble.curve.cracked_stiffness_ratio[:, 0]),
             "plateau_ratio": ("case", ensemble.curve.plateau_ratio[:, 0]),

@@ -135,8 +135,8 @@ def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
 
     An impact does not count: it scales the velocity and keeps its sign.
     """
-    sign = np.sign(np.asarray(velocity, dtype=float))
-    turns = 1 + np.flatnonzero(sign[1:-1] * sign[2:] < 0)
+    back = np.asarray(velocity, dtype=float) < 0
+    turns = 1 + np.flatnonzero(back[1:-1] != back[2:])  # the release is at rest: its own sign says nothing
     return np.concatenate([[0], turns])
 
 

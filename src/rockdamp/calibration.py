@@ -5,6 +5,7 @@ The paper's own calibration is "not reported".
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -18,8 +19,9 @@ from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import Damping
 from rockdamp.decay import Config, make_wall
 from rockdamp.errors import InputError
+from rockdamp.newmark import available_threads
 from rockdamp.records import Record
-from rockdamp.validation import measured_displacement, record_attributes, respond, rest_samples
+from rockdamp.validation import QUIET, measured_displacement, record_attributes, respond, rest_samples
 from rockdamp.wall import Wall
 
 Array = NDArray[np.float64]
@@ -40,7 +42,7 @@ EXPLAINED = 1.5  # the residuals' deviation over the resting sensor's up to whic
 DESCENT = {"max_nfev": 100, "xtol": 1e-9, "ftol": 1e-10, "gtol": None}
 BATCH = 1024  # histories held at once
 DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
-DRAWS, DRAWS_SEED = 64, 0  # of the motion's noise
+DRAWS, DRAWS_SEED = 256, 0  # of the motion's noise
 DRAWN = 0.3  # of its size: small enough for the response to be linear, and large against the solver's roughness
 AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
 LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
@@ -212,18 +214,23 @@ class _Fit:
         """Covariance that the accelerometer's noise alone gives the estimates, by Monte Carlo, to first order.
 
         It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of the
-        fit hardly show it. Taken as white; its size is that of the differences between samples at rest.
+        fit hardly show it. Taken as white; its size is that of the differences between samples before and after the
+        motion.
         """
-        quiet = self.record.ground_acceleration[: rest_samples(self.record)]
-        deviation = np.sqrt(np.mean(np.diff(quiet) ** 2) / 2)
-        random = np.random.RandomState(DRAWS_SEED)
-        shifts = []
-        for _ in range(DRAWS):
-            noisy = self.record.ground_acceleration + DRAWN * deviation * random.standard_normal(self.measured.size)
-            moved = replace(self, record=replace(self.record, ground_acceleration=noisy))
-            shift = self.without_trend(moved.computed(parameters[None])[0] - computed)
-            shifts.append(np.linalg.lstsq(derivative, shift, rcond=None)[0])
-        return np.einsum("ki,kj->ij", shifts, shifts) / (DRAWS * DRAWN**2)
+        acceleration = self.record.ground_acceleration
+        moving = np.flatnonzero(np.abs(acceleration) >= QUIET * np.abs(acceleration).max())
+        steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
+        size = DRAWN * np.sqrt(np.mean(steps**2) / 2)
+        draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
+
+        def shift(noise: Array) -> Array:
+            moved = replace(self, record=replace(self.record, ground_acceleration=acceleration + noise))
+            return self.without_trend(moved.computed(parameters[None])[0] - computed)
+
+        with ThreadPoolExecutor(available_threads()) as pool:
+            shifts = np.array(list(pool.map(shift, draws)))
+        estimates = np.linalg.lstsq(derivative, shifts.T, rcond=None)[0]
+        return estimates @ estimates.T / (DRAWS * DRAWN**2)
 
     def search(self) -> tuple[Array, int]:
         """Return the point of least misfit, and how many local minima the scan found."""

@@ -97,6 +97,7 @@ def problems(config: Config) -> list[Problem]:
     if not found:  # what follows needs curves that exist
         found += _window_problems(config, cases)
     found += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
+    found += [*_dispersion_problems(config), *_pulse_problems(config)]
     scan, record = config["matching"]["scan"], config["validation"]["record"]
     if not scan["smallest"] < scan["largest"]:
         text = f"is {scan['largest']}; it must be greater than matching.scan.smallest, {scan['smallest']}"
@@ -287,3 +288,59 @@ def _wall_problems(config: Config) -> Iterator[Problem]:
         if not abs(wall["eccentricity"]) <= limit:
             text = f"is {wall['eccentricity']}; it must be at most half the thickness, {limit} m, either way"
             yield Problem((*path, "eccentricity"), text)
+
+
+# --- beyond the paper ----------------------------------------------------------------------------------------------
+
+
+def _dispersion_problems(config: Config) -> Iterator[Problem]:
+    """The curves of the dispersion exist, the window lasts beyond their first impacts, amplitudes ascend."""
+    section = config["dispersion"]
+    beyond = config["studies"]["cracked_stiffness"]["plateau_ratio_beyond"]
+    step: tuple[KeyPath, float] = (("solver", "step"), config["solver"]["step"])
+    shapes: list[tuple[KeyPath, float, float]] = []
+    for index, a1 in enumerate(section["cracked_stiffness_ratio"]):
+        wide = a1 >= beyond["cracked_stiffness_ratio"]
+        b1 = beyond["plateau_ratio"] if wide else config["curve"]["plateau_ratio"]
+        shapes.append((("dispersion", "cracked_stiffness_ratio", index), a1, b1))
+    path: KeyPath = ("dispersion", "ultimate_ratio")
+    shapes += [(path, a1, b1) for b1, a1 in constant("rockdamp.curve", "PRESETS").values()]
+    cases = [Case(path, a1, b1, 1.0, "steeper", step, []) for path, a1, b1 in shapes]
+    found = [problem for case in cases for problem in _curve_problems(case)]
+    plateaus = [*(case.b1 for case in cases), *section["map"]["plateau_ratio"]]
+    if not section["ultimate_ratio"] > 1 - min(plateaus):
+        text = f"is {section['ultimate_ratio']}; a3 must be greater than 1 - b1, {1 - min(plateaus):.6g}"
+        found.append(Problem(path, text))
+    yield from found
+    stated = config["matching"]["window"]
+    window = constant("rockdamp.matching", "DEFAULT_WINDOW") if stated == "default" else stated
+    latest = 0.0 if found else max(first_impact(case, max(section["release_share"])) for case in cases)
+    if not window > latest:
+        text = f"is {max(section['release_share'])}; the first impact from there, at {latest:.6g} in tau, must come"
+        yield Problem(("dispersion", "release_share"), f"{text} before the end of matching.window, {window}")
+    for key in ("release_share", "restitution"):
+        yield from _ascending(("dispersion", key), section[key])
+    for key in ("cracked_stiffness_ratio", "plateau_ratio"):
+        yield from _ascending(("dispersion", "map", key), section["map"][key])
+
+
+def _pulse_problems(config: Config) -> Iterator[Problem]:
+    """Frequencies, loads, e and bands ascend, and the step is stable."""
+    section, curve = config["pulses"], config["curve"]
+    for key in ("frequency", "load"):
+        start, stop = section[key]["start"], section[key]["stop"]
+        if not start < stop:
+            text = f"is {stop}; it must be greater than pulses.{key}.start, {start}"
+            yield Problem(("pulses", key, "stop"), text)
+    for key in ("restitution", "bands"):
+        yield from _ascending(("pulses", key), section[key])
+    limit = 2 / math.sqrt(curve["plateau_ratio"] / curve["cracked_stiffness_ratio"])
+    if not section["step"] < limit:
+        text = f"is {section['step']}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for curve"
+        yield Problem(("pulses", "step"), text)
+
+
+def _ascending(path: KeyPath, values: Sequence[float]) -> Iterator[Problem]:
+    for index, (one, other) in enumerate(zip(values, values[1:]), start=1):
+        if not one < other:
+            yield Problem((*path, index), f"is {other}; it must be greater than the value before it, {one}")

@@ -7,6 +7,7 @@ Err: Eq. (17). Closed form: first order in the loss; and with the energy in the 
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,9 +68,9 @@ def groups(config: Config) -> list[Group]:
 
 def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Group:
     names, *parameters = zip(*cases)
-    curve = TrilinearCurve(*(np.array(values, dtype=float) for values in parameters), softening)
-    ultimate = np.asarray(curve.ultimate_ratio)
-    return Group([name if a3 == 1 else f"{name}, {softening}" for name, a3 in zip(names, ultimate)], curve)
+    a1, b1, a3 = (np.array(values, dtype=float) for values in parameters)
+    curve = TrilinearCurve(a1, b1, a3, softening)
+    return Group([name if end == 1 else f"{name}, {softening}" for name, end in zip(names, a3)], curve)
 
 
 def dispersion(config: Config) -> xr.Dataset:
@@ -133,7 +134,7 @@ def _compare(group: Group, share: Array, restitution: Array, config: Config) -> 
     )
     dataset["best_exponent"] = ("case", exponent)
     for source, key in SOURCES.items():
-        dataset[f"spread_{source}"] = np.log(dataset[key]).std("release_share")
+        dataset[f"spread_{source}"] = xr.apply_ufunc(np.log, dataset[key]).std("release_share")
     return dataset
 
 
@@ -285,3 +286,46 @@ def exponent_map(config: Config, share: Array) -> xr.Dataset:
             dims[2]: a1,
         },
     )
+
+
+# --- what it says ----------------------------------------------------------------------------------------------------
+
+
+def table(dataset: xr.Dataset) -> list[str]:
+    """Return, as a table in Markdown, each damper's spreads and the closed form's largest differences, in %.
+
+    Spreads are those of the middle e, over all curves; differences are the largest of either sign over curves and
+    amplitudes, one for each e.
+    """
+    e = dataset["restitution"].values
+    differences = {
+        "closed form less peaks": ("damping_ratio_energy", "damping_ratio_peaks"),
+        "middle energy less peaks": ("damping_ratio_middle", "damping_ratio_peaks"),
+        "closed form less Err": ("damping_ratio_energy", "damping_ratio"),
+        "middle energy less Err": ("damping_ratio_middle", "damping_ratio"),
+    }
+    head = ["model", *(f"spread, {name}" for name in ("closed form", "peaks", "Err")), *differences]
+    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for model in map(str, dataset["damping_model"].values):
+        one = dataset.sel(damping_model=model)
+        middle = one.isel(restitution=e.size // 2)
+        cells = ["best n" if model == BEST else model]
+        for source in ("energy", "peaks", "error"):
+            percent = 100 * middle[f"spread_{source}"].values
+            cells.append(f"{percent.min():.1f} to {percent.max():.1f}")
+        for first, second in differences.values():
+            difference = 100 * (one[first] / one[second] - 1)
+            cells.append(" / ".join(_largest(difference.isel(restitution=i).values) for i in range(e.size)))
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _largest(percent: Array) -> str:
+    """Return the value furthest from zero, as text with its sign; a zero has none."""
+    text = f"{percent.ravel()[np.abs(percent).argmax()]:+.1f}"
+    return "0.0" if float(text) == 0 else text
+
+
+if __name__ == "__main__":
+    with xr.open_dataset(sys.argv[1]) as opened:
+        print("\n".join(table(opened)))

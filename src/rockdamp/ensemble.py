@@ -77,7 +77,7 @@ class Ensemble:
         return np.concatenate(displacement), np.concatenate(velocity)
 
     def forced_peaks(self, model: str, step: float, factor: Array) -> Array:
-        """Return the largest |u|/u_ins under `factor` of the loads, shape (..., cases, e); infinite if collapsed. [-]"""
+        """Return the largest |u|/u_ins under `factor` of the loads, shape (..., cases, e); infinite if it collapsed."""
         each = [self._forced(model, case, step, factor[..., case, :]) for case in range(len(self.load))]
         return np.stack([np.where(one.outcome == COMPLETED, one.peak, np.inf) for one in each], axis=-2)
 

@@ -130,6 +130,9 @@ def match_cases(
     """
     windows = np.asarray(window_steps, dtype=np.int64)
     scan = scan or SCAN
+    lossy = np.flatnonzero(cases.restitution < 1)
+    if lossy.size < cases.restitution.size:
+        return _lossless(cases, damping_model, windows, scan, scheme, lossy)
     _require_impacts(cases, windows)
     guess = damping_ratio_energy(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
@@ -152,6 +155,19 @@ def match_cases(
     for w, c, xi, value in zip(window, case, ratio, error):  # ascending in xi: of equal errors the first stays
         if value < best.error[w, c]:
             best.damping_ratio[w, c], best.error[w, c] = xi, value
+    return best
+
+
+def _lossless(
+    cases: Cases, model: str, windows: NDArray[np.int64], scan: dict[str, Any], scheme: str, lossy: NDArray[np.int64]
+) -> Match:
+    """Match the cases that lose energy; where e = 1, xi = 0 follows the reference, with one minimum and no error."""
+    shape = (windows.size, cases.restitution.size)
+    best = Match(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
+    if lossy.size:
+        found = match_cases(cases.take(lossy), model, windows, scan, scheme)
+        best.damping_ratio[:, lossy], best.error[:, lossy] = found.damping_ratio, found.error
+        best.local_minima[:, lossy] = found.local_minima
     return best
 
 
@@ -337,10 +353,13 @@ def refined(cases: Cases, steps: int, refinement: float, scheme: str = "newmark"
 
 def follow(cases: Cases, model: str, ratio: Array, scheme: str = "newmark") -> tuple[Array, Array]:
     """Return the damping ratio and Err, each of shape (cases,), of the minimum next to `ratio` over all the steps."""
-    window, case = np.zeros(ratio.size, dtype=np.int64), np.arange(ratio.size)
-    around = [ratio * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
-    steps = np.array([cases.displacement.shape[1] - 1])
-    return _refine(cases, model, steps, window, case, around, scheme)
+    case = np.flatnonzero(ratio > 0)  # xi = 0 belongs to e = 1, which stays there
+    found, error = np.zeros(ratio.size), np.zeros(ratio.size)
+    if case.size:
+        around = [ratio[case] * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
+        steps, window = np.array([cases.displacement.shape[1] - 1]), np.zeros(case.size, dtype=np.int64)
+        found[case], error[case] = _refine(cases, model, steps, window, case, around, scheme)
+    return found, error
 
 
 def _windows_of_fixed_seconds(study: Study, config: Config, window: float) -> Array:

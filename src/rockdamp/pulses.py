@@ -6,6 +6,7 @@ stands when it is applied slowly. Everything is dimensionless: w over p, time as
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -167,13 +168,14 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     -------
     xarray.Dataset
         ``median_ratio``, ``log_dispersion`` (standard deviation of the logarithm) and ``pairs`` (source, model, e,
-        band), and the first two over all bands; ``median_ratio_before_impact`` and ``pairs_before_impact`` of CR's peaks in any band that no impact
-        comes before; ``false_safe`` (CR collapses, the model does not), ``false_collapse``, and how often CR
-        collapses and survives (source, model, e).
+        band), the first two over all bands as well; ``median_ratio_before_impact`` and ``pairs_before_impact`` of
+        CR's peaks in any band that no impact comes before; ``false_safe`` (CR collapses, the model does not),
+        ``false_collapse``, and how often CR collapses and survives (source, model, e).
     """
     cells = ("pulse", "pulse_frequency", "load_ratio")
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
-    logarithm = np.log(dataset["peak_displacement"] / peak).where(~fell & ~reference)
+    ratio = (dataset["peak_displacement"] / peak).where(~fell & ~reference)
+    logarithm = xr.apply_ufunc(np.log, ratio)
     in_bands = [logarithm.where((peak >= low) & (peak < high)) for low, high in zip(edges[:-1], edges[1:])]
     by_band = xr.concat(in_bands, "band").assign_coords(
         band=np.arange(edges.size - 1), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
@@ -218,3 +220,8 @@ def table(dataset: xr.Dataset) -> list[str]:
             "| " + " | ".join([str(model), f"{float(row['damping_ratio']):.4f}", *ratios, before, *false]) + " |"
         )
     return lines
+
+
+if __name__ == "__main__":
+    with xr.open_dataset(sys.argv[1]) as opened:
+        print("\n".join(table(opened)))

@@ -105,7 +105,9 @@ def rotations(config: Config, loops: xr.Dataset) -> xr.Dataset:
     """
     section, fig4 = config["accuracy"]["rigid"], config["loops"]["rigid"]
     thickness, e, peaks = float(fig4["thickness"]), float(fig4["restitution"]), int(section["peaks"])
-    axes = [np.asarray(section[key], dtype=float) for key in ("hinge_ratio", "release_amplitude", "slenderness")]
+    axes = [
+        np.unique(np.asarray(section[key], dtype=float)) for key in ("hinge_ratio", "release_amplitude", "slenderness")
+    ]
     shape = [axis.size for axis in axes]
     found = np.empty((len(FEATURES), *shape))
     for index in track(list(np.ndindex(*shape)), "rotations"):

@@ -80,9 +80,11 @@ def equivalent(
     response = solve(batch, Damping.cr(e), release_amplitude=amplitude, step=step, steps=steps, store_every=1)
     assert response.displacement is not None
     cases = Cases(batch, amplitude, e, response.displacement, step)
+    finest = refined(cases, steps, REFINEMENT)
     rows = []
     for model in VISCOUS_MODELS:
-        ratio, error = _matched(cases, model, steps)
+        best = match_cases(cases, model, [steps])
+        ratio, error = follow(finest, model, best.damping_ratio[0])
         energy = damping_ratio_energy(batch, model, e, amplitude)
         fit = polynomial(model, e, float(curve.cracked_stiffness_ratio))
         for i in range(e.size):
@@ -97,17 +99,6 @@ def equivalent(
                 }
             )
     return sorted(rows, key=lambda row: row["restitution"]) if e.size > 1 else rows
-
-
-def _matched(cases: Cases, model: str, steps: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Damping ratio and Err of each case; e = 1 loses nothing, so its damping ratio and Err are zero."""
-    ratio, error = np.zeros(cases.restitution.size), np.zeros(cases.restitution.size)
-    lossy = cases.restitution < 1
-    if lossy.any():
-        some = cases.take(np.flatnonzero(lossy))
-        best = match_cases(some, model, [steps])
-        ratio[lossy], error[lossy] = follow(refined(some, steps, REFINEMENT), model, best.damping_ratio[0])
-    return ratio, error
 
 
 @cache

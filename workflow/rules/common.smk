@@ -23,6 +23,18 @@ def part(*keys):
     return of_job
 
 
+CAPTIONS = yaml.safe_load(Path(ROOT, "report/captions.yaml").read_text(encoding="utf-8"))
+
+
 def figure(name):
-    """Return the files of a figure, in every format that the config asks for."""
-    return [f"{RESULTS}/figures/{name}.{suffix}" for suffix in config["figures"]["formats"]]
+    """Return the files of a figure, in every format that the config asks for; `snakemake --report` shows the PNG."""
+    number, _, shows = CAPTIONS.get(name, {"title": name})["title"].rpartition(": ")
+    files = {suffix: f"{RESULTS}/figures/{name}.{suffix}" for suffix in config["figures"]["formats"]}
+    if "png" in files:
+        files["png"] = report(
+            files["png"],
+            caption=f"../report/{name}.rst",
+            category="Figures of the paper" if number else "Beyond the paper",
+            labels={"figure": number or name, "shows": shows},
+        )
+    return list(files.values())

@@ -1,6 +1,23 @@
 """One rule for each figure, which says what it shows; how it shows it is in rockdamp.figures."""
 
-FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8", "fig_orders", "fig_dispersion", "fig_exponent", "fig_closed_form", "fig_pulses"]
+FIGURES = [
+    "fig1",
+    "fig2",
+    "fig3",
+    "fig4",
+    "fig5",
+    "fig6",
+    "fig6_error",
+    "fig7",
+    "fig8",
+    "fig_orders",
+    "fig_dispersion",
+    "fig_exponent",
+    "fig_closed_form",
+    "fig_pulses",
+    "fig_accuracy",
+    "fig_rigid",
+]
 
 
 rule fig1:
@@ -159,3 +176,24 @@ use rule fig1 as fig_pulses with:
         f"{LOGS}/figures/fig_pulses.log",
     message:
         "The dampers against restitution under pulses"
+
+
+use rule fig1 as fig_accuracy with:
+    input:
+        rules.accuracy.output,
+        code=code("rockdamp.figures"),
+    output:
+        figure("fig_accuracy"),
+    log:
+        f"{LOGS}/figures/fig_accuracy.log",
+    message:
+        "Errors of the solver and of the damping ratios"
+
+
+use rule fig_accuracy as fig_rigid with:
+    output:
+        figure("fig_rigid"),
+    log:
+        f"{LOGS}/figures/fig_rigid.log",
+    message:
+        "Where small rotations and the mass of slender bodies start to matter"

@@ -75,13 +75,14 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
             raise InputError(f"claim {claim['id']} has {problem}: {', '.join(sorted(names))}")
     parts = {name: found[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
+    told = [part.measured for part in parts.values() if part.measured] + ["the record is synthetic"] * synthetic
     verdict, condition = combine(claim, parts, capped=synthetic or bool(claim.get("inferred")))
     return {
         "id": claim["id"],
         "section": claim["section"],
         "claim": claim["claim"],
         "verdict": verdict,
-        "measured": "; ".join(part.measured for part in parts.values() if part.measured),
+        "measured": "; ".join(told),
         "threshold": claim["threshold"].format_map(claim["limits"]),
         "condition": condition,
     }

@@ -59,7 +59,7 @@ def impact_losses(loops: xr.Dataset, window: float) -> Array:
     history = loops.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
     last = turns(v[loops["tau"].values <= window])[-1]
-    before = np.flatnonzero(u[:last] * u[1 : last + 1] <= 0)
+    before = np.flatnonzero((u[:last] != 0) & (u[:last] * u[1 : last + 1] <= 0))
     return 0.5 * v[before] ** 2 * (1 - float(loops["restitution"]) ** 2)
 
 
@@ -73,18 +73,17 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
     mean = table.mean(axis=0)
     totals = ", ".join(f"{model} {percent(row.sum() / losses.sum())}" for model, row in zip(PAPER_MODELS, table))
     parts = {}
-    for name, reference, of in (("models", mean, "of their mean"), ("impact", losses, "of CR's loss")):
+    for name, reference, of in (("models", mean, "their mean"), ("impact", losses, f"CR's loss (in all {totals})")):
         relative = table / reference - 1
-        each = (f"{percent(row.min())} to {percent(row.max())}" for row in relative.T)
-        measured = f"areas less {of[3:]}, by half cycle: {'; '.join(each)}"
-        held = xr.DataArray(
-            np.abs(relative).max(axis=0) <= limits["same"], coords={"half_cycle": np.arange(1, count + 1)}
-        )
-        parts[name] = judged(held, measured, "half cycle", limits["enough"])
-    whole = Part(
-        parts["impact"].holds, f"{parts['impact'].measured}; all together {totals} of it", parts["impact"].where
-    )
-    return parts | {"impact": whole}
+        each = "; ".join(f"{percent(column.min())} to {percent(column.max())}" for column in relative.T)
+        held = np.abs(relative).max(axis=0) <= limits["same"]
+        parts[name] = judged(by_half_cycle(held), f"areas against {of}: {each}", "half cycle", limits["enough"])
+    return parts
+
+
+def by_half_cycle(held: NDArray[np.bool_]) -> xr.DataArray:
+    """Give the half cycles their numbers, from 1."""
+    return xr.DataArray(held, coords={"half_cycle": np.arange(1, held.size + 1)})
 
 
 def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -94,10 +93,9 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
     for model in PAPER_MODELS:
         share = areas(loops, model, window, limits["inner"]) / areas(loops, model, window)
         concentrated = share > limits["concentrated"]
-        held = xr.DataArray(
-            ~concentrated if model == "CDC" else concentrated, coords={"half_cycle": np.arange(1, share.size + 1)}
-        )
-        measured = f"{model} {percent(share.min())} to {percent(share.max())} of the area"
+        held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
+        ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
+        measured = f"{model} {ends[0]} to {ends[1]} of the area"
         parts[model.lower()] = judged(held, measured, "half cycle", limits["enough"])
     return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
 
@@ -169,7 +167,9 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     more = float(sdr / others.mean(skipna=False)) - 1
     return {
         "more": Part(bool((sdr > others).all()), f"logarithmic decrement {per_model(decrement)}; measured {measured}"),
-        "slightly": Part(0 < more <= limits["slight"], f"SDR {percent(more)} above the others' mean"),
+        "slightly": Part(
+            bool(more > 0) & bool(more <= limits["slight"]), f"SDR {percent(more)} above the others' mean"
+        ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),
             f"misfit of the decay's peaks {per_model(1000 * misfit)} mm",

@@ -9,6 +9,7 @@ from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, list
 from rockdamp.damping import PAPER_MODELS
 
 MODELS = list(PAPER_MODELS)
+OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}  # what a1 is compared with: dimension, study
 
 
 def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
@@ -152,7 +153,7 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
             "e",
             limits["enough"],
         ),
-        "slightly": Part(0 < mean <= limits["slight"], f"in the mean {percent(mean)}"),
+        "slightly": Part(bool(mean > 0) & bool(mean <= limits["slight"]), f"in the mean {percent(mean)}"),
     }
 
 
@@ -180,13 +181,9 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
         others = {dim: mean_spread(ratios(data[f"match/{study}"], variable), dim) for dim, study in OTHERS.items()}
         held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
         told = "; ".join(f"{dim.split('_')[0]} {per_model(values, percent)}" for dim, values in others.items())
-        measured = f"equal {name}: {told}"
-        parts[name] = judged(held, measured if parts else f"spread: a1 {per_model(a1, percent)}; {measured}",
-                             "models", limits["enough"])  # fmt: skip
+        of_a1 = "" if parts else f"spread: a1 {per_model(a1, percent)}; "
+        parts[name] = judged(held, f"{of_a1}equal {name}: {told}", "models", limits["enough"])
     return parts
-
-
-OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}
 
 
 def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -219,7 +216,7 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
     """The polynomials against Eq. (15)."""
-    fits = data["equivalence"]
+    fits, enough = data["equivalence"], limits["enough"]
     xi = fits["damping_ratio_fit"].sel(damping_model=MODELS)
     relative = xi / fits["giannini_masiani"] - 1
     parts = {}
@@ -227,10 +224,8 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
         one = relative.sel(damping_model=model)
         held = sign * one > 0
         measured = f"{model} {percent(one.min())} to {percent(one.max())} against (15)"
-        partly = ""
-        if not bool(held.all()) and float(held.mean()) >= limits["enough"]:
-            partly = f"{percent(held.mean())} of e and a1"
-        parts[name] = Part(bool(held.all()), measured, partly)
+        partly = f"{percent(held.mean())} of e and a1" if float(held.mean()) >= enough else ""
+        parts[name] = Part(bool(held.all()), measured, "" if held.all() else partly)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
     values = mean_spread(xi, "cracked_stiffness_ratio")
     parts["cdr-slightly"] = Part(apart <= limits["slight"], f"CDR off by {percent(apart)} in the mean")

@@ -90,20 +90,20 @@ def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str,
 def judged(held: xr.DataArray, measured: str, noun: str, enough: float = 0.0) -> Part:
     """Return the part that holds in the cases of `held` (boolean, one dimension with a coordinate).
 
-    Where it fails in some of them but holds in at least the part `enough`, it says which.
+    Where it fails in some of them but holds in at least the part `enough`, it says which. Without cases it fails.
     """
     cases = held.astype(bool)
-    if bool(cases.all()):
+    if cases.size and bool(cases.all()):
         return Part(True, measured)
     partly = bool(cases.any()) and float(cases.mean()) >= enough
     return Part(False, measured, spans(cases, noun) if partly else "")
 
 
 def spans(held: xr.DataArray, noun: str) -> str:
-    """Say in which cases a condition holds: ``e 0.7 to 0.8, 0.95``, or ``no e``."""
+    """Say in which cases a condition holds: ``e 0.7 to 0.8, 0.95``, or ``none``."""
     values, true = held[held.dims[0]].values, np.flatnonzero(held.values.astype(bool))
     if not true.size:
-        return f"no {noun}"
+        return "none"
     runs = np.split(true, np.flatnonzero(np.diff(true) > 1) + 1)
     if values.dtype.kind not in "fiu":
         return f"{noun} {', '.join(map(str, values[true]))}"

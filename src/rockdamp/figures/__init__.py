@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
+from rockdamp.figures.accuracy import fig_accuracy, fig_rigid
 from rockdamp.figures.curves import fig2
 from rockdamp.figures.dispersion import fig_closed_form, fig_dispersion, fig_exponent
 from rockdamp.figures.equivalence import fig5, fig6, fig6_error, fig7
@@ -31,5 +32,7 @@ FIGURES: dict[str, Callable[..., Figure]] = {
     "fig_exponent": fig_exponent,
     "fig_closed_form": fig_closed_form,
     "fig_pulses": fig_pulses,
+    "fig_accuracy": fig_accuracy,
+    "fig_rigid": fig_rigid,
 }
 __all__ = ["FIGURES", "save"]

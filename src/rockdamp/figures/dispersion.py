@@ -1,4 +1,4 @@
-"""How the damping ratio depends on the amplitude, the exponent with which it does least, and the closed form's error."""
+"""How the damping ratio depends on the amplitude, with which exponent it does least, and the closed form's error."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockdamp.figures.style import (
     DOUBLE_COLUMN,
@@ -16,6 +17,7 @@ from rockdamp.figures.style import (
     MODELS,
     PALE,
     ModelStyle,
+    few_ticks,
     nearest,
     new_figure,
     numbers,
@@ -62,7 +64,8 @@ def fig_dispersion(dispersion: xr.Dataset) -> Figure:
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
     _fan(fan, one)
     _bars(bars, one)
-    fan.set_title(f"same first peak as with $e = {float(one['restitution']):g}$; bands: all {one.sizes['case']} curves")
+    e_text = f"the same first peak as with $e = {float(one['restitution']):g}$"
+    fan.set_title(f"{e_text}; lines: the paper's curve, bands: all {one.sizes['case']}")
     return figure
 
 
@@ -120,7 +123,7 @@ def _bars(axes: Axes, one: xr.Dataset) -> None:
     axes.set_xlim(0, 1.5 * float(spread.max()))
     axes.set_xlabel(r"spread of $\xi$ over the amplitudes,"
                     "\n" r"standard deviation of $\ln\,\xi$ [%]")  # fmt: skip
-    axes.set_title("one curve: one mark; large: the paper's curve")
+    axes.set_title("a mark for each curve")
 
 
 @styled
@@ -140,6 +143,7 @@ def fig_exponent(dispersion: xr.Dataset) -> Figure:
     for axes in (left, right):
         axes.set_xlabel("$a_1$ [-]")
         axes.set_xlim(0, 1.02 * max(a1))
+        few_ticks(axes, 5)
     return figure
 
 
@@ -153,21 +157,23 @@ def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[flo
                 a1, n, color=colour, linestyle=VARIANT_LINES[variant], linewidth=1.2 if variant == "none" else 0.7
             )
         handles.append(Line2D([], [], color=colour, label=text))
-    legend = axes.legend(handles=handles, title="$b_1$ [-]", loc="lower right", ncols=2)
+    legend = axes.legend(
+        handles=handles, title="$b_1$ [-]", loc="lower right", ncols=2, bbox_to_anchor=(1.0, 0.08)
+    )  # fmt: skip
     axes.add_artist(legend)
     variants = [
         Line2D([], [], color=GREY, linestyle=VARIANT_LINES[variant], label=VARIANTS[variant])
         for variant in map(str, dispersion["map_softening"].values)
     ]
-    axes.legend(handles=variants, loc="upper left")
+    axes.legend(handles=variants, loc="upper left", bbox_to_anchor=(0.0, 0.92))
     best = dispersion["map_best_exponent"]
     low, high = float(best.min()), float(best.max())
     axes.set_ylim(min(0.98, low - 0.05), max(2.02, high + 0.05))
-    for n, model in ((1.0, "CDR"), (2.0, "SDR")):
-        axes.axhline(n, color=MODELS[model].colour, linewidth=0.8, linestyle=MODELS[model].linestyle)
+    for order, model in ((1.0, "CDR"), (2.0, "SDR")):
+        axes.axhline(order, color=MODELS[model].colour, linewidth=0.8, linestyle=MODELS[model].linestyle)
         axes.text(
-            0.99, n, f"{model}, $n = {n:g}$", transform=axes.get_yaxis_transform(), color=MODELS[model].colour,
-            fontsize=7, ha="right", va="top" if n > 1.5 else "bottom",
+            0.02, order, f"{model}, $n = {order:g}$", transform=axes.get_yaxis_transform(), color=MODELS[model].colour,
+            fontsize=7, ha="left", va="top" if order > 1.5 else "bottom",
         )  # fmt: skip
     axes.set_ylabel(r"exponent $n$ with the least spread [-]")
 
@@ -185,6 +191,9 @@ def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
         line = one.sel(map_softening="none").isel(map_plateau_ratio=plain)
         axes.plot(a1, line, color=style.colour, linestyle=style.linestyle, marker=style.marker, label=name_of(model))
     axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
     b1 = numbers(dispersion, "map_plateau_ratio")
     axes.set_title(f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; ECD: 0")
@@ -218,7 +227,8 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
     handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
     handles.append(Line2D([], [], color=GREY, **MIDDLE))
     labels = [*(f"$e = {value}$" for value in e), "at the half cycle's middle energy"]
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    title = f"lines: the paper's curve, bands: all {dispersion.sizes['case']} curves"
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), title=title)
     return figure
 
 

@@ -16,6 +16,7 @@ from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, new_figure, styl
 COLLAPSED = "#3A3A3A"
 MARKS = {"Ricker": "o", "sine": "^"}
 LIMITS = (0.5, 2.0)  # of the ratio of peaks; what lies beyond is drawn at the edge
+SIZES = {"CDC": 6.5, "CDR": 4.5, "SDR": 5.0, "ECD": 2.0}  # on the map, where they coincide
 NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
 
 
@@ -64,7 +65,7 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
         style = MODELS[model]
         axes.plot(
             frequency[columns], load[rows], linestyle="none", marker=style.marker, color=style.colour,
-            markersize=3, markerfacecolor="none", markeredgewidth=0.7,
+            markersize=SIZES.get(model, 3.0), markerfacecolor="none", markeredgewidth=0.8,
         )  # fmt: skip
     for scale in (axes.set_xscale, axes.set_yscale):
         scale("log")
@@ -79,7 +80,7 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
         bar = axes.figure.colorbar(mesh, ax=axes, ticks=edges)
         bar.set_label(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
         bar.ax.set_yticklabels([f"{edge:g}" for edge in edges])
-        bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+        bar.outline.set_linewidth(0.4)
     else:
         axes.set_ylabel("load over plateau [-]")
 
@@ -114,8 +115,8 @@ def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
     axes.set_title(
         f"{title_of(model)}\n$\\xi = {float(one['damping_ratio']):.3f}$, "
         f"all: {float(one['median_ratio_all']):.2f} ± {float(one['log_dispersion_all']):.2f}\n"
-        f"false safe {int(one['false_safe'])} of {int(one['reference_collapses'])}, "
-        f"false\ncollapse {int(one['false_collapse'])} of {int(one['reference_survivals'])}",
+        f"false safe {int(one['false_safe'])} of {int(one['reference_collapses'])}\n"
+        f"false collapse {int(one['false_collapse'])} of {int(one['reference_survivals'])}",
         color=style.colour, fontsize=7,
     )  # fmt: skip
 

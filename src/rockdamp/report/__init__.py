@@ -1,5 +1,5 @@
 """The report: one page that needs nothing but itself, with every number taken from the datasets."""
 
-from rockdamp.report.page import build, write
+from rockdamp.report.page import Content, build, write
 
-__all__ = ["build", "write"]
+__all__ = ["Content", "build", "write"]

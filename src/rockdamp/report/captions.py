@@ -17,6 +17,7 @@ from rockdamp.damping import PAPER_MODELS
 from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS
 from rockdamp.figures.style import nearest, numbers, present
 from rockdamp.figures.validation import is_synthetic
+from rockdamp.report import further
 from rockdamp.report.numbers import listed, number, of_models, percent, plain, ranges
 
 Data = Mapping[str, xr.Dataset]
@@ -228,5 +229,5 @@ def _fig_orders(data: Data) -> dict[str, Any]:
 
 VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
     "fig1": _fig1, "fig2": _fig2, "fig3": _fig3, "fig4": _fig4, "fig5": _fig5, "fig6": _fig6,
-    "fig6_error": _fig6_error, "fig7": _fig7, "fig8": _fig8, "fig_orders": _fig_orders,
+    "fig6_error": _fig6_error, "fig7": _fig7, "fig8": _fig8, "fig_orders": _fig_orders, **further.VARIABLES,
 }  # fmt: skip

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from markupsafe import Markup
 
+LEAST = 1e-4  # a smaller fraction is told as less than that
 SMALL, LARGE = 1e-3, 1e5  # beyond these a power of ten is shorter to read
 
 
@@ -29,7 +30,9 @@ def plain(value: float) -> str:
 
 
 def percent(value: float, digits: int = 2) -> Markup:
-    """Return a fraction as a percentage."""
+    """Return a fraction, not negative, as a percentage."""
+    if 0 < float(value) < LEAST:
+        return Markup("less than {}").format(percent(LEAST, 1))
     return Markup("{}&nbsp;%").format(number(100 * float(value), digits))
 
 

@@ -16,6 +16,7 @@ import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp.errors import InputError
 from rockdamp.report import interactive, tables
 from rockdamp.report.captions import caption
 
@@ -81,7 +82,7 @@ def build(content: Content) -> str:
         claims=claims,
         counts=tables.counts(claims),
         errata=content.errata,
-        figures=[_figure(name, png, content.datasets) for name, png in content.figures.items()],
+        figures=_figures(content),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.scalars(accuracy) if accuracy is not None else [],
         citation=tables.citation(content.citation),
@@ -122,10 +123,27 @@ def _explorer(content: Content) -> Markup:
     return Markup(json.dumps(found, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
-def _figure(name: str, png: bytes, datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
-    width, height = (int.from_bytes(png[start : start + 4], "big") for start in (16, 20))  # of the PNG's header
-    image = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
-    return {"name": name, "image": image, "width": width, "height": height, "caption": caption(name, datasets)}
+def _figures(content: Content) -> list[dict[str, Any]]:
+    sizes = {name: _size(png) for name, png in content.figures.items()}
+    widest = max((width for width, _ in sizes.values()), default=1)
+    return [
+        {
+            "name": name,
+            "image": f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}",
+            "width": sizes[name][0],
+            "height": sizes[name][1],
+            "share": round(100 * sizes[name][0] / widest, 1),
+            "caption": caption(name, content.datasets),
+        }
+        for name, png in content.figures.items()
+    ]
+
+
+def _size(png: bytes) -> tuple[int, int]:
+    """Width and height, which a PNG states in its header. [pixels]"""
+    if png[12:16] != b"IHDR":
+        raise InputError("a figure of the report is no PNG")
+    return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
 
 
 def _provenance(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:

@@ -1,0 +1,169 @@
+"""How accurate the published numbers are: the solver, the damping ratios, and the assumption of small rotations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
+
+from rockdamp.figures.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    MODELS,
+    PALE,
+    ModelStyle,
+    line_of,
+    new_figure,
+    numbers,
+    styled,
+)
+
+TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
+LEAST, LARGEST = 1e-6, 4e-3  # smaller uncertainties are drawn at the least: some are zero, and the axis is logarithmic
+THOUSANDTH = 1e-3
+FEATURES = {
+    "p": (ModelStyle("#1A1A1A", "solid", "o"), "$p$, with the mass at $u = 0$"),
+    "first impact": (ModelStyle("#0072B2", (0, (8.0, 1.6)), "s"), "time of the first impact"),
+    "peaks": (ModelStyle("#D55E00", "dashdot", "^"), "peak that differs most"),
+}
+SLENDERNESS_TICKS = (4, 6, 10, 15, 20, 30, 40)
+
+
+@styled
+def fig_accuracy(accuracy: xr.Dataset) -> Figure:
+    """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios.
+
+    Parameters
+    ----------
+    accuracy : xarray.Dataset
+        ``median_solver_error``, ``largest_solver_error`` and ``order``; ``uncertainty_quantile``,
+        ``share_within_thousandth``, ``sample_difference`` and ``sample_bound``.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 140.0)
+    (free, forced), (shares, exact) = figure.subplots(2, 2)
+    forced.sharey(free)
+    low, high = float(accuracy["median_solver_error"].min()), float(accuracy["largest_solver_error"].max())
+    for axes, excitation in ((free, "free"), (forced, "forced")):
+        _errors(axes, accuracy.sel(excitation=excitation))
+        axes.set_title(TITLES[excitation])
+    free.set_ylim(low / 100, high * 3)  # the legend stands below
+    _shares(shares, accuracy)
+    _sample(exact, accuracy)
+    return figure
+
+
+def _errors(axes: Axes, one: xr.Dataset) -> None:
+    """Median error of each model as a line, and the largest as markers alone."""
+    step = one["step"].values
+    for model in map(str, one["damping_model"].values):
+        curve = one.sel(damping_model=model)
+        label = f"{model}: {float(curve['order']):.2f}"
+        axes.plot(step, curve["median_solver_error"], label=label, **line_of(model))
+        axes.plot(
+            step, curve["largest_solver_error"], linestyle="none", marker=MODELS[model].marker,
+            color=MODELS[model].colour, markerfacecolor="none",
+        )  # fmt: skip
+    for name in ("solver_step", "published_step"):
+        axes.axvline(float(one[name]), color=PALE, linewidth=0.6, zorder=0)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(step.min() / 1.4, step.max() * 1.4)
+    axes.set_xlabel(r"step $p\,\Delta t$ [-]")
+    axes.set_ylabel(r"RMS error of $u/u_\mathrm{ins}$ [-]")
+    axes.legend(title="median, with its order;\nmarkers: largest", loc="lower right", alignment="left")
+
+
+def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
+    """Share of the published damping ratios whose uncertainty is beyond a value."""
+    axes.axvline(THOUSANDTH, color=GREY, linewidth=0.8, zorder=0)
+    for model in map(str, accuracy["viscous_model"].values):
+        one = accuracy.sel(viscous_model=model)
+        bound = np.maximum(one["uncertainty_quantile"].values, LEAST)
+        label = f"{model}: {_percent(float(one['share_within_thousandth']))}"
+        axes.plot(bound, 1 - one["quantile"].values, label=label, **line_of(model))
+    axes.set_xscale("log")
+    axes.set_xlim(LEAST, LARGEST)
+    axes.set_ylim(0, 1)
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+    axes.set_xlabel(r"uncertainty of $\xi$ over $\xi$ [-]")
+    axes.set_ylabel(r"share of $\xi$ that are less certain")
+    axes.set_title(f"(c) all {int(accuracy['published_count'])} published $\\xi$ of each model")
+    axes.legend(title="within 0.1 %", loc="lower left", alignment="left")
+
+
+def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
+    """True errors of the sample against their uncertainties: on the line they are equal."""
+    axes.plot([LEAST, LARGEST], [LEAST, LARGEST], color=GREY, linewidth=0.8, zorder=0)
+    for model in map(str, accuracy["viscous_model"].values):
+        one, style = accuracy.sel(viscous_model=model), MODELS[model]
+        bound, error = (np.maximum(np.abs(one[name].values), LEAST) for name in ("sample_bound", "sample_difference"))
+        axes.plot(
+            bound, error, linestyle="none", marker=style.marker, color=style.colour, markerfacecolor="none",
+            label=model, clip_on=False,
+        )  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(LEAST, LARGEST)
+    axes.set_ylim(LEAST, LARGEST)
+    axes.set_xlabel(r"uncertainty of $\xi$ over $\xi$ [-]")
+    axes.set_ylabel(r"error of $\xi$ over $\xi$ [-]")
+    axes.set_title("(d) against exact minima, a sample")
+    axes.legend(loc="upper left")
+
+
+def _percent(share: float) -> str:
+    """Return a share as text, rounded down: all is only all."""
+    return f"{np.floor(1000 * share) / 10:g} %"
+
+
+@styled
+def fig_rigid(accuracy: xr.Dataset) -> Figure:
+    """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness.
+
+    Parameters
+    ----------
+    accuracy : xarray.Dataset
+        ``rocking_difference`` (rocking_feature, hinge_ratio, rocking_release_amplitude, slenderness),
+        ``least_slenderness`` and ``tolerance``.
+    """
+    releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
+    figure = new_figure(DOUBLE_COLUMN, 25.0 + 55.0 * len(releases))
+    grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)
+    for row, x0 in zip(grid, releases):
+        for axes, r in zip(row, hinges):
+            _differences(axes, accuracy.sel(rocking_release_amplitude=x0, hinge_ratio=r))
+            axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {x0:g}$, $h_1/h = {r:g}$")
+        row[0].set_ylabel("|difference| [-]")
+    for axes in grid[-1]:
+        axes.set_xlabel("slenderness $h/t$ [-]")
+    handles = [Line2D([], [], label=meaning, **_line(style)) for style, meaning in FEATURES.values()]
+    title = f"large rotations against the slender limit, $e = {float(accuracy['rocking_restitution']):g}$"
+    figure.legend(handles=handles, title=title, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _line(style: ModelStyle) -> dict[str, Any]:
+    return {"color": style.colour, "linestyle": style.linestyle, "marker": style.marker}
+
+
+def _differences(axes: Axes, one: xr.Dataset) -> None:
+    slenderness = one["slenderness"].values
+    for tolerance in numbers(one, "tolerance"):
+        axes.axhline(tolerance, color=GREY, linewidth=0.6, zorder=0)
+        at = (slenderness.max(), tolerance)
+        axes.annotate(f"{tolerance:.0%}", at, (0, 1), textcoords="offset points", ha="right", fontsize=7, color=GREY)
+    for feature, (style, meaning) in FEATURES.items():
+        values = np.abs(one["rocking_difference"].sel(rocking_feature=feature).values)
+        axes.plot(slenderness, values, label=meaning, **_line(style))
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(slenderness.min() / 1.05, slenderness.max() * 1.05)
+    axes.xaxis.set_major_locator(FixedLocator([h for h in SLENDERNESS_TICKS if h <= slenderness.max()]))
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))

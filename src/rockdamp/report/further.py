@@ -1,0 +1,128 @@
+"""Numbers of the captions of what goes beyond the paper: accuracy, dispersion over the amplitude, pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from markupsafe import Markup
+
+from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
+from rockdamp.figures.style import nearest, numbers
+from rockdamp.report.numbers import number, of_models, percent, plain
+
+Data = Mapping[str, xr.Dataset]
+TITLES = {BEST: "best n"}
+
+
+def _range(values: xr.DataArray, digits: int = 2) -> Markup:
+    """Least and greatest of some fractions as percentages."""
+    low, high = (percent(float(value), digits) for value in (values.min(), values.max()))
+    return high if low == high else Markup("{} to {}").format(low, high)
+
+
+def _by_model(values: xr.DataArray, show: Callable[[xr.DataArray], str], dim: str = "damping_model") -> Markup:
+    return of_models({TITLES.get(str(model), str(model)): show(values.sel({dim: model})) for model in values[dim].values})
+
+
+def _dispersion(data: Data) -> dict[str, Any]:
+    dispersion = data["dispersion"]
+    one = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
+    return {
+        "restitution": plain(one["restitution"]),
+        "curves": int(dispersion.sizes["case"]),
+        "low": plain(dispersion["release_share"].min()),
+        "high": plain(dispersion["release_share"].max()),
+        "spreads": _by_model(one["spread_peaks"], _range),
+    }
+
+
+def _exponent(data: Data) -> dict[str, Any]:
+    dispersion = data["dispersion"]
+    best, spread = dispersion["map_best_exponent"], dispersion["map_spread"]
+    return {
+        "low": f"{float(best.min()):.2f}",
+        "high": f"{float(best.max()):.2f}",
+        "a1_low": plain(dispersion["map_cracked_stiffness_ratio"].min()),
+        "a1_high": plain(dispersion["map_cracked_stiffness_ratio"].max()),
+        "left": percent(spread.sel(damping_model=BEST).max()),
+        "others": _by_model(spread.sel(damping_model=["CDC", "CDR", "SDR"]), _range),
+    }
+
+
+def _closed_form(data: Data) -> dict[str, Any]:
+    dispersion = data["dispersion"]
+    one = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
+    closed = one["damping_ratio_energy"]
+
+    def largest(measure: str) -> Markup:
+        away = np.abs(closed / one[measure] - 1)
+        return _by_model(away, lambda values: percent(values.max()))
+
+    return {
+        "restitution": plain(one["restitution"]),
+        "curves": int(dispersion.sizes["case"]),
+        "peaks": largest("damping_ratio_peaks"),
+        "errors": largest("damping_ratio"),
+    }
+
+
+def _pulses(data: Data) -> dict[str, Any]:
+    pulses = data["pulses"]
+    one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    medians = {
+        str(model): Markup("{} ± {}").format(
+            f"{float(one['median_ratio_all'].sel(damping_model=model)):.2f}",
+            f"{float(one['log_dispersion_all'].sel(damping_model=model)):.2f}",
+        )
+        for model in one["damping_model"].values
+    }
+    return {
+        "restitution": plain(one["restitution"]),
+        "release": plain(one["release_amplitude"]),
+        "runs": int(one["reference_collapses"]) + int(one["reference_survivals"]),
+        "medians": of_models(medians),
+        "collapses": int(one["reference_collapses"]),
+        "survivals": int(one["reference_survivals"]),
+        "false_safe": _by_model(one["false_safe"], lambda value: str(int(value))),
+        "false_collapse": _by_model(one["false_collapse"], lambda value: str(int(value))),
+    }
+
+
+def _accuracy(data: Data) -> dict[str, Any]:
+    accuracy = data["accuracy"]
+    orders = accuracy["order"]
+    shares = accuracy["share_within_thousandth"]
+    largest = accuracy["uncertainty_quantile"].isel(quantile=int(accuracy["quantile"].argmax()))
+    return {
+        "step": plain(accuracy["solver_step"]),
+        "difference": number(accuracy["largest_difference"].max(), 2),
+        "order_low": f"{float(orders.min()):.2f}",
+        "order_high": f"{float(orders.max()):.2f}",
+        "shares": _by_model(shares, lambda value: percent(value, 3), "viscous_model"),
+        "largest": _by_model(largest, lambda value: percent(value), "viscous_model"),
+        "sample": int(accuracy.sizes["sample"]),
+        "checked": percent(np.abs(accuracy["sample_difference"]).max()),
+    }
+
+
+def _rigid(data: Data) -> dict[str, Any]:
+    accuracy = data["accuracy"]
+    away = np.abs(accuracy["rocking_difference"]).max(["hinge_ratio", "rocking_release_amplitude"])
+    ends = {"squat": int(accuracy["slenderness"].argmin()), "slender": int(accuracy["slenderness"].argmax())}
+    told: dict[str, Any] = {"restitution": plain(accuracy["rocking_restitution"])}
+    for name, index in ends.items():
+        one = away.isel(slenderness=index)
+        told[name] = plain(accuracy["slenderness"][index])
+        told[f"{name}_time"] = percent(one.sel(rocking_feature="first impact"))
+        told[f"{name}_peaks"] = percent(one.sel(rocking_feature="peaks"))
+        told[f"{name}_p"] = percent(one.sel(rocking_feature="p"))
+    return told
+
+
+VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
+    "fig_dispersion": _dispersion, "fig_exponent": _exponent, "fig_closed_form": _closed_form, "fig_pulses": _pulses,
+    "fig_accuracy": _accuracy, "fig_rigid": _rigid,
+}  # fmt: skip

@@ -1,0 +1,22 @@
+"""The report: every table, figure and dataset that it shows, read and handed to the package."""
+
+from pathlib import Path
+
+from boundary import job
+
+with job(snakemake):
+    from rockdamp import dataset
+    from rockdamp.report import Content, tables, write
+
+    given, params = snakemake.input, snakemake.params
+    content = Content(
+        claims=tables.rows(given.claims, tables.CLAIMS),
+        errata=tables.rows(given.errata, tables.ERRATA),
+        figures={name: Path(path).read_bytes() for name, path in zip(params.figures, given.figures)},
+        datasets={name: dataset.open(path) for name, path in zip(params.datasets, given.datasets)},
+        assumptions=Path(given.assumptions).read_text(encoding="utf-8"),
+        citation=Path(given.citation).read_text(encoding="utf-8"),
+        config=params.config,
+        code_version=params.version,
+    )
+    write(content, snakemake.output[0])
