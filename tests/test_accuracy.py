@@ -1,7 +1,5 @@
 """The accuracy stage: each number that it publishes, on cases whose answer is known, and on small real runs."""
 
-import copy
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -237,18 +235,18 @@ def distance():
 
 
 def test_the_distance_is_the_integral_of_eq_17(distance):
-    """Against 16 times as many samples without nodes at the crossings, whose ripple is then below 1e-6."""
-    times = np.linspace(0, 6, 16 * 3000 + 1)
+    """Against 8 times as many samples without nodes at the crossings; each is second order in its spacing."""
+    times = np.linspace(0, 6, 8 * 12000 + 1)
     expected, found = (
         np.abs(exact.history(CURVE, damping, times, release_amplitude=0.5).displacement)
         for damping in (Damping.cr(0.85), Damping("CDC", 0.03))
     )
-    assert distance(0.03) == pytest.approx(np.trapezoid((expected - found) ** 2, times), rel=1e-5)
+    assert distance(0.03) == pytest.approx(np.trapezoid((expected - found) ** 2, times), rel=2e-5)
 
 
 def test_the_distance_has_no_ripple_where_a_sum_has(distance):
     ratio = 0.032 * (1 + 2e-4 * np.arange(-8, 9))
-    times = np.linspace(0, 6, 3001)
+    times = np.linspace(0, 6, 12001)
     target = np.abs(exact.history(CURVE, Damping.cr(0.85), times, release_amplitude=0.5).displacement)
 
     def summed(xi):
@@ -424,8 +422,8 @@ def test_the_residual_is_relative_to_the_most_energy_that_was_given():
 
 
 def test_turning_points_are_the_release_and_each_change_of_direction():
-    velocity = np.array([0.0, -1.0, -2.0, -1.6, -0.4, 0.3, 0.9, 0.2, -0.1])
-    assert audit.turning_points(velocity).tolist() == [0, 5, 8]
+    velocity = np.array([0.0, -1.0, -2.0, -1.6, -0.4, 0.3, 0.9, 0.0, -0.1, -0.2, 0.0, 0.1])
+    assert audit.turning_points(velocity).tolist() == [0, 4, 7, 9]
 
 
 def test_the_stage_audits_both_excitations_to_second_order(stage, drawn):

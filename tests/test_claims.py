@@ -419,6 +419,7 @@ CASES = [
     ("fig8-sdr", CONDITIONAL, synthetic, "synthetic"),
     ("fig8-sdr", CONDITIONAL, scaled("validation", "log_decrement", 2.0, damping_model=["SDR"]), "by little"),
     ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "decay_peak_misfit", 9.0, damping_model=["SDR"]), ""),
+    ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "log_decrement", 0.9, damping_model=["SDR"]), ""),
     ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "log_decrement", np.nan, damping_model=["SDR"]), ""),
     ("low-amp", REPRODUCED, nothing, ""),
     ("low-amp", CONDITIONAL, scaled(STUDY, XI, 1.2, damping_model=SECANT, release_amplitude=[0.5]), "by little"),

@@ -122,3 +122,11 @@ def test_a_hinge_outside_the_wall_is_refused(value):
 def test_the_first_offending_element_of_an_array_is_named():
     with pytest.raises(InputError, match=r"thickness is -0\.2; it must be greater than 0"):
         Wall(np.array([0.3, -0.2, 0.0]), 4.5)
+
+
+def test_excitation_factor_and_effective_mass_mobilise_the_whole_mass():
+    """lambda m_eff = m, as below Eq. (4)."""
+    wall = Wall(0.3, 4.5, overburden_ratio=2.0)
+    assert wall.excitation_factor * float(wall.effective_mass) == pytest.approx(float(wall.mass), rel=1e-15)
+    expected = -float(wall.mass) / (float(wall.rigid_stiffness) * float(wall.instability_displacement))
+    assert float(wall.load_factor) == pytest.approx(expected, rel=1e-14)

@@ -98,6 +98,9 @@ def problems(config: Config) -> list[Problem]:
         found += _window_problems(config, cases)
     found += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
     found += [*_dispersion_problems(config), *_pulse_problems(config)]
+    if "png" not in config["figures"]["formats"]:
+        text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
+        found.append(Problem(("figures", "formats"), text))
     scan, record = config["matching"]["scan"], config["validation"]["record"]
     if not scan["smallest"] < scan["largest"]:
         text = f"is {scan['largest']}; it must be greater than matching.scan.smallest, {scan['smallest']}"

@@ -18,7 +18,6 @@ rule claims:
     log:
         f"{LOGS}/claims.log",
     params:
-        results=RESULTS,
         version=version("rockdamp.claims.errata"),
     message:
         "A verdict on each of the paper's claims, and evidence for its errata"

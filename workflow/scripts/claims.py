@@ -9,8 +9,9 @@ with job(snakemake):
     from rockdamp import claims, dataset
     from rockdamp.claims import errata
 
+    results = Path(snakemake.output.claims).parent
     paths = [path for path in snakemake.input if path.endswith(".nc")]
-    names = [Path(path).relative_to(snakemake.params.results).with_suffix("").as_posix() for path in paths]
+    names = [Path(path).relative_to(results).with_suffix("").as_posix() for path in paths]
     datasets = {name: dataset.open(path) for name, path in zip(names, paths)}
     tables = {
         snakemake.output.claims: claims.judge(claims.read(snakemake.input.claims), datasets),

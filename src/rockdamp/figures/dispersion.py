@@ -113,13 +113,12 @@ def _bars(axes: Axes, one: xr.Dataset) -> None:
             text, (values.max(), row), xytext=(5, 0), textcoords="offset points", va="center", fontsize=7,
             color=style.colour,
         )  # fmt: skip
-    axes.set_yticks(range(len(models)), [name_of(model) for model in models])
-    for label, model in zip(axes.get_yticklabels(), models):
-        label.set_color(STYLES[model].colour)
-        label.set_fontweight("bold")
-        label.set_fontsize(8)
+        axes.text(
+            -0.03, row, name_of(model), transform=axes.get_yaxis_transform(), color=style.colour, fontweight="bold",
+            ha="right", va="center",
+        )  # fmt: skip
+    axes.set_yticks([])
     axes.invert_yaxis()
-    axes.tick_params(axis="y", length=0)
     axes.set_xlim(0, 1.5 * float(spread.max()))
     axes.set_xlabel(r"spread of $\xi$ over the amplitudes,"
                     "\n" r"standard deviation of $\ln\,\xi$ [%]")  # fmt: skip
@@ -196,8 +195,8 @@ def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
     b1 = numbers(dispersion, "map_plateau_ratio")
-    axes.set_title(f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; ECD: 0")
-    axes.legend(loc="lower left", ncols=2)
+    shown = f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; ECD: 0"
+    axes.legend(title=shown, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
 
 @styled

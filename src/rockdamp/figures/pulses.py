@@ -34,9 +34,16 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
     shapes, models = ([str(value) for value in one[name].values] for name in ("pulse", "damping_model"))
     figure = new_figure(DOUBLE_COLUMN, 140.0)
     grid = figure.add_gridspec(2, 4, height_ratios=[1.1, 1.0])
-    for column, shape in enumerate(shapes):
-        _map(figure.add_subplot(grid[0, 2 * column : 2 * column + 2]), one.sel(pulse=shape), shape, last=column > 0)
     first: Axes | None = None
+    for column, shape in enumerate(shapes):
+        axes = figure.add_subplot(grid[0, 2 * column : 2 * column + 2], sharey=first)
+        _map(axes, one.sel(pulse=shape), shape, last=column == len(shapes) - 1)
+        if first is None:
+            axes.set_ylabel("load over plateau [-]")
+            first = axes
+        else:
+            axes.tick_params(labelleft=False)
+    first = None
     for column, model in enumerate(models):
         axes = figure.add_subplot(grid[1, column], sharex=first, sharey=first)
         _ratios(axes, one.sel(damping_model=model), model)
@@ -81,8 +88,6 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
         bar.set_label(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
         bar.ax.set_yticklabels([f"{edge:g}" for edge in edges])
         bar.outline.set_linewidth(0.4)
-    else:
-        axes.set_ylabel("load over plateau [-]")
 
 
 def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:

@@ -89,7 +89,7 @@ def _fig2(data: Data) -> dict[str, Any]:
 
 def _fig3(data: Data) -> dict[str, Any]:
     loops = data["loops"]
-    peak = np.abs(loops["damping_force"]).max("tau")
+    peak = abs(loops["damping_force"]).max("tau")
     return {
         "restitution": plain(loops["restitution"]),
         "release": plain(loops["release_amplitude"]),
@@ -101,8 +101,8 @@ def _fig3(data: Data) -> dict[str, Any]:
 def _fig4(data: Data) -> dict[str, Any]:
     loops = data["loops"]
     rocking, both = loops["rocking_displacement"], loops["displacement"].sel(damping_model=["CR", "CDR"])
-    difference = np.sqrt(((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau"))
-    apart = np.sqrt((both.diff("damping_model") ** 2).mean())
+    difference = ((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau") ** 0.5
+    apart = (both.diff("damping_model") ** 2).mean() ** 0.5
     return {
         "rocking_restitution": plain(loops["rocking_restitution"]),
         "slender": number(difference.sel(rocking_model="slender"), 2),

@@ -24,7 +24,9 @@ def _range(values: xr.DataArray, digits: int = 2) -> Markup:
 
 
 def _by_model(values: xr.DataArray, show: Callable[[xr.DataArray], str], dim: str = "damping_model") -> Markup:
-    return of_models({TITLES.get(str(model), str(model)): show(values.sel({dim: model})) for model in values[dim].values})
+    return of_models(
+        {TITLES.get(str(model), str(model)): show(values.sel({dim: model})) for model in values[dim].values}
+    )
 
 
 def _dispersion(data: Data) -> dict[str, Any]:
@@ -58,7 +60,7 @@ def _closed_form(data: Data) -> dict[str, Any]:
     closed = one["damping_ratio_energy"]
 
     def largest(measure: str) -> Markup:
-        away = np.abs(closed / one[measure] - 1)
+        away = abs(closed / one[measure] - 1)
         return _by_model(away, lambda values: percent(values.max()))
 
     return {
@@ -95,7 +97,7 @@ def _accuracy(data: Data) -> dict[str, Any]:
     accuracy = data["accuracy"]
     orders = accuracy["order"]
     shares = accuracy["share_within_thousandth"]
-    largest = accuracy["uncertainty_quantile"].isel(quantile=int(accuracy["quantile"].argmax()))
+    largest = accuracy["uncertainty_quantile"].isel(quantile=int(np.argmax(accuracy["quantile"].values)))
     return {
         "step": plain(accuracy["solver_step"]),
         "difference": number(accuracy["largest_difference"].max(), 2),
@@ -104,18 +106,19 @@ def _accuracy(data: Data) -> dict[str, Any]:
         "shares": _by_model(shares, lambda value: percent(value, 3), "viscous_model"),
         "largest": _by_model(largest, lambda value: percent(value), "viscous_model"),
         "sample": int(accuracy.sizes["sample"]),
-        "checked": percent(np.abs(accuracy["sample_difference"]).max()),
+        "checked": percent(abs(accuracy["sample_difference"]).max()),
     }
 
 
 def _rigid(data: Data) -> dict[str, Any]:
     accuracy = data["accuracy"]
-    away = np.abs(accuracy["rocking_difference"]).max(["hinge_ratio", "rocking_release_amplitude"])
-    ends = {"squat": int(accuracy["slenderness"].argmin()), "slender": int(accuracy["slenderness"].argmax())}
+    away = abs(accuracy["rocking_difference"]).max(["hinge_ratio", "rocking_release_amplitude"])
+    slenderness = accuracy["slenderness"].values
+    ends = {"squat": int(np.argmin(slenderness)), "slender": int(np.argmax(slenderness))}
     told: dict[str, Any] = {"restitution": plain(accuracy["rocking_restitution"])}
     for name, index in ends.items():
         one = away.isel(slenderness=index)
-        told[name] = plain(accuracy["slenderness"][index])
+        told[name] = plain(slenderness[index])
         told[f"{name}_time"] = percent(one.sel(rocking_feature="first impact"))
         told[f"{name}_peaks"] = percent(one.sel(rocking_feature="peaks"))
         told[f"{name}_p"] = percent(one.sel(rocking_feature="p"))

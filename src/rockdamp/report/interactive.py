@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from rockdamp.figures.style import MODELS
 
 # Bokeh draws the plots: well kept, on PyPI with its script, and at 1.4 MB a quarter of what plotly brings, which counts
 # on a phone. Of its components only these two are needed.
-COMPONENTS = ["bokeh", "bokeh-api"]
+COMPONENTS: list[Literal["bokeh", "bokeh-api"]] = ["bokeh", "bokeh-api"]
 DECIMALS = 4  # of the stored displacements: a ten thousandth of u_ins is less than a screen shows
 MISSING = -(2**15)
 DASHES = {"solid": [], "dashed": [6, 3], "dashdot": [8, 3, 2, 3], "dotted": [2, 3]}
@@ -46,7 +46,7 @@ CONTROLS = (
 
 def library() -> str:
     """Return the script of the plotting library."""
-    return "\n".join(Resources(mode="inline", minified=True, components=COMPONENTS).js_raw)
+    return "\n".join(Resources(mode="inline", minified=True, components=[*COMPONENTS]).js_raw)
 
 
 def dash(style: str | tuple[float, Sequence[float]]) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import SupportsFloat
 
 from markupsafe import Markup
 
@@ -11,25 +12,27 @@ LEAST = 1e-4  # a smaller fraction is told as less than that
 SMALL, LARGE = 1e-3, 1e5  # beyond these a power of ten is shorter to read
 
 
-def number(value: float, digits: int = 3) -> Markup:
+def number(value: SupportsFloat, digits: int = 3) -> Markup:
     """Return a number with some significant digits, as HTML."""
-    value = float(value)
-    if value == 0 or not math.isfinite(value):
-        return Markup("0" if value == 0 else "not defined")
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    if SMALL <= abs(value) < LARGE:
+    x = float(value)
+    if x == 0 or not math.isfinite(x):
+        return Markup("0" if x == 0 else "not defined")
+    mantissa, exponent = f"{x:.{digits - 1}e}".split("e")
+    if SMALL <= abs(x) < LARGE:
+        if x == int(x):
+            return Markup(str(int(x)).replace("-", "−"))
         decimals = max(digits - 1 - int(exponent), 0)
-        return Markup(f"{value:.{decimals}f}".replace("-", "−"))
+        return Markup(f"{x:.{decimals}f}".replace("-", "−"))
     power = str(int(exponent)).replace("-", "−")
     return Markup(f"{mantissa.replace('-', '−')}&nbsp;×&nbsp;10<sup>{power}</sup>")
 
 
-def plain(value: float) -> str:
+def plain(value: SupportsFloat) -> str:
     """Return a parameter as it was chosen: 0.5, not 0.500."""
     return f"{float(value):.6g}".replace("-", "−")
 
 
-def percent(value: float, digits: int = 2) -> Markup:
+def percent(value: SupportsFloat, digits: int = 2) -> Markup:
     """Return a fraction, not negative, as a percentage."""
     if 0 < float(value) < LEAST:
         return Markup("less than {}").format(percent(LEAST, 1))

@@ -84,9 +84,9 @@ def build(content: Content) -> str:
         errata=content.errata,
         figures=_figures(content),
         assumptions=Markup(tables.prose(content.assumptions)),
-        accuracy=tables.scalars(accuracy) if accuracy is not None else [],
+        accuracy=tables.quantities(accuracy) if accuracy is not None else [],
         citation=tables.citation(content.citation),
-        config=yaml.safe_dump(dict(content.config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100),
+        config=_yaml(content.config),
         software=tables.software(),
         code_version=content.code_version,
         datasets=_provenance(content.datasets),
@@ -144,6 +144,10 @@ def _size(png: bytes) -> tuple[int, int]:
     if png[12:16] != b"IHDR":
         raise InputError("a figure of the report is no PNG")
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
+
+
+def _yaml(config: Mapping[str, Any]) -> str:
+    return str(yaml.safe_dump(dict(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100))
 
 
 def _provenance(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:

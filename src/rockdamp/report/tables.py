@@ -14,8 +14,10 @@ import xarray as xr
 import yaml
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
+from markupsafe import Markup
 
 from rockdamp.errors import InputError
+from rockdamp.report.numbers import number, of_models
 
 CLAIMS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
 ERRATA = ("id", "where", "printed", "used", "evidence")
@@ -43,9 +45,9 @@ def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str,
         if missing:
             raise InputError(f"{os.fspath(path)} has no column {', '.join(missing)}")
         found = list(reader)
-    for number, row in enumerate(found, start=1):
+    for line, row in enumerate(found, start=1):
         if None in row or None in row.values():
-            raise InputError(f"{os.fspath(path)}: row {number} has not as many cells as there are columns")
+            raise InputError(f"{os.fspath(path)}: row {line} has not as many cells as there are columns")
     return found
 
 
@@ -61,9 +63,7 @@ def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
         if claim["verdict"] not in VERDICTS:
             allowed = ", ".join(VERDICTS)
             raise InputError(f"the verdict of {claim['id']} is {claim['verdict']!r}; it must be one of {allowed}")
-    return [
-        {**claim, "kind": VERDICTS[claim["verdict"]][0], "mark": VERDICTS[claim["verdict"]][1]} for claim in claims
-    ]
+    return [{**claim, "kind": VERDICTS[claim["verdict"]][0], "mark": VERDICTS[claim["verdict"]][1]} for claim in claims]
 
 
 def counts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
@@ -74,28 +74,33 @@ def counts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
     ]
 
 
-def scalars(dataset: xr.Dataset) -> list[dict[str, str]]:
-    """Return name, meaning, value and units of every variable without dimensions, and the extremes of the others."""
+def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
+    """Return name, meaning, value and units of every variable: of each model where those are its only dimension, else
+    the least and the greatest value."""
     found = []
     for name in map(str, dataset.data_vars):
         variable = dataset[name]
-        if variable.dtype.kind not in "fiu":
+        if variable.dtype.kind not in "fiu" or not np.isfinite(variable.values).any():
             continue
-        known = variable.values[np.isfinite(variable.values)]
-        if not known.size:
-            continue
-        low, high = (f"{float(value):.4g}" for value in (known.min(), known.max()))
         units = str(variable.attrs.get("units", ""))
         found.append(
             {
                 "name": name,
                 "meaning": str(variable.attrs.get("long_name", "")),
-                "value": high if variable.ndim == 0 or low == high else f"{low} to {high}",
-                "over": ", ".join(map(str, variable.dims)),
+                "value": _told(variable),
+                "over": ", ".join(str(dim) for dim in variable.dims),
                 "units": "-" if units == "1" else units,
             }
         )
     return found
+
+
+def _told(variable: xr.DataArray) -> Markup:
+    if variable.dims in (("damping_model",), ("viscous_model",)):
+        models = variable[variable.dims[0]].values
+        return of_models({str(model): number(value) for model, value in zip(models, variable.values)})
+    low, high = number(np.nanmin(variable.values)), number(np.nanmax(variable.values))
+    return high if low == high else Markup("{} to {}").format(low, high)
 
 
 def prose(markdown: str) -> str:
