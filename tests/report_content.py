@@ -39,8 +39,8 @@ COORDINATES = {
     "tau": [0.05 * i for i in range(61)],
 }
 SCALARS = {
-    "window": 8.0, "release_amplitude": 0.5, "restitution": 0.85, "cracked_stiffness_ratio": 0.04, "ultimate_ratio": 1.0,
-    "plateau_ratio": 0.85, "plateau_end_ratio": 0.15,
+    "window": 8.0, "release_amplitude": 0.5, "restitution": 0.85, "cracked_stiffness_ratio": 0.04,
+    "ultimate_ratio": 1.0, "plateau_ratio": 0.85, "plateau_end_ratio": 0.15,
 }  # fmt: skip
 WITHOUT_CR = {"match", "equivalence", "dispersion", "pulses", "windows"}
 

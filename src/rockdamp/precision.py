@@ -63,21 +63,30 @@ def uncertainty(matches: Matches) -> xr.Dataset:
 
 
 def sample(config: Config, matches: Matches) -> dict[str, list[Published]]:
-    """Choose published damping ratios of each model: the one with the largest bound, then seeded ones of each study."""
-    rng = np.random.default_rng(config["accuracy"]["seed"])
+    """Choose published damping ratios of each model: half the least certain, half drawn from the studies in turn."""
+    rng, count = np.random.default_rng(config["accuracy"]["seed"]), config["accuracy"]["minima"]
     names = list(matches)
     models = [str(model) for model in matches[names[0]]["damping_model"].values]
     relative = {name: relative_uncertainty(match) for name, match in matches.items()}
     bounds = {name: values.transpose("damping_model", ...).values for name, values in relative.items()}
     chosen = {}
     for m, model in enumerate(models):
-        worst = max(names, key=lambda name: bounds[name][m].max())
-        places = [(worst, np.unravel_index(bounds[worst][m].argmax(), bounds[worst][m].shape))]
-        while len(places) < config["accuracy"]["minima"]:
+        ranked = sorted(
+            ((name, place) for name in names for place in np.ndindex(bounds[name][m].shape)),
+            key=lambda one, m=m: -bounds[one[0]][m][one[1]],  # type: ignore[misc]
+        )
+        places = ranked[: least(config)]
+        while len(places) < count:
             name = names[(m + len(places)) % len(names)]
-            places.append((name, tuple(rng.integers(size) for size in bounds[name][m].shape)))
-        chosen[model] = [_published(config, matches[name], name, model, *map(int, place)) for name, place in places]
+            place = tuple(int(rng.integers(size)) for size in bounds[name][m].shape)
+            places.append((name, place))
+        chosen[model] = [_published(config, matches[name], name, model, *place) for name, place in places]
     return chosen
+
+
+def least(config: Config) -> int:
+    """Return how many of the sample are the least certain ones: half, rounded up."""
+    return -(-int(config["accuracy"]["minima"]) // 2)
 
 
 def _published(config: Config, match: xr.Dataset, name: str, model: str, value: int, e: int) -> Published:
@@ -94,23 +103,32 @@ def _published(config: Config, match: xr.Dataset, name: str, model: str, value: 
 
 
 def minima(config: Config, matches: Matches) -> xr.Dataset:
-    """Find the exact minimum next to each damping ratio of the sample, and how far the published one is from it."""
+    """Find the exact minimum next to each damping ratio of the sample, and how far the published one is from it.
+
+    ``share_converged`` counts the published damping ratios that are within 0.1 % by their own uncertainty or, where
+    that is larger and they are in the sample, of the exact minimum.
+    """
     chosen, bracket = sample(config, matches), float(config["accuracy"]["bracket"])
     window = float(next(iter(matches.values()))["window"])
     flat = [one for group in chosen.values() for one in group]
     found = np.array([exact_minimum(one, window, bracket) for one in track(flat, "exact minima")])
     published = np.array([one.ratio for one in flat])
+    difference = published / found - 1
+    bound = np.array([one.bound for one in flat])
+    saved = ((bound >= THOUSANDTH) & (np.abs(difference) < THOUSANDTH)).reshape(len(chosen), -1)[:, : least(config)]
     columns = {
         "sample_published_ratio": published,
         "sample_exact_ratio": found,
-        "sample_difference": published / found - 1,
-        "sample_bound": np.array([one.bound for one in flat]),
+        "sample_difference": difference,
+        "sample_bound": bound,
         "sample_cracked_stiffness_ratio": np.array([float(one.curve.cracked_stiffness_ratio) for one in flat]),
         "sample_release_amplitude": np.array([one.release_amplitude for one in flat]),
         "sample_restitution": np.array([one.restitution for one in flat]),
     }
+    shares = uncertainty(matches)
     return xr.Dataset(
-        {key: (("viscous_model", "sample"), value.reshape(len(chosen), -1)) for key, value in columns.items()},
+        {key: (("viscous_model", "sample"), value.reshape(len(chosen), -1)) for key, value in columns.items()}
+        | {"share_converged": shares["share_within_thousandth"] + saved.sum(axis=1) / int(shares["published_count"])},
         coords={"viscous_model": list(chosen), "sample": np.arange(config["accuracy"]["minima"])},
     )
 
