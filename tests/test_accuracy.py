@@ -305,14 +305,14 @@ def test_what_is_not_certain_to_a_thousandth_counts_once_its_exact_minimum_agree
     own = {**config, "accuracy": {**config["accuracy"], "minima": 2}}
     known = {name: made_up(config, name, ["CDC"]) for name in STUDIES}
     exactly = precision.minima(own, known)["sample_exact_ratio"].values[0, 0]
-    ratio = known["cracked_stiffness"]["damping_ratio"]  # its last value is the least certain, and the sample's first
+    ratio = known["amplitude"]["damping_ratio"]  # its last is the least certain of all, and so the sample's first
     for off, share in ((1.0005, 1.0), (1.002, 1 - 1 / 27)):
         ratio[0, -1, -1] = off * exactly
-        known["cracked_stiffness"]["damping_ratio_uncertainty"][0, -1, -1] = 0.01 * off * exactly
+        known["amplitude"]["damping_ratio_uncertainty"][0, -1, -1] = 0.01 * off * exactly
         found = precision.minima(own, known)
         assert float(found["sample_difference"][0, 0]) == pytest.approx(off - 1, rel=0.05)
-        assert float(found["share_converged"]) == pytest.approx(share)
-        assert float(precision.uncertainty(known)["share_within_thousandth"]) == pytest.approx(1 - 1 / 27)
+        assert float(found["share_converged"][0]) == pytest.approx(share)
+        assert float(precision.uncertainty(known)["share_within_thousandth"][0]) == pytest.approx(1 - 1 / 27)
 
 
 # --- rotations ------------------------------------------------------------------------------------------------------

@@ -402,6 +402,42 @@ def test_a_slider_changes_the_plots_that_depend_on_it(browser, name, value, plot
         assert picture(browser, plot) != before[plot], plot
 
 
+def drawn_lines(browser, plot):
+    """The lines of a plot as the plotting library holds them: x and y of each, in the order of drawing."""
+    title = {"plot-curve": "Force", "plot-laws": "Damping c", "plot-ratios": "ξ against", "plot-decays": "Stored"}[plot]
+    told = browser.execute_script(
+        """
+        const figures = Bokeh.documents.flatMap((document) => document.roots());
+        const figure = figures.find((one) => one.title.text.startsWith(arguments[0]));
+        return figure.renderers.filter((one) => one.glyph.type === "Line").map(({ data_source: { data } }) =>
+          [[...data.x ?? data.get("x")], [...data.y ?? data.get("y")]]);
+        """,
+        title,
+    )
+    return [np.array(line, dtype=float) for line in told]
+
+
+@pytest.mark.peers
+def test_the_lines_are_those_of_the_package_and_of_the_stored_decays(browser, stored):
+    preset(browser, "study")
+    put(browser, "e", 0.9)
+    put(browser, "x0", 0.9)
+    curve = TrilinearCurve(0.04, 0.85)
+    x, y = drawn_lines(browser, "plot-curve")[-1]
+    np.testing.assert_allclose(y, curve.force(x), atol=1e-12)
+    laws, ratios_, decays = (drawn_lines(browser, plot) for plot in PLOTS[1:])
+    assert len(laws) == len(ratios_) == len(VISCOUS_MODELS)
+    for model, law, ratio in zip(VISCOUS_MODELS, laws, ratios_):
+        xi = damping_ratio_energy(curve, model, 0.9, 0.9)
+        np.testing.assert_allclose(law[1], Damping(model, xi).coefficient(curve, law[0]), rtol=1e-9, atol=1e-12)
+        assert min(law[0].size, ratio[0].size) > 30
+        np.testing.assert_allclose(ratio[1], damping_ratio_energy(curve, model, 0.9, ratio[0]), rtol=1e-9)
+    assert len(decays) == stored.sizes["damping_model"]
+    for decay, own in zip(decays, stored["displacement"].sel(restitution=0.9, release_amplitude=0.9).values):
+        np.testing.assert_allclose(decay[0], stored["tau"], atol=1e-9)
+        np.testing.assert_allclose(decay[1], own, atol=0.51e-4)
+
+
 @pytest.mark.peers
 def test_the_table_tells_the_stored_match_of_the_nearest_decay_and_the_text_which_it_is(browser, stored):
     preset(browser, "study")

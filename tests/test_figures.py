@@ -367,7 +367,8 @@ def panel_titled(figure, start):
 
 
 def test_every_figure_of_the_paper_is_there():
-    assert [name for name in FIGURES if name in INPUTS] == list(INPUTS)
+    elsewhere = ["fig_accuracy", "fig_rigid"]  # in test_accuracy.py, beside the stage that makes their dataset
+    assert sorted(FIGURES) == sorted([*INPUTS, *elsewhere])
 
 
 @pytest.mark.parametrize("name", INPUTS)

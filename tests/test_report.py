@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib.util
+import json
 import re
 import socket
 from html.parser import HTMLParser
@@ -119,6 +120,12 @@ def test_no_place_and_no_host_stands_in_the_page(html):
 def test_a_script_cannot_end_early(html, page):
     assert html.count("<script") == html.count("</script>") == len(page.all("script"))
     assert "evidence 1 &lt;/script&gt;" in html
+
+
+def test_data_for_the_scripts_cannot_end_its_element(content, monkeypatch):
+    monkeypatch.setitem(interactive.TITLES, "CR", "</script><b>")
+    data = Page(report.build(content)).by_id("explorer-data")["text"]
+    assert json.loads(data)["styles"]["CR"]["title"] == "</script><b>"
 
 
 def test_every_file_of_the_report_is_an_input_of_its_rule():
@@ -384,6 +391,18 @@ def test_a_table_without_a_column_or_with_a_short_row_is_refused(tmp_path):
         tables.rows(path, ("id", "where"))
     path.write_text('id,where\na,"one, two"\n', encoding="utf-8")
     assert tables.rows(path, ("id", "where")) == [{"id": "a", "where": "one, two"}]
+
+
+def test_what_was_measured_stands_in_parts_with_their_numbers():
+    assert tables.parts("areas: -8% to 9%; -5% to 4%; against CR: 0.1; 0.2") == [
+        "areas: -8% to 9%; -5% to 4%",
+        "against CR: 0.1; 0.2",
+    ]
+    assert tables.parts("0.3; of all: one") == ["0.3", "of all: one"]
+
+
+def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
+    assert tables.inline("`solve` if a < b") == "<code>solve</code> if a &lt; b"
 
 
 def test_an_unknown_verdict_is_refused(content):

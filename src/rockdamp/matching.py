@@ -26,6 +26,7 @@ SCAN: dict[str, Any] = {"smallest": 0.3, "largest": 3.0, "points": 240}
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
+RESOLUTION = 1e-5  # of the minimiser, in parts of xi
 NEARBY = 0.002  # first bracket around a damping ratio that is known already, in parts of it
 
 Array = NDArray[np.float64]
@@ -242,7 +243,7 @@ def _refine(
     if not bracket.success.all():
         bad = np.flatnonzero(~bracket.success)[0]
         raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
-    found = elementwise.find_minimum(err, bracket.bracket, args=args, tolerances={"xrtol": 1e-5, "frtol": 1e-13})
+    found = elementwise.find_minimum(err, bracket.bracket, args=args, tolerances={"xrtol": RESOLUTION, "frtol": 1e-13})
     if not found.success.all():
         bad = np.flatnonzero(~found.success)[0]
         raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} did not converge")
@@ -272,7 +273,8 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
 
     The global minimum is found against the stored decays and then followed to a finer step, in the reference and in
     the model. The uncertainty is twice the change over the last halving of the step, where the change itself would
-    bound the error of a first-order method: |u| sampled at the steps puts a ripple of that order on Err.
+    bound the error of a first-order method: |u| sampled at the steps puts a ripple of that order on Err. It is never
+    less than the resolution of the minimiser.
 
     For slenderness and overburden the response length is also held in seconds, at the length that the wall of the
     config has: then the walls' lengths in tau differ, and with them the damping ratios.
@@ -311,7 +313,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         ratio, error = follow(finest, model, before, scheme)
         values = {
             "damping_ratio": ratio,
-            "damping_ratio_uncertainty": 2 * np.abs(ratio - before),
+            "damping_ratio_uncertainty": np.maximum(2 * np.abs(ratio - before), RESOLUTION * ratio),
             "damping_ratio_energy": damping_ratio_energy(
                 cases.curve, model, cases.restitution, cases.release_amplitude
             ),

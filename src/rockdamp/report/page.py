@@ -69,6 +69,7 @@ def build(content: Content) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
+    environment.filters |= {"inline": tables.inline, "parts": tables.parts}
     template = environment.from_string(_text(TEMPLATE))
     claims = tables.judged(content.claims)
     accuracy = content.datasets.get("accuracy")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import platform
+import re
 from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -14,7 +15,7 @@ import xarray as xr
 import yaml
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from rockdamp.errors import InputError
 from rockdamp.report.numbers import number, of_models
@@ -64,6 +65,22 @@ def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
             allowed = ", ".join(VERDICTS)
             raise InputError(f"the verdict of {claim['id']} is {claim['verdict']!r}; it must be one of {allowed}")
     return [{**claim, "kind": VERDICTS[claim["verdict"]][0], "mark": VERDICTS[claim["verdict"]][1]} for claim in claims]
+
+
+def parts(measured: str) -> list[str]:
+    """Split what was measured at its semicolons; a part that is but a number stays with the one before."""
+    found: list[str] = []
+    for part in measured.split("; "):
+        if found and not part[:2].strip("+-− ")[:1].isalpha():
+            found[-1] += f"; {part}"
+        else:
+            found.append(part)
+    return found
+
+
+def inline(text: str) -> Markup:
+    """Return a cell's text as HTML, what stands between backticks as code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def counts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
