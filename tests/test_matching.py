@@ -9,7 +9,7 @@ from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import VISCOUS_MODELS, Damping
 from rockdamp.energy import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.matching import Cases, follow, match_cases, refined
+from rockdamp.matching import SCAN, Cases, follow, match_cases, refined
 from rockdamp.newmark import Reference, solve
 
 CURVE = TrilinearCurve(0.04, 0.85)
@@ -129,5 +129,5 @@ def test_of_equal_minima_the_smaller_damping_ratio_is_taken(monkeypatch):
     cases = cases_from(Damping.cr([0.85]), 0.85)
     best = match_cases(cases, "CDR", [1600])
     guess = damping_ratio_energy(CURVE, "CDR", 0.85, 0.5)
-    assert best.damping_ratio[0, 0] == pytest.approx(float(guess * np.geomspace(0.3, 3.0, 240)[10]))
+    assert best.damping_ratio[0, 0] == pytest.approx(float(guess * np.geomspace(0.3, 3.0, SCAN["points"])[10]))
     assert best.local_minima[0, 0] == 2

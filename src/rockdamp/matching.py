@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,19 +16,19 @@ from rockdamp.damping import VISCOUS_MODELS, Damping
 from rockdamp.decay import Config, Study, describe, make_wall, step_count
 from rockdamp.energy import damping_ratio_energy
 from rockdamp.errors import InputError, Quantity
-from rockdamp.newmark import Reference, solve, stable_step
+from rockdamp.newmark import Reference, available_threads, solve, stable_step
 from rockdamp.progress import track
 
 # ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `windows.infer` says, and kept
 # equal to results/windows.nc by a test.
 DEFAULT_WINDOW = 8.0
 
-SCAN: dict[str, Any] = {"smallest": 0.3, "largest": 3.0, "points": 240}
+SCAN: dict[str, Any] = {"smallest": 0.3, "largest": 3.0, "points": 200}
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
-RESOLUTION = 1e-5  # of the minimiser, in parts of xi
-NEARBY = 0.002  # first bracket around a damping ratio that is known already, in parts of it
+RESOLUTION = 3e-5  # of the minimiser, in parts of xi
+NEARBY = 0.001  # first bracket around a damping ratio that is known already, in parts of it
 
 Array = NDArray[np.float64]
 
@@ -277,7 +278,8 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     less than the resolution of the minimiser.
 
     For slenderness and overburden the response length is also held in seconds, at the length that the wall of the
-    config has: then the walls' lengths in tau differ, and with them the damping ratios.
+    config has: then the walls' lengths in tau differ, and with them the damping ratios. Those other lengths are matched
+    at the solver's step.
 
     Parameters
     ----------
@@ -303,30 +305,35 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     last = steps if fixed is None else max(steps, step_count(float(fixed.max()), step))
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
-    finest, coarser = (refined(cases, steps, many, scheme) for many in (refinement, refinement / 2))
+    unlike, which = _alike(cases)
+    some = cases.take(unlike)
+    finest, coarser = (refined(some, steps, many, scheme) for many in (refinement, refinement / 2))
     dims = ("damping_model", study.parameter, "restitution")
     shape = (study.values.size, restitution.size)
     found: dict[str, list[Array]] = {}
-    for model in track(VISCOUS_MODELS, f"match {name}"):
-        best = match_cases(cases, model, [steps], scan, scheme)
+
+    def of_model(model: str) -> dict[str, Array]:
+        best = match_cases(some, model, [steps], scan, scheme)
         before, _ = follow(coarser, model, best.damping_ratio[0], scheme)
         ratio, error = follow(finest, model, before, scheme)
         values = {
             "damping_ratio": ratio,
             "damping_ratio_uncertainty": np.maximum(2 * np.abs(ratio - before), RESOLUTION * ratio),
-            "damping_ratio_energy": damping_ratio_energy(
-                cases.curve, model, cases.restitution, cases.release_amplitude
-            ),
+            "damping_ratio_energy": damping_ratio_energy(some.curve, model, some.restitution, some.release_amplitude),
             "error": error,
             "rms_error": np.sqrt(error / (steps * refinement)),
             "local_minima": best.local_minima[0],
         }
+        values = {key: value[which] for key, value in values.items()}
         if fixed is not None:
-            values["damping_ratio_fixed_seconds"] = _match_each(
-                cases, model, fixed, restitution.size, scan, scheme, refinement
-            )
-        for key, value in values.items():
-            found.setdefault(key, []).append(value.reshape(shape))
+            known = (window, values["damping_ratio"])
+            values["damping_ratio_fixed_seconds"] = _match_each(cases, model, fixed, known, scan, scheme)
+        return values
+
+    with ThreadPoolExecutor(available_threads()) as pool:  # models side by side: a few lanes alone fill no processor
+        for values in track(pool.map(of_model, VISCOUS_MODELS), f"match {name}", len(VISCOUS_MODELS)):
+            for key, value in values.items():
+                found.setdefault(key, []).append(value.reshape(shape))
     dataset = xr.Dataset(
         {key: (dims, np.stack(value)) for key, value in found.items()},
         coords={"damping_model": list(VISCOUS_MODELS), "restitution": restitution},
@@ -371,14 +378,25 @@ def _windows_of_fixed_seconds(study: Study, config: Config, window: float) -> Ar
 
 
 def _match_each(
-    cases: Cases, model: str, windows: Array, per_wall: int, scan: dict[str, Any], scheme: str, refinement: int
+    cases: Cases, model: str, windows: Array, known: tuple[float, Array], scan: dict[str, Any], scheme: str
 ) -> Array:
-    """Damping ratio of each case at its own wall's window, followed to the finer step."""
-    found = []
-    for wall, window in enumerate(windows):
-        own = cases.take(slice(wall * per_wall, (wall + 1) * per_wall))
-        steps = step_count(window, cases.step)
-        best = match_cases(own, model, [steps], scan, scheme)
-        finer, _ = follow(refined(own, steps, refinement / 2, scheme), model, best.damping_ratio[0], scheme)
-        found.append(follow(refined(own, steps, refinement, scheme), model, finer, scheme)[0])
-    return np.concatenate(found)
+    """Damping ratio of each wall's cases at its own window; `known` holds a window that is matched already."""
+    per_wall = cases.restitution.size // windows.size
+
+    def of_wall(wall: int) -> Array:
+        own = slice(wall * per_wall, (wall + 1) * per_wall)
+        if np.isclose(windows[wall], known[0], rtol=1e-12):
+            return known[1][own]
+        return match_cases(cases.take(own), model, [step_count(windows[wall], cases.step)], scan, scheme).damping_ratio[
+            0
+        ]
+
+    return np.concatenate([of_wall(wall) for wall in range(windows.size)])
+
+
+def _alike(cases: Cases) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of the cases that differ, and which of them each case is: walls of one curve pose one problem in tau."""
+    c = cases.curve
+    problem = [c.cracked_stiffness_ratio, c.plateau_ratio, c.ultimate_ratio, cases.release_amplitude, cases.restitution]
+    _, first, which = np.unique(np.stack(problem, axis=1), axis=0, return_index=True, return_inverse=True)
+    return first, which
