@@ -7,8 +7,9 @@ import yaml
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
+from rockdamp import catalogue
 from rockdamp.config import subset, validate
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.provenance import ROOT, code_version, files_of
 from rockdamp.records import read_record
 from rockdamp.studies import STUDIES
@@ -27,6 +28,10 @@ try:
         files=["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)],
     )
     read_record(config["validation"]["record"])
+    with warnings_as_lines():
+        for path in catalogue.files_of(config["records"]):
+            if workflow.is_main_process:  # once, not for every job
+                catalogue.from_file(path)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
@@ -45,6 +50,7 @@ include: "workflow/rules/equivalence.smk"
 include: "workflow/rules/validation.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/accuracy.smk"
+include: "workflow/rules/natural.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 
@@ -54,6 +60,7 @@ localrules:
     decay,
     match,
     equivalence,
+    natural,
 
 
 rule all:
@@ -71,6 +78,7 @@ rule all:
         rules.pulses.output,
         rules.validation.output,
         rules.calibration.output,
+        rules.natural.input,
         rules.claims.output,
         [getattr(rules, figure).output for figure in FIGURES],
         rules.report.output,

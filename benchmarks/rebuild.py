@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from rockdamp import decay, matching
+from rockdamp import decay, matching_studies
 from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import Damping
 from rockdamp.newmark import available_threads, solve
@@ -44,7 +44,7 @@ def match_all() -> float:
     for name in decay.STUDIES:
         decays = decay.study(name, config)
         start = time.perf_counter()
-        matched = matching.match(name, config, decays)
+        matched = matching_studies.match(name, config, decays)
         seconds = time.perf_counter() - start
         total += seconds
         print(f"  {name:18s} {seconds:6.2f} s   {matched['damping_ratio'].size} damping ratios, each at two steps")

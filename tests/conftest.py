@@ -1,7 +1,10 @@
 """Settings and high-precision values that several tests share."""
 
+from pathlib import Path
+
 import mpmath as mp
 import pytest
+import yaml
 from hypothesis import settings
 
 # The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
@@ -53,3 +56,33 @@ def stored_energy():
         return sum(area(high, high - low) for low, high in zip(ends, ends[1:]))
 
     return energy
+
+
+@pytest.fixture(scope="session")
+def small_results(tmp_path_factory):
+    """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
+    from rockdamp import dataset, decay, equivalence
+    from rockdamp.matching_studies import match
+
+    root = Path(__file__).resolve().parents[1]
+    config = {}
+    for name in ("default", "minimal"):
+        merge(config, yaml.safe_load((root / f"config/{name}.yaml").read_text(encoding="utf-8")))
+    config["windows"]["stop"] = config["matching"]["window"]
+    folder = tmp_path_factory.mktemp("pages") / "results"
+    matched = {}
+    for study in ("amplitude", "cracked_stiffness"):
+        matched[study] = match(study, config, decay.study(study, config))
+        dataset.write(matched[study], folder / f"match/{study}.nc", "match", config=config, code_version="test")
+    fits = equivalence.fit(config, matched["cracked_stiffness"])
+    dataset.write(fits, folder / "equivalence.nc", "equivalence", config=config, code_version="test")
+    return folder
+
+
+def merge(config, overlay):
+    """Merge mappings key by key, as snakemake merges config files."""
+    for key, value in overlay.items():
+        if isinstance(value, dict) and isinstance(config.get(key), dict):
+            merge(config[key], value)
+        else:
+            config[key] = value

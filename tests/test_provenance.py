@@ -13,6 +13,7 @@ from rockdamp import __version__, provenance
 STAGES = [
     "decay",
     "matching",
+    "matching_studies",
     "windows",
     "equivalence",
     "loops",

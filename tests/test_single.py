@@ -1,16 +1,13 @@
-"""The equivalence for one wall, in Python and at the command line."""
+"""The equivalence for one wall, in Python."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner
 
 import rockdamp as rd
-from rockdamp import decay, equivalence, matching
-from rockdamp.cli import main
+from rockdamp import decay, equivalence, matching_studies
 from rockdamp.matching import DEFAULT_WINDOW
 from rockdamp.single import polynomial, shipped_coefficients
 
@@ -20,10 +17,6 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 KEYS = [
     "restitution", "damping_model", "damping_ratio", "rms_error", "damping_ratio_energy", "damping_ratio_fit",
 ]  # fmt: skip
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def test_a_row_for_each_viscous_model_with_the_agreed_keys():
@@ -56,7 +49,7 @@ def test_shipped_coefficients_are_what_the_pipeline_builds():
     config = yaml.safe_load((REPOSITORY / "config/default.yaml").read_text(encoding="utf-8"))
     config["windows"]["stop"] = DEFAULT_WINDOW
     decays = decay.study("cracked_stiffness", config)
-    built = equivalence.table(equivalence.fit(config, matching.match("cracked_stiffness", config, decays)))
+    built = equivalence.table(equivalence.fit(config, matching_studies.match("cracked_stiffness", config, decays)))
     shipped = shipped_coefficients()
     assert list(built["damping_model"]) == list(shipped["damping_model"])
     np.testing.assert_array_equal(built["cracked_stiffness_ratio"], shipped["cracked_stiffness_ratio"])
@@ -98,70 +91,16 @@ def test_bad_input_is_named_with_what_is_allowed(arguments, named):
         rd.equivalent(*arguments)
 
 
-def test_the_command_prints_json_and_nothing_else():
-    result = run("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.85, "--json")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout) == rd.equivalent(0.85, 0.04, 0.85)
+def test_the_equivalent_dampings_are_those_of_the_rows():
+    dampings = rd.equivalent_dampings(0.85, rd.TrilinearCurve(0.04, 0.85))
+    rows = rd.equivalent(0.85, 0.04, 0.85)
+    assert [damping.model for damping in dampings] == ["CR", *(row["damping_model"] for row in rows)]
+    assert [float(damping.parameter) for damping in dampings] == [0.85, *(row["damping_ratio"] for row in rows)]
 
 
-def test_the_command_prints_a_table_to_read():
-    result = run("equivalent", "--restitution", 0.85, "--a1", 0.17, "--b1", 0.75)
-    lines = result.stdout.splitlines()
-    assert lines[0].split() == KEYS
-    assert lines[2].split()[1] == "CDR"
-    assert "outside the range" in result.stderr
-
-
-def test_the_command_passes_every_option_on():
-    result = run(
-        "equivalent", "--restitution", 0.8, "--a1", 0.05, "--b1", 0.7, "--a3", 0.9, "--softening", "translated",
-        "--release", 0.4, "--window", 12, "--json",
-    )  # fmt: skip
-    assert json.loads(result.stdout) == rd.equivalent(0.8, 0.05, 0.7, 0.9, "translated", 0.4, 12.0)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("equivalent", "--restitution", 1.85, "--a1", 0.04, "--b1", 0.85),
-        ("equivalent", "--restitution", "x", "--a1", 0.04, "--b1", 0.85),
-        ("equivalent", "--a1", 0.04, "--b1", 0.85),
-        ("wall", "--thickness", 0, "--height", 4.5),
-        ("wall", "--thickness", 0.3, "--height", 4.5, "--hinge-ratio", 1),
-        ("wall", "--thickness", 0.3, "--height", 4.5, "--eccentricity", 0.2),
-    ],
-)
-def test_bad_input_at_the_command_line_ends_with_status_2_and_no_traceback(arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2
-    assert result.stdout == ""
-    assert "Error:" in result.stderr and "Traceback" not in result.stderr
-
-
-def test_the_wall_command_gives_the_wall_of_the_package():
-    result = run("wall", "--thickness", 0.3, "--height", 4.5, "--overburden-ratio", 2, "--json")
-    wall = rd.Wall(0.3, 4.5, overburden_ratio=2)
-    values = json.loads(result.stdout)
-    assert values["weight"] == float(wall.weight)
-    assert values["rigid_strength"] == float(wall.rigid_strength)
-    assert values["restitution_impulsive"] == float(wall.restitution_impulsive)
-    assert "rad s-1" in run("wall", "--thickness", 0.3, "--height", 4.5).stdout
-
-
-def test_the_wall_command_knows_parapets():
-    values = json.loads(run("wall", "--thickness", 0.3, "--height", 2, "--parapet", "--json").stdout)
-    assert values["restitution"] == float(rd.Parapet(0.3, 2.0).restitution)
-
-
-@pytest.mark.parametrize("command", ["equivalent", "wall"])
-def test_the_example_in_the_help_runs(command):
-    text = run(command, "--help").stdout
-    example = text.split("Example:")[1].split()
-    assert run(*example[1:]).exit_code == 0
-
-
-def test_the_version_is_the_packages():
-    assert rd.__version__ in run("--version").stdout
+def test_a_response_too_long_to_compute_is_refused():
+    with pytest.raises(rd.InputError, match=r"window is 1e\+09, which takes .* with 1 values of e and a1 = 0.04"):
+        rd.equivalent(0.85, 0.04, 0.85, window=1e9)
 
 
 def test_every_public_name_is_there():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from rockdamp import convergence, dataset, decay, equivalence, loops, matching, mechanism, windows
+from rockdamp import convergence, dataset, decay, equivalence, loops, matching, matching_studies, mechanism, windows
 from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import MODELS, VISCOUS_MODELS
 from rockdamp.decay import STUDIES
@@ -42,7 +42,7 @@ def decays(config):
 
 @pytest.fixture(scope="module")
 def matches(config, decays):
-    return {name: matching.match(name, config, decays[name]) for name in STUDIES}
+    return {name: matching_studies.match(name, config, decays[name]) for name in STUDIES}
 
 
 def test_the_restitution_grid_is_exact_in_decimals(paper):

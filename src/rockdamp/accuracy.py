@@ -37,7 +37,7 @@ def accuracy(
         Validated; uses ``solver``, ``wall``, ``curve``, ``release_amplitude``, ``restitution``, ``studies``,
         ``matching``, ``loops``, ``validation`` and ``accuracy``.
     amplitude, slenderness, overburden, cracked_stiffness : xarray.Dataset
-        What `matching.match` returned for each study.
+        What `matching_studies.match` returned for each study.
     loops : xarray.Dataset
         What `loops.loops` returned.
     *decays : xarray.Dataset

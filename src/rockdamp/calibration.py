@@ -20,9 +20,10 @@ from rockdamp.damping import Damping
 from rockdamp.decay import Config, make_wall
 from rockdamp.errors import InputError
 from rockdamp.newmark import available_threads
+from rockdamp.progress import track
 from rockdamp.records import Record
 from rockdamp.validation import QUIET, measured_displacement, record_attributes, respond, rest_samples
-from rockdamp.wall import Wall
+from rockdamp.wall import Parapet, Wall
 
 Array = NDArray[np.float64]
 
@@ -51,7 +52,7 @@ LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stan
 
 def calibrate(
     record: Record,
-    wall: Wall,
+    wall: Wall | Parapet,
     *,
     ultimate_ratio: float = 1.0,
     softening: str = "steeper",
@@ -70,7 +71,7 @@ def calibrate(
     ----------
     record : Record
         With a measured displacement, at rest before the motion.
-    wall : Wall
+    wall : Wall or Parapet
         Its geometry and weights are taken as known.
     ultimate_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
@@ -160,7 +161,7 @@ class _Fit:
     """What is fitted, with what. A *point* is in the coordinates of the search, *parameters* are a1, b1 and e."""
 
     record: Record
-    wall: Wall
+    wall: Wall | Parapet
     ultimate_ratio: float
     softening: str
     step: float
@@ -171,7 +172,7 @@ class _Fit:
     basis: Array  # the same, orthonormal
 
     @classmethod
-    def of(cls, record: Record, wall: Wall, ultimate_ratio: float, softening: str, step: float) -> _Fit:
+    def of(cls, record: Record, wall: Wall | Parapet, ultimate_ratio: float, softening: str, step: float) -> _Fit:
         measured, zero = measured_displacement(record)
         elapsed = record.elapsed - record.elapsed[0]
         trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
@@ -197,10 +198,11 @@ class _Fit:
         """What of histories, shape (..., samples), no offset and drift can explain."""
         return histories - (histories @ self.basis) @ self.basis.T
 
-    def misfit(self, points: Array) -> Array:
-        """Sum of squares of each point's residual, shape (batch,). [m2]"""
+    def misfit(self, points: Array, description: str = "") -> Array:
+        """Sum of squares of each point's residual, shape (batch,); a description shows the progress. [m2]"""
         batches = np.array_split(points, -(-len(points) // BATCH))
-        residuals = (self.without_trend(self.measured - self.computed(self.physical(batch))) for batch in batches)
+        some = track(batches, description) if description else batches
+        residuals = (self.without_trend(self.measured - self.computed(self.physical(batch))) for batch in some)
         return np.concatenate([np.einsum("ij,ij->i", residual, residual) for residual in residuals])
 
     def derivative(self, parameters: Array, *, at_point: bool = False) -> Array:
@@ -228,7 +230,7 @@ class _Fit:
             return self.without_trend(moved.computed(parameters[None])[0] - computed)
 
         with ThreadPoolExecutor(available_threads()) as pool:
-            shifts = np.array(list(pool.map(shift, draws)))
+            shifts = np.array(list(track(pool.map(shift, draws), "noise of the motion", DRAWS)))
         estimates = np.linalg.lstsq(derivative, shifts.T, rcond=None)[0]
         return estimates @ estimates.T / (DRAWS * DRAWN**2)
 
@@ -236,7 +238,7 @@ class _Fit:
         """Return the point of least misfit, and how many local minima the scan found."""
         grid = np.array(list(product(*SCAN)))
         coarse = replace(self, step=SCAN_STEP)
-        misfit = coarse.misfit(grid).reshape([len(axis) for axis in SCAN])
+        misfit = coarse.misfit(grid, "scan of a1, b1 and e").reshape([len(axis) for axis in SCAN])
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
         points = grid[np.argsort(misfit, axis=None, kind="stable")[:KEPT]]
         found = coarse._descend(coarse._refine(points))

@@ -97,7 +97,7 @@ def problems(config: Config) -> list[Problem]:
     if not found:  # what follows needs curves that exist
         found += _window_problems(config, cases)
     found += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
-    found += [*_dispersion_problems(config), *_pulse_problems(config)]
+    found += [*_dispersion_problems(config), *_pulse_problems(config), *_natural_problems(config)]
     if "png" not in config["figures"]["formats"]:
         text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
         found.append(Problem(("figures", "formats"), text))
@@ -341,6 +341,36 @@ def _pulse_problems(config: Config) -> Iterator[Problem]:
     if not section["step"] < limit:
         text = f"is {section['step']}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for curve"
         yield Problem(("pulses", "step"), text)
+
+
+def _natural_problems(config: Config) -> Iterator[Problem]:
+    """Walls have names of their own, curves that exist and one way to state them; e, scales and bands ascend."""
+    section, presets = config["natural"], constant("rockdamp.curve", "PRESETS")
+    names = [wall["name"] for wall in section["walls"]]
+    for index, wall in enumerate(section["walls"]):
+        path: KeyPath = ("natural", "walls", index)
+        if wall["name"] in names[:index]:
+            yield Problem((*path, "name"), f"is {wall['name']!r}, which an earlier wall has; each must have its own")
+        if ("hinge_ratio" in wall) == wall.get("parapet", False):
+            text = "must not be stated for a parapet" if wall.get("parapet") else "must be stated for a strip wall"
+            yield Problem((*path, "hinge_ratio"), text)
+        stated = [key for key in ("cracked_stiffness_ratio", "plateau_ratio") if key in wall]
+        if len(stated) != (0 if "preset" in wall else 2):
+            yield Problem(path, "must state either a preset, or cracked_stiffness_ratio and plateau_ratio")
+            continue
+        b1, a1 = presets[wall["preset"]] if "preset" in wall else (wall["plateau_ratio"], wall[stated[0]])
+        if not a1 < 1 - b1:
+            text = f"is {a1}; a1 must be less than a2, where the plateau ends, {1 - b1:.6g} at b1 = {b1}"
+            yield Problem((*path, "cracked_stiffness_ratio"), text)
+    for key in ("restitution", "bands"):
+        yield from _ascending(("natural", key), section[key])
+    change, e = section["restitution_change"], section["restitution"]
+    if not (e[0] - change > 0 and e[-1] + change <= 1):
+        text = f"is {change}; every e of natural.restitution must stay above 0 and up to 1 with it"
+        yield Problem(("natural", "restitution_change"), text)
+    start, stop = section["scale"]["start"], section["scale"]["stop"]
+    if not start < stop:
+        yield Problem(("natural", "scale", "stop"), f"is {stop}; it must be greater than natural.scale.start, {start}")
 
 
 def _ascending(path: KeyPath, values: Sequence[float]) -> Iterator[Problem]:

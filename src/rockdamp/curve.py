@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp import kernels
 from rockdamp.errors import InputError, Quantity, require, require_finite
+from rockdamp.named import together
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
 ROUNDING = 1e-12
@@ -43,6 +44,15 @@ class TrilinearCurve:
     ------
     InputError
         If a parameter lies outside its range, or a3 leaves no room for its softening variant.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve.force([0.02, 0.1, 0.5, 1.0]).round(3)
+    array([0.425, 0.85 , 0.5  , 0.   ])
+    >>> rd.TrilinearCurve.preset("severe").plateau_ratio.item()
+    0.5
     """
 
     cracked_stiffness_ratio: Quantity
@@ -55,7 +65,7 @@ class TrilinearCurve:
         require_finite("cracked_stiffness_ratio (a1)", a1)
         require_finite("plateau_ratio (b1)", b1)
         require_finite("ultimate_ratio (a3)", a3)
-        a1, b1, a3 = (np.asarray(value, dtype=float) for value in (a1, b1, a3))
+        a1, b1, a3 = together(cracked_stiffness_ratio=a1, plateau_ratio=b1, ultimate_ratio=a3)
         if self.softening not in SOFTENING:
             raise InputError(f"softening is {self.softening!r}; it must be one of {', '.join(SOFTENING)}")
         require(a1 > 0, "cracked_stiffness_ratio (a1)", a1, "greater than 0")

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp import kernels
 from rockdamp.curve import TrilinearCurve
 from rockdamp.errors import InputError, Quantity, require, require_finite
+from rockdamp.named import together
 
 TITLES = {
     "CR": "coefficient of restitution",
@@ -24,7 +25,8 @@ TITLES = {
 MODELS = tuple(TITLES)
 VISCOUS_MODELS = MODELS[1:]
 PAPER_MODELS = ("CDC", "CDR", "SDR")
-EXPONENTS = {"CDC": 0.0, "CDR": 1.0, "SDR": 2.0}
+EXPONENTS = {"CDC": 0.0, "CDR": 1.0, "SDR": 2.0}  # C grows with this power of the secant's frequency
+ENERGY_EXPONENTS = {"ECD": 1.0}  # or with this one of the energy's
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,13 @@ class Damping:
     ------
     InputError
         If the model is unknown or a value lies outside its range.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> rd.Damping("CDR", 0.05).coefficient(curve, [0.02, 0.5]).round(3)  # falls with the secant stiffness
+    array([0.461, 0.1  ])
     """
 
     model: str
@@ -58,7 +67,7 @@ class Damping:
         name = "restitution (e)" if self.model == "CR" else "damping_ratio (xi)"
         require_finite(name, self.parameter)
         require_finite("exponent (n)", self.exponent)
-        parameter, exponent = np.asarray(self.parameter, dtype=float), np.asarray(self.exponent, dtype=float)
+        parameter, exponent = together(**{name: self.parameter}, exponent=self.exponent)
         if self.model == "CR":
             require((parameter > 0) & (parameter <= 1), name, parameter, "greater than 0 and at most 1")
         else:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -154,11 +155,36 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
     DatasetError
         If the file is missing, truncated or no NetCDF.
     """
+    with _opened(path) as dataset:
+        return dataset.load()
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     try:
         with xr.open_dataset(path, engine="netcdf4") as dataset:
-            return dataset.load()
+            yield dataset
     except (OSError, ValueError, RuntimeError) as error:
         raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
+
+
+def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """Return the datasets below a folder, in order of their names: ``file``, ``title`` and the sizes of ``dimensions``.
+
+    Raises
+    ------
+    DatasetError
+        If there is no such folder, it holds no dataset, or a file in it cannot be read.
+    """
+    found = []
+    for path in sorted(Path(folder).rglob("[!.]*.nc")):
+        with _opened(path) as dataset:
+            sizes = {str(dim): size for dim, size in dataset.sizes.items()}
+            name = path.relative_to(folder).as_posix()
+            found.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
+    if not found:
+        raise DatasetError(f"{os.fspath(folder)} has no dataset; it must be a folder with NetCDF files in it")
+    return found
 
 
 def dictionary() -> Iterator[str]:
@@ -179,6 +205,7 @@ def dictionary() -> Iterator[str]:
     )
     for entry in registry()["datasets"].values():
         used = f" Used by {entry['used_by']}." if entry["used_by"] else ""
+        used += f" Not built: `{entry['written_by']}` writes such a file." if "written_by" in entry else ""
         yield from ("", f"## `{entry['file']}`", "", f"{entry['title']}.{used}", "")
         yield from ("| variable | dimensions | units | meaning | symbol |", "|---|---|---|---|---|")
         for name, variable in entry["variables"].items():

@@ -139,7 +139,7 @@ def _compare(group: Group, share: Array, restitution: Array, config: Config) -> 
 
 
 def matched(decays: Cases, model: str, steps: int, refinement: int, config: Config) -> tuple[Array, Array]:
-    """Damping ratio at the global minimum of Err, and its uncertainty, as in `matching.match`."""
+    """Damping ratio at the global minimum of Err, and its uncertainty, as in `matching_studies.match`."""
     scheme = config["solver"]["scheme"]
     best = match_cases(decays, model, [steps], config["matching"]["scan"], scheme).damping_ratio[0]
     coarser, finest = (refined(decays, steps, many, scheme) for many in (refinement / 2, refinement))

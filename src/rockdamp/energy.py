@@ -47,6 +47,16 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     ------
     InputError
         If the model is CR, or an amplitude lies outside (0, a3).
+
+    Examples
+    --------
+    Times pi, it is how much more damping a wall needs than a linear oscillator.
+
+    >>> import numpy as np
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> [round(np.pi * rd.equivalence_factor(curve, rd.Damping(model, 1), 0.5).item(), 2) for model in ("CDC", "SDR")]
+    [0.44, 1.26]
     """
     require(damping.model != "CR", "damping_model", damping.model, "a viscous model")
     require_finite("release_amplitude", release_amplitude)
@@ -83,6 +93,13 @@ def damping_ratio_energy(
     ------
     InputError
         If e lies outside (0, 1], the model is not viscous, or an amplitude lies outside (0, a3).
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> rd.damping_ratio_energy(curve, "ECD", [0.8, 0.9], 0.5).round(4)
+    array([0.0709, 0.0335])
     """
     e = check_restitution(restitution)
     delta = 0.0 - np.log(e)
@@ -126,7 +143,19 @@ def exact_ratio(restitution: ArrayLike) -> NDArray[np.float64]:
 
 
 def giannini_masiani(restitution: ArrayLike) -> NDArray[np.float64]:
-    """xi = 2 (1 - e)/(pi (1 + e)), Eq. (15). [-]"""
+    """xi = 2 (1 - e)/(pi (1 + e)), Eq. (15). [-]
+
+    Raises
+    ------
+    InputError
+        If e lies outside (0, 1].
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> rd.giannini_masiani([0.8, 1.0]).round(4)
+    array([0.0707, 0.    ])
+    """
     e = check_restitution(restitution)
     return 2 * (1 - e) / (np.pi * (1 + e))
 

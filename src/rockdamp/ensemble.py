@@ -114,7 +114,7 @@ def collect(config: Config, matches: Mapping[str, xr.Dataset]) -> Ensemble:
     config : dict
         Validated; uses what `decay.describe` uses, ``solver``, ``matching.window`` and ``accuracy``.
     matches : dict of xarray.Dataset
-        By study, from `matching.match`.
+        By study, from `matching_studies.match`.
     """
     section = config["accuracy"]
     rows: dict[tuple[float, ...], Array] = {}

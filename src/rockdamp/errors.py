@@ -1,7 +1,10 @@
-"""The one exception that bad input raises, the checks that raise it, and the type of what they check."""
+"""The one exception that bad input raises, the checks that raise it, and the warning of input that may be bad."""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,7 +15,21 @@ Quantity: TypeAlias = Any
 
 
 class InputError(ValueError):
-    """Input outside what the model allows: names the value, the allowed range and where it came from."""
+    """Input outside what the model allows: names the value, the allowed range and where it came from.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> try:
+    ...     rd.Damping.cr(1.2)
+    ... except rd.InputError as error:
+    ...     print(error)
+    restitution (e) is 1.2; it must be greater than 0 and at most 1
+    """
+
+
+class RecordWarning(UserWarning):
+    """A record that can be used but may not be what it is taken for: names the file, the value and the likely cause."""
 
 
 def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
@@ -50,3 +67,20 @@ def require_finite(name: str, value: ArrayLike) -> None:
 def _plain(value: Any) -> str:
     scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0)
     return repr(value.item() if scalar else value)
+
+
+@contextmanager
+def warnings_as_lines() -> Iterator[None]:
+    """Show each `RecordWarning` as one line, ``warning: ...``, without the line of Python that gave it."""
+    usual = warnings.formatwarning
+
+    def shown(message: Any, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
+        if issubclass(category, RecordWarning):
+            return f"warning: {message}\n"
+        return usual(message, category, filename, lineno, line)
+
+    warnings.formatwarning = shown
+    try:
+        yield
+    finally:
+        warnings.formatwarning = usual

@@ -305,11 +305,12 @@ def _branches(curve: TrilinearCurve, damping: Damping) -> list[_Branch]:
             z = abs(x)
             return 2 * xi * w1 * (max(k * z + offset, 0.0) / z / k1) ** (exponent / 2)
 
-        def by_energy(x: float) -> float:  # 2 xi f/sqrt(2 V), V the area of a trapezoid further than at `low`
+        def by_energy(x: float) -> float:  # of w_E = f/sqrt(2 V), V the area of a trapezoid further than at `low`
             z, f = abs(x), max(k * abs(x) + offset, 0.0)
-            return 2 * xi * f / math.sqrt(double_v + (f + f_low) * (z - low))
+            frequency = f / math.sqrt(double_v + (f + f_low) * (z - low))
+            return 2 * xi * w1 * (frequency / w1) ** ENERGY_EXPONENTS[damping.model]
 
-        return by_energy if damping.model == "ECD" else by_secant
+        return by_energy if damping.model in ENERGY_EXPONENTS else by_secant
 
     inner = 0.0 if damping.model == "CR" else 2 * w1 * xi  # every damper is CDC inside a1
     margin = a1 / 4  # a plateau that goes on inwards has energy down to a1/2

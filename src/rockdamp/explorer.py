@@ -20,7 +20,7 @@ def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
     config : dict
         Validated; uses ``solver``, ``curve`` and ``explorer``.
     matches : xarray.Dataset
-        What `matching.match` returned for the amplitude study.
+        What `matching_studies.match` returned for the amplitude study.
 
     Returns
     -------

@@ -29,6 +29,8 @@ X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in r
 K1, B1, KS, A1, A2, A3, H, G, E = (LANES * row for row in range(9, 18))
 C0, C1, C2, BY_ENERGY, HALF_N = (LANES * row for row in range(18, 23))
 
+PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
+
 TINY = 1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
 
 
@@ -227,6 +229,15 @@ def compare_with(w, reference, row, step):
 # --- the loop -------------------------------------------------------------------------------------------------------
 
 
+@register_jitable
+def any_alive(w):
+    """Whether any lane of a block has not collapsed."""
+    alive = 0.0
+    for i in range(LANES):
+        alive += w[ALIVE + i]
+    return alive > 0.0
+
+
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
 def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, error, every, displacement, velocity):
     """Advance blocks of lanes by `steps` steps, in place.
@@ -244,7 +255,8 @@ def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, er
     reference, row : ndarray, shape (cases, steps + 1) and (blocks, LANES)
         Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
     checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
-        Steps at which the running sum of Eq. (17) is stored, ascending, and the sums.
+        Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
+        lane of the block stands; those of a collapsed lane mean nothing.
     every, displacement, velocity : int and ndarray, shape (blocks, LANES, steps//every + 1)
         Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were allocated.
     """
@@ -286,3 +298,5 @@ def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, er
                     if w[ALIVE + i] > 0.0:
                         displacement[b, i, step // every] = w[X + i]
                         velocity[b, i, step // every] = w[V + i]
+            if step % PATIENCE == 0 and not any_alive(w):
+                break

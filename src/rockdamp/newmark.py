@@ -15,6 +15,7 @@ from rockdamp import kernels
 from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import Damping
 from rockdamp.errors import InputError, require, require_finite
+from rockdamp.named import is_named
 
 COMPLETED, COLLAPSED = 0, 1
 OUTCOMES = ("completed", "collapsed")
@@ -35,6 +36,17 @@ class Reference:
         Which row each lane is compared with.
     checkpoints : sequence of int, ascending
         Steps up to which the error is summed.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 3200}
+    >>> decay = rd.solve(curve, rd.Damping.cr(0.85), store_every=1, **run)
+    >>> reference = rd.Reference(decay.displacement[None], case=0, checkpoints=[3200])
+    >>> error = rd.solve(curve, rd.Damping("CDR", [0.03, 0.045, 0.06]), reference=reference, **run).error
+    >>> error.argmin().item()
+    1
     """
 
     displacement: Array
@@ -49,17 +61,25 @@ class Response:
     Attributes
     ----------
     outcome : ndarray of int, shape
-        `COMPLETED`, or `COLLAPSED` where |u| went beyond u3 and the run ended. [-]
+        `COMPLETED`, or `COLLAPSED` where `|u|` went beyond u3 and the run ended. [-]
     outcome_tau : ndarray, shape
         Dimensionless time of the end: of the last step, or of the step that collapsed. [-]
     peak, peak_tau : ndarray, shape
         Largest |u|/u_ins at the steps, and its time. [-]
     impacts : ndarray of int, shape
         Crossings of u = 0, whatever the damper. [-]
-    error : ndarray, shape (checkpoints, *shape), or None
+    error : ndarray, shape (checkpoints, ...), or None
         Eq. (17) at each checkpoint; infinite for a collapsed lane. [-]
-    displacement, velocity : ndarray, shape (*shape, stored), or None
+    displacement, velocity : ndarray, shape (..., stored), or None
         u/u_ins and its derivative by tau; NaN after a collapse. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> response = rd.solve(curve, rd.Damping.cr(0.8), release_amplitude=0.5, step=0.0025, steps=4000)
+    >>> response.outcome.item(), response.peak.item(), response.displacement is None
+    (0, 0.5, True)
     """
 
     outcome: NDArray[np.int8]
@@ -133,8 +153,22 @@ def solve(
     ------
     InputError
         If a value lies outside its range, a release is at or beyond a3, or the step is beyond the stability limit.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 8000}
+    >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).displacement.shape
+    (2, 81)
     """
     kind = damping.kind(scheme)
+    given = {
+        "cracked_stiffness_ratio": curve.cracked_stiffness_ratio, "the damping's parameter": damping.parameter,
+        "step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity,
+        "load_factor": load_factor,
+    }  # fmt: skip
+    _refuse_names(given)
     ground = np.ascontiguousarray(ground_acceleration, dtype=float)
     _check_record(ground, steps, substeps, store_every)
     h, x0, v0, g = _check_start(curve, step, release_amplitude, release_velocity, load_factor)
@@ -182,6 +216,12 @@ def solve(
     )
 
 
+def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
+    """Raise `InputError` for arrays with named dimensions, which would be taken by position."""
+    for name in (name for name, value in given.items() if is_named(value)):
+        raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
+
+
 def _check_record(ground: Array, steps: int, substeps: int, store_every: int) -> None:
     for name, count, least in (("steps", steps, 1), ("substeps", substeps, 1), ("store_every", store_every, 0)):
         whole = isinstance(count, (int, np.integer)) and count >= least
@@ -210,7 +250,7 @@ def _check_start(
 
 
 class _Batch:
-    """A batch of lanes of some shape, in the kernel's blocks; copies of the first lane fill up the last block."""
+    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
@@ -220,7 +260,7 @@ class _Batch:
     def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
         flat = target.reshape(-1)
         flat[: self.lanes] = np.broadcast_to(value, self.shape).reshape(-1)
-        flat[self.lanes :] = flat[0] if self.lanes else 0.0
+        flat[self.lanes :] = flat[self.lanes - 1] if self.lanes else 0.0
 
     def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
         """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""

@@ -52,6 +52,13 @@ class Record:
     InputError
         If a sample is not finite, lengths differ, time is not increasing or not uniform, or `synthetic` is neither
         yes nor no.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> record = rd.Record([0.0, 0.01, 0.02], [0.0, 1.5, 0.0], header={"synthetic": "yes"})
+    >>> record.step, record.synthetic
+    (0.01, True)
     """
 
     elapsed: Array
@@ -102,6 +109,17 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     ------
     InputError
         For whatever cannot be read or used, with the line and the file.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import rockdamp as rd
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "motion.csv")
+    ...     _ = path.write_text("# synthetic: yes\\nelapsed_s,ground_acceleration_m_s2\\n0,0\\n0.01,1.5\\n0.02,0\\n")
+    ...     rd.read_record(path).ground_acceleration
+    array([0. , 1.5, 0. ])
     """
     path = Path(path)
     lines = _lines(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -12,13 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp.curve import TrilinearCurve
 from rockdamp.damping import VISCOUS_MODELS, Damping
 from rockdamp.energy import check_restitution, damping_ratio_energy
-from rockdamp.errors import require, require_finite
+from rockdamp.errors import InputError, require, require_finite
 from rockdamp.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
-from rockdamp.newmark import solve
+from rockdamp.newmark import available_threads, solve
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 REFINEMENT = 8  # steps of the last minimisation in place of each, as in the studies
+MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
 
 
 def equivalent(
@@ -73,6 +75,7 @@ def equivalent(
             "greater than 0 and less than a3")  # fmt: skip
     require(float(window) > 0, "window", window, "greater than 0 (in tau)")
     step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
+    _require_affordable(float(window), step, e.size, float(curve.cracked_stiffness_ratio))
     steps = int(np.ceil(float(window) / step))
     step = float(window) / steps
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
@@ -81,24 +84,70 @@ def equivalent(
     assert response.displacement is not None
     cases = Cases(batch, amplitude, e, response.displacement, step)
     finest = refined(cases, steps, REFINEMENT)
-    rows = []
-    for model in VISCOUS_MODELS:
+
+    def of_model(model: str) -> list[dict[str, Any]]:
         best = match_cases(cases, model, [steps])
         ratio, error = follow(finest, model, best.damping_ratio[0])
         energy = damping_ratio_energy(batch, model, e, amplitude)
         fit = polynomial(model, e, float(curve.cracked_stiffness_ratio))
-        for i in range(e.size):
-            rows.append(
-                {
-                    "restitution": float(e[i]),
-                    "damping_model": model,
-                    "damping_ratio": float(ratio[i]),
-                    "rms_error": float(np.sqrt(error[i] / (steps * REFINEMENT))),
-                    "damping_ratio_energy": float(energy[i]),
-                    "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
-                }
-            )
+        return [
+            {
+                "restitution": float(e[i]),
+                "damping_model": model,
+                "damping_ratio": float(ratio[i]),
+                "rms_error": float(np.sqrt(error[i] / (steps * REFINEMENT))),
+                "damping_ratio_energy": float(energy[i]),
+                "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
+            }
+            for i in range(e.size)
+        ]
+
+    with ThreadPoolExecutor(available_threads()) as pool:  # models side by side: a few lanes alone fill no processor
+        rows = [row for of_one in pool.map(of_model, VISCOUS_MODELS) for row in of_one]
     return sorted(rows, key=lambda row: row["restitution"]) if e.size > 1 else rows
+
+
+def _require_affordable(window: float, step: float, count: int, a1: float) -> None:
+    steps = count * REFINEMENT * window / step
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"window is {window:g}, which takes {steps:.3g} steps with {count} values of e and a1 = {a1:g}; they must"
+            f" be at most {MOST_STEPS:.3g} together"
+        )
+
+
+def equivalent_dampings(
+    restitution: float,
+    curve: TrilinearCurve,
+    release_amplitude: float = 0.5,
+    window: float = DEFAULT_WINDOW,
+) -> list[Damping]:
+    """Return CR, and each viscous model at the damping ratio that is equivalent to it by Eq. (17).
+
+    Parameters
+    ----------
+    restitution : float
+        e, in (0, 1]. [-]
+    curve : TrilinearCurve
+        Of one wall.
+    release_amplitude, window : float
+        As for `equivalent`. [-]
+
+    Raises
+    ------
+    InputError
+        As `equivalent`.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> dampings = rd.equivalent_dampings(0.85, rd.TrilinearCurve.preset("moderate"))
+    >>> [damping.model for damping in dampings]
+    ['CR', 'CDC', 'CDR', 'SDR', 'ECD']
+    """
+    a1, b1, a3 = curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio
+    rows = equivalent(restitution, float(a1), float(b1), float(a3), curve.softening, release_amplitude, window)
+    return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
 
 
 @cache
@@ -116,9 +165,11 @@ def shipped_coefficients() -> dict[str, NDArray[np.float64]]:
 
 
 def polynomial(damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> NDArray[np.float64]:
-    """xi(e) by the shipped polynomials, linear in a1 between them; NaN outside their range. [-]"""
+    """xi(e) by the shipped polynomials, linear in a1 between them; NaN outside their range or without any. [-]"""
     table = shipped_coefficients()
     own = table["damping_model"] == damping_model
+    if not own.any():
+        return np.full(np.shape(restitution), np.nan)
     a1 = table["cracked_stiffness_ratio"][own]
     e = np.asarray(restitution, dtype=float)
     values = sum(table[f"c{k}"][own, None] * np.ravel(e) ** k for k in range(3))

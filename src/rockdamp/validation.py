@@ -16,7 +16,7 @@ from rockdamp.decay import Config, make_wall
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.newmark import COLLAPSED, Response, solve
 from rockdamp.records import Record
-from rockdamp.wall import Wall
+from rockdamp.wall import Parapet, Wall
 
 Array = NDArray[np.float64]
 
@@ -165,7 +165,7 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Sequence
     }
 
 
-def respond(record: Record, wall: Wall, curve: TrilinearCurve, damping: Damping, step: float) -> Response:
+def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Response:
     """Response of a wall, or of a batch by the curve's or damper's arrays, to a record's motion, starting at rest.
 
     Parameters

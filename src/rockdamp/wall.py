@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.errors import Quantity, require, require_finite
+from rockdamp.named import is_named, together
 
 STANDARD_GRAVITY = 9.80665  # [m s-2], CODATA
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
@@ -25,6 +26,10 @@ class _Mechanism:
     eccentricity: Quantity
 
     def _check(self) -> None:
+        given = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        if any(map(is_named, given.values())):
+            for name, value in zip(given, together(**given)):
+                object.__setattr__(self, name, value)
         for name, unit in (("thickness", "m"), ("height", "m"), ("width", "m"), ("density", "kg m-3")):
             value = getattr(self, name)
             require_finite(name, value)
@@ -96,6 +101,21 @@ class _Mechanism:
         """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
         return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
 
+    def rigid_period(self, release_amplitude: ArrayLike) -> NDArray[np.float64]:
+        """Period of free rocking without loss under the rigid law, T = 4 arccosh(1/(1 - u0/u_ins))/p. [s]
+
+        Housner's result for one block (doi:10.1785/BSSA0530020403), in terms of the wall's own p.
+
+        Raises
+        ------
+        InputError
+            If an amplitude u0/u_ins lies outside (0, 1).
+        """
+        require_finite("release_amplitude", release_amplitude)
+        x0 = np.asarray(release_amplitude, dtype=float)
+        require((x0 > 0) & (x0 < 1), "release_amplitude", x0, "greater than 0 and less than 1")
+        return 4 * np.arccosh(1 / (1 - x0)) / self.frequency_parameter
+
     def rigid_force(self, u: ArrayLike) -> NDArray[np.float64]:
         """The rigid bi-linear law f_bi(u) = F0 - K0 u for u > 0, odd in u, zero beyond u_ins. [N]"""
         magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(u), 0.0)
@@ -127,6 +147,15 @@ class Wall(_Mechanism):
     ------
     InputError
         If a value lies outside its range.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> wall = rd.Wall(thickness=0.3, height=4.5)
+    >>> round(float(wall.instability_displacement), 4)  # without overburden the thickness itself
+    0.3
+    >>> rd.Wall(thickness=0.3, height=[3.0, 4.5]).slenderness
+    array([10., 15.])
     """
 
     thickness: Quantity
@@ -183,7 +212,15 @@ class Wall(_Mechanism):
 
 @dataclass(frozen=True)
 class Parapet(_Mechanism):
-    """One block that rocks on its base; the displacement u is at its top. Parameters as for `Wall`."""
+    """One block that rocks on its base; the displacement u is at its top. Parameters as for `Wall`.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> parapet = rd.Parapet(thickness=0.3, height=1.5)
+    >>> round(float(parapet.restitution), 3)
+    0.942
+    """
 
     thickness: Quantity
     height: Quantity

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from rockdamp.damping import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.decay import Config, describe, step_count
-from rockdamp.matching import cases_of, match_cases
+from rockdamp.matching import match_cases
+from rockdamp.matching_studies import cases_of
 from rockdamp.progress import track
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
@@ -29,7 +30,7 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses what `matching.match` uses, and ``windows``.
+        Validated; uses what `matching_studies.match` uses, and ``windows``.
     decays : xarray.Dataset
         Of the amplitude study, which holds the reference amplitude.
 

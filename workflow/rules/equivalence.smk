@@ -29,15 +29,15 @@ rule decay:
 rule match_study:
     input:
         decays=rules.decay_study.output[0],
-        code=code("rockdamp.matching"),
+        code=code("rockdamp.matching_studies"),
     output:
         f"{RESULTS}/match/{{study}}.nc",
     log:
         f"{LOGS}/match/{{study}}.log",
     params:
-        function="rockdamp.matching.match",
+        function="rockdamp.matching_studies.match",
         kind="match",
-        version=version("rockdamp.matching"),
+        version=version("rockdamp.matching_studies"),
         config=part("solver", "wall", "curve", "release_amplitude", "studies.{study}", "matching"),
     message:
         "Damping ratios with the least error, Eq. (17): the {wildcards.study} study"

@@ -35,12 +35,13 @@ def job(snakemake):
     """Run the body of a script as the job that `snakemake` describes; on any error exit with status 1."""
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
     from rockdamp.dataset import DatasetError
-    from rockdamp.errors import InputError
+    from rockdamp.errors import InputError, warnings_as_lines
 
     with open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log:
         sys.stderr = _Both(sys.__stderr__, log)
         try:
-            yield
+            with warnings_as_lines():
+                yield
         except (InputError, DatasetError) as error:
             print(f"{snakemake.rule}: {error}", file=sys.stderr)
             sys.exit(1)

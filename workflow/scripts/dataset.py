@@ -6,7 +6,8 @@ with job(snakemake):
     from rockdamp import dataset
     from rockdamp.records import read_record
 
-    paths = [path for name, path in snakemake.input.items() if name != "code"]
+    unread = {*snakemake.input.code, *snakemake.input.get("watched", [])}
+    paths = [path for path in snakemake.input if path not in unread]
     inputs = [dataset.open(path) if path.endswith(".nc") else read_record(path) for path in paths]
     config = snakemake.params.config
     result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)

@@ -272,11 +272,12 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     values = numbers(equivalence, "cracked_stiffness_ratio")
     names = texts(values)
     figure = new_figure(DOUBLE_COLUMN, 120.0)
-    grid = figure.add_gridspec(2, 3, width_ratios=[1.75, 1.0, 1.0])
+    columns = -(-len(models) // 2)
+    grid = figure.add_gridspec(2, 1 + columns, width_ratios=[1.75] + [1.0] * columns)
     together = figure.add_subplot(grid[:, 0])
     _ranges(together, equivalence)
     for position, model in enumerate(models):
-        axes = figure.add_subplot(grid[position // 2, 1 + position % 2], sharex=together, sharey=together)
+        axes = figure.add_subplot(grid[position // columns, 1 + position % columns], sharex=together, sharey=together)
         for index, colour in enumerate(shades(model, len(values))):
             one = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
             axes.plot(e, one["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
@@ -286,8 +287,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         if model == models[-1]:
             _note(axes, "lines: polynomials\ndots: matched")
         axes.legend(title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
-        axes.tick_params(labelleft=position % 2 == 0, labelbottom=position // 2 == 1)
-        if position // 2 == 1:
+        below = position + columns >= len(models)
+        axes.tick_params(labelleft=position % columns == 0, labelbottom=below)
+        if below:
             axes.set_xlabel("restitution $e$ [-]")
     few_ticks(together, 3)  # shared by the narrow panels
     together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))

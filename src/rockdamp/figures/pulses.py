@@ -14,6 +14,7 @@ from matplotlib.ticker import NullFormatter, ScalarFormatter
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, new_figure, styled, title_of
 
 COLLAPSED = "#3A3A3A"
+PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FDE3B0", "#D98B2B", "#7A2E0E"])
 MARKS = {"Ricker": "o", "sine": "^"}
 LIMITS = (0.5, 2.0)  # of the ratio of peaks; what lies beyond is drawn at the edge
 SIZES = {"CDC": 6.5, "CDR": 4.5, "SDR": 5.0, "ECD": 2.0}  # on the map, where they coincide
@@ -33,10 +34,10 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
     one = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)
     shapes, models = ([str(value) for value in one[name].values] for name in ("pulse", "damping_model"))
     figure = new_figure(DOUBLE_COLUMN, 140.0)
-    grid = figure.add_gridspec(2, 4, height_ratios=[1.1, 1.0])
+    grid = figure.add_gridspec(2, len(shapes) * len(models), height_ratios=[1.1, 1.0])
     first: Axes | None = None
     for column, shape in enumerate(shapes):
-        axes = figure.add_subplot(grid[0, 2 * column : 2 * column + 2], sharey=first)
+        axes = figure.add_subplot(grid[0, len(models) * column : len(models) * (column + 1)], sharey=first)
         _map(axes, one.sel(pulse=shape), shape, last=column == len(shapes) - 1)
         if first is None:
             axes.set_ylabel("load over plateau [-]")
@@ -45,7 +46,7 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
             axes.tick_params(labelleft=False)
     first = None
     for column, model in enumerate(models):
-        axes = figure.add_subplot(grid[1, column], sharex=first, sharey=first)
+        axes = figure.add_subplot(grid[1, len(shapes) * column : len(shapes) * (column + 1)], sharex=first, sharey=first)
         _ratios(axes, one.sel(damping_model=model), model)
         if first is None:
             axes.set_ylabel("peak over that of CR [-]")
@@ -61,9 +62,8 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
     frequency, load = one["pulse_frequency"].values, one["load_ratio"].values
     peak = one["reference_peak"].where(one["reference_collapsed"] == 0).transpose("load_ratio", "pulse_frequency")
     edges = [0.0, *one["band_start"].values, float(one["band_end"][-1])]
-    colours = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FDE3B0", "#D98B2B", "#7A2E0E"])
     axes.set_facecolor(COLLAPSED)
-    mesh = axes.pcolormesh(frequency, load, peak, cmap=colours, norm=BoundaryNorm(edges, colours.N), shading="nearest")
+    mesh = axes.pcolormesh(frequency, load, peak, cmap=PEAKS, norm=BoundaryNorm(edges, PEAKS.N), shading="nearest")
     fell = (one["reference_collapsed"] == 1).transpose("load_ratio", "pulse_frequency").values
     # Cells whose verdict a damper reverses: CR collapses and it does not, or the other way round.
     for model in map(str, one["damping_model"].values):

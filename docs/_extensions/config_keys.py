@@ -1,0 +1,76 @@
+"""The directive `config-keys`: a table for each section of the config, from its schema and the default values."""
+
+from pathlib import Path
+
+import yaml
+from sphinx.util.docutils import SphinxDirective
+
+ROOT = Path(__file__).resolve().parents[2]
+SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
+DEFAULT = ROOT / "config/default.yaml"
+BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤", "multipleOf": "multiple of"}
+
+
+def resolved(entry, schema):
+    """Follow the reference of an entry; its own words come first."""
+    reference = entry.get("$ref")
+    return {**schema["$defs"][reference.rpartition("/")[2]], **entry} if reference else entry
+
+
+def allowed(entry, schema):
+    """What a key accepts, in few words."""
+    entry = resolved(entry, schema)
+    if "anyOf" in entry:
+        return " or ".join(allowed(option, schema) for option in entry["anyOf"])
+    if "const" in entry:
+        return f"`{entry['const']}`"
+    if "enum" in entry:
+        return ", ".join(f"`{value}`" for value in entry["enum"])
+    bounds = ", ".join(f"{sign} {entry[key]}" for key, sign in BOUNDS.items() if key in entry)
+    if entry.get("type") == "array":
+        items = allowed(entry["items"], schema) if "items" in entry else ""
+        return "list" + (f" of {items}" if items else "")
+    return f"{entry.get('type', 'any')} {bounds}".strip()
+
+
+def keys(entry, schema, values, path=()):
+    """Yield (path, entry, value) of every key that is no section."""
+    for name, own in resolved(entry, schema).get("properties", {}).items():
+        found, value = resolved(own, schema), values.get(name) if isinstance(values, dict) else None
+        if "properties" in found:
+            yield from keys(found, schema, value, (*path, name))
+        else:
+            yield (*path, name), found, value
+
+
+def cell(text):
+    return " ".join(str(text).split()).replace("|", "\\|")
+
+
+def lines(schema, defaults):
+    for section, entry in schema["properties"].items():
+        found = resolved(entry, schema)
+        yield from (f"## `{section}`", "", cell(entry.get("description", "")), "")
+        rows = [((), found, defaults.get(section))]
+        if "properties" in found:
+            rows = list(keys(found, schema, defaults.get(section)))
+        yield from ("| key | accepts | default | meaning |", "|---|---|---|---|")
+        for path, own, value in rows:
+            name = ".".join((section, *path))
+            meaning = cell(own.get("description", "")) if path else "as above"
+            default = "" if value is None else f"`{cell(value)}`"
+            yield f"| `{name}` | {cell(allowed(own, schema))} | {default} | {meaning} |"
+        yield ""
+
+
+class ConfigKeys(SphinxDirective):
+    def run(self):
+        for path in (SCHEMA, DEFAULT):
+            self.env.note_dependency(str(path))
+        schema, defaults = (yaml.safe_load(path.read_text(encoding="utf-8")) for path in (SCHEMA, DEFAULT))
+        return self.parse_text_to_nodes("\n".join(lines(schema, defaults)), allow_section_headings=True)
+
+
+def setup(app):
+    app.add_directive("config-keys", ConfigKeys)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,23 @@
+"""Docstrings that are plain text to read in a terminal: what reStructuredText would take for markup is made text."""
+
+from sphinx.util.docstrings import prepare_docstring
+
+
+def escape(app, what, name, obj, options, lines):
+    """Before napoleon: |u| is no substitution."""
+    for number, line in enumerate(lines):
+        if "`" not in line and ">>>" not in line:
+            lines[number] = line.replace("|", "\\|")
+
+
+def restore(app, what, name, obj, options, lines):
+    """After napoleon, which takes what stands before a colon for the type of a property."""
+    if what == "property":
+        lines[:] = prepare_docstring(obj.__doc__)
+        escape(app, what, name, obj, options, lines)
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", escape, priority=400)
+    app.connect("autodoc-process-docstring", restore, priority=600)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

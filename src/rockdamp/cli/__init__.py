@@ -1,0 +1,27 @@
+"""The command line. Its modules import click alone; what a command needs, it imports when it runs."""
+
+from __future__ import annotations
+
+import click
+
+from rockdamp import __version__
+from rockdamp.cli.calibration import calibrate
+from rockdamp.cli.histories import decay, respond
+from rockdamp.cli.results import datasets
+from rockdamp.cli.shells import completion
+from rockdamp.cli.single import equivalent, presets, wall
+
+__all__ = ["main"]
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog='Units may be given: --thickness 102mm, --density "1.8 t/m^3". Plain numbers are SI.',
+)
+@click.version_option(__version__, prog_name="rockdamp")
+def main() -> None:
+    """Energy dissipation in rocking masonry walls."""
+
+
+for command in (wall, equivalent, decay, respond, calibrate, presets, datasets, completion):
+    main.add_command(command)

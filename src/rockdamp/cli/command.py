@@ -1,0 +1,136 @@
+"""What all commands share: errors that end with a line and status 2, examples in the help, tables and JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+import click
+
+BAD_INPUT = 2
+
+
+class Command(click.Command):
+    """A command whose bad input ends with one line on standard error and exit status 2; `examples` end its help."""
+
+    def __init__(self, *args: Any, examples: Sequence[str] = (), **kwargs: Any) -> None:
+        lines = "\n".join(_wrapped(example) for example in examples)
+        kwargs["epilog"] = f"\b\nExample:\n{lines}"
+        super().__init__(*args, **kwargs)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        import numpy as np
+
+        try:
+            # Numbers too large or too small for the formulas are bad input, not results.
+            with np.errstate(over="raise", divide="raise", invalid="raise"):
+                return super().invoke(ctx)
+        except (ArithmeticError, MemoryError) as error:
+            _fail(ctx, f"a value given is too large or too small to compute with ({error})")
+        except OSError as error:
+            _fail(ctx, f"{error.filename or 'a file'}: {error.strerror or error}")
+        except ValueError as error:
+            # Compared here, as importing the classes above would make the help slow.
+            from rockdamp.dataset import DatasetError
+            from rockdamp.errors import InputError
+
+            if not isinstance(error, (InputError, DatasetError)):
+                raise
+            _fail(ctx, str(error))
+
+
+def _wrapped(example: str) -> str:
+    """Break a long example as a shell reads it."""
+    return " \\\n".join(wrap(example, 88, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False))
+
+
+def _fail(ctx: click.Context, message: str) -> None:
+    click.echo(f"Error: {message}", err=True)
+    ctx.exit(BAD_INPUT)
+
+
+@contextmanager
+def concerning(path: Path) -> Iterator[None]:
+    """Name a file in the errors about what it holds."""
+    from rockdamp.errors import InputError
+
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what goes wrong with a file that is written into an error that names it."""
+    from rockdamp.errors import InputError
+
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
+
+
+def write_dataset(dataset: Any, path: Path, kind: str, module: str) -> None:
+    """Write what a command computed; the options that it was given stand for the config."""
+    from rockdamp import dataset as storage
+    from rockdamp.provenance import code_version
+
+    files = ("output", "plot", "animation", "as_json")
+    options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
+    config = {name: _content(value) if isinstance(value, Path) else value for name, value in options.items()}
+    with writing(path):
+        storage.write(dataset, path, kind, config=config, code_version=code_version(module, "rockdamp.dataset"))
+    click.echo(f"{path} written", err=True)
+
+
+def _content(path: Path) -> str:
+    """A digest of a file, so that what depends on it does not depend on where it lies."""
+    import hashlib
+
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def write_figure(figure: Any, path: Path) -> None:
+    """Write a figure as the suffix of the path says."""
+    from rockdamp.figures.output import save
+
+    with writing(path):
+        save(figure, path.with_suffix(""), [path.suffix[1:]], 200)
+    click.echo(f"{path} written", err=True)
+
+
+def print_json(value: Any) -> None:
+    """Print JSON, and nothing else."""
+    click.echo(json.dumps(value, indent=2, allow_nan=False))
+
+
+def print_table(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str] | None = None) -> None:
+    """Print rows as a table to read, with the units of some columns under their names."""
+    names = list(rows[0])
+    lines = [names, *([cell(row[name]) for name in names] for row in rows)]
+    if units and not units.keys().isdisjoint(names):
+        lines.insert(1, [f"[{units[name]}]" if name in units else "" for name in names])
+    widths = [max(len(line[i]) for line in lines) for i in range(len(names))]
+    for line in lines:
+        click.echo("  ".join(text.rjust(width) for text, width in zip(line, widths)).rstrip())
+
+
+def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:
+    """Print names, values and units, one a line."""
+    width = max(map(len, values)) + 1
+    for name, value in values.items():
+        click.echo(
+            f"{name:{width}s} {cell(value):>12s} {units.get(name, '' if isinstance(value, str) else '-')}".rstrip()
+        )
+
+
+def cell(value: Any) -> str:
+    """Return a value as a table shows it."""
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:.5g}"

@@ -1,0 +1,205 @@
+"""`decay` and `respond`: histories, as tables, files and pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rockdamp.cli.command import (
+    Command,
+    concerning,
+    print_json,
+    print_table,
+    print_values,
+    write_dataset,
+    write_figure,
+    writing,
+)
+from rockdamp.cli.options import (
+    curve_options,
+    damping_options,
+    json_option,
+    make_curve,
+    make_dampings,
+    make_wall,
+    record_option,
+    wall_options,
+)
+from rockdamp.cli.types import OutputFile, Quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockdamp.wall import Parapet, Wall
+
+LENGTH = 20.0  # in tau, of a decay
+UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
+RESULTS = ("peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed")
+
+output_option = click.option("--output", type=OutputFile(".nc"), help="The history, as NetCDF.")
+plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of it.")
+
+
+class Length(click.ParamType):
+    """A length of time in tau, or with a unit in seconds: which of the two, and the number."""
+
+    name = "length"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "TAU|SECONDS"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, float]:
+        if isinstance(value, tuple):
+            return value
+        number = Quantity("s").convert(value, param, ctx)
+        try:
+            return "tau", float(value)
+        except ValueError:
+            return "s", number
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        "rockdamp decay --preset moderate --damping-model CDR --damping-ratio 0.05",
+        "rockdamp decay --a1 0.04 --b1 0.85 --compare --restitution 0.85 --thickness 0.3 --height 4.5 --length 5s"
+        " --output decay.nc --plot decay.png",
+    ],
+)
+@curve_options
+@damping_options
+@click.option("--release", type=float, default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
+@click.option(
+    "--length", type=Length(), default=str(LENGTH), show_default=True,
+    help="Of the history: in tau = p t, or with a unit in seconds (5s), for which the wall must be given.",
+)  # fmt: skip
+@wall_options(required=False)
+@output_option
+@plot_option
+@json_option
+def decay(
+    a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str, damping_model: str | None,
+    damping_ratio: float | None, restitution: float | None, compare: bool, release: float, length: tuple[str, float],
+    output: Path | None, plot: Path | None, as_json: bool, **options: Any,
+) -> None:  # fmt: skip
+    """Free decay: the peak of each half cycle.
+
+    The wall is released at rest. With --thickness and --height of a wall also in seconds and metres.
+    """
+    made = _optional_wall(**options)
+    tau = _in_tau(length, made)
+    curve = make_curve(a1, b1, preset, a3, softening)
+    dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve, release_amplitude=release)
+    from rockdamp.one_wall import decays, peaks
+
+    found = decays(curve, dampings, release_amplitude=release, length=tau, wall=made)
+    rows = peaks(found)
+    if output is not None:
+        write_dataset(found, output, "free_decay", "rockdamp.one_wall")
+    if plot is not None:
+        from rockdamp.figures.single import decay_figure
+
+        write_figure(decay_figure(found), plot)
+    if as_json:
+        print_json(rows)
+    elif rows:
+        print_table(_abreast(rows) if compare else rows, UNITS)
+    else:
+        click.echo("no half cycle ends within this length", err=True)
+
+
+def _optional_wall(thickness: float | None, height: float | None, **options: Any) -> Wall | Parapet | None:
+    if (thickness is None) != (height is None):
+        raise click.UsageError("--thickness and --height must be given together, or neither")
+    if thickness is None or height is None:
+        return None
+    return make_wall(thickness=thickness, height=height, **options)
+
+
+def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
+    unit, number = length
+    if unit == "tau":
+        return number
+    if wall is None:
+        raise click.UsageError("--length in seconds needs --thickness and --height; without them it must be in tau")
+    return number * float(wall.frequency_parameter)
+
+
+def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows by half cycle, the peaks of the models beside each other."""
+    models = list(dict.fromkeys(row["damping_model"] for row in rows))
+    peak = {(row["damping_model"], row["half_cycle"]): row["peak_ratio"] for row in rows}
+    count = max(row["half_cycle"] for row in rows) + 1
+    return [{"half_cycle": n, **{model: peak.get((model, n)) for model in models}} for n in range(count)]
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        "rockdamp respond --record record.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
+        " --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --damping-model CDR --damping-ratio 0.05 --output response.nc",
+        "rockdamp respond --record record.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
+        " --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --compare --restitution 0.85 --tail 2s --plot response.png",
+        "rockdamp respond --record record.csv --thickness 0.3 --height 2 --parapet --preset new --scale 0.2"
+        " --damping-model CR --restitution 0.9 --animate wall.gif",
+    ],
+)
+@record_option
+@wall_options()
+@curve_options
+@damping_options
+@click.option("--scale", type=float, default=1.0, show_default=True, help="Plain factor on the acceleration.")
+@click.option("--tail", type=Quantity("s"), default=0.0, show_default=True, help="Rest after the record.")
+@output_option
+@plot_option
+@click.option("--animate", "animation", type=OutputFile(".gif"), help="The rocking bodies beside the history.")
+@json_option
+def respond(
+    record: Path, a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str,
+    damping_model: str | None, damping_ratio: float | None, restitution: float | None, compare: bool, scale: float,
+    tail: float, output: Path | None, plot: Path | None, animation: Path | None, as_json: bool, **options: Any,
+) -> None:  # fmt: skip
+    """Response to a record: peak and outcome.
+
+    The wall starts at rest. A wall that collapses ends its history there, which is an outcome and no error.
+    """
+    if animation is not None and compare:
+        raise click.UsageError("--animate shows one model; it must be given without --compare")
+    made, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
+    dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve)
+    from rockdamp.one_wall import responses
+    from rockdamp.records import read_record
+
+    motion = read_record(record)
+    with concerning(record):
+        found = responses(motion, made, curve, dampings, scale=scale, tail=tail)
+    if output is not None:
+        write_dataset(found, output, "response", "rockdamp.one_wall")
+    if plot is not None:
+        from rockdamp.figures.single import response_figure
+
+        write_figure(response_figure(found), plot)
+    if animation is not None:
+        from rockdamp.figures.rocking import animate
+
+        with writing(animation):
+            animate(found, animation)
+        click.echo(f"{animation} written", err=True)
+    _print_response(found, compare, as_json)
+
+
+def _print_response(found: xr.Dataset, compare: bool, as_json: bool) -> None:
+    rows = []
+    for model in map(str, found["damping_model"].values):
+        one = found.sel(damping_model=model)
+        values = {key: one[key].item() for key in RESULTS}
+        ratio = {"damping_model": model, "damping_ratio": None if model == "CR" else one["damping_ratio"].item()}
+        rows.append(ratio | values if compare else values)
+    if as_json:
+        print_json(rows if compare else rows[0])
+    elif compare:
+        print_table(rows, UNITS)
+    else:
+        print_values(rows[0], UNITS)

@@ -1,0 +1,152 @@
+"""Options that several commands have, and what they make: a wall, a curve, dampers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rockdamp.cli.types import Quantity
+
+if TYPE_CHECKING:
+    from rockdamp.curve import TrilinearCurve
+    from rockdamp.damping import Damping
+    from rockdamp.wall import Parapet, Wall
+
+# Copies, as the modules that own these names take long to import; a test keeps them equal.
+MODELS = ("CR", "CDC", "CDR", "SDR", "ECD")
+PRESETS = ("new", "moderate", "severe")
+SOFTENING = ("steeper", "translated")
+
+Decorator = Callable[[Any], Any]
+
+
+class Model(click.Choice):
+    """Names in capitals, taken in small letters too; click's own way to do so would show and complete small ones."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return super().convert(str(value).upper(), param, ctx)
+
+
+def _all(*options: Decorator) -> Decorator:
+    def decorate(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+def wall_options(required: bool = True) -> Decorator:
+    """Return the options that describe a wall."""
+    return _all(
+        click.option("--thickness", type=Quantity("m"), required=required, help="t."),
+        click.option("--height", type=Quantity("m"), required=required, help="h."),
+        click.option("--width", type=Quantity("m"), default=1.0, show_default=True, help="Length of the strip."),
+        click.option("--density", type=Quantity("kg m-3"), default=1800.0, show_default=True, help="Of the masonry."),
+        click.option("--hinge-ratio", type=float, default=0.7, show_default=True, help="h1/h; a parapet has none."),
+        click.option("--overburden-ratio", type=float, default=0.0, show_default=True, help="O/W."),
+        click.option(
+            "--eccentricity", type=Quantity("m"), default=0.0, show_default=True, help="Of the overburden from mid-t."
+        ),
+        click.option("--parapet", is_flag=True, help="One block that rocks on its base."),
+    )
+
+
+softening_options = _all(
+    click.option("--a3", type=float, default=1.0, show_default=True, help="Ultimate ratio u3/u_ins."),
+    click.option(
+        "--softening", type=click.Choice(SOFTENING), default="steeper", show_default=True,
+        help="Last branch for a3 < 1.",
+    ),
+)  # fmt: skip
+
+curve_options = _all(
+    click.option("--a1", type=float, help="Cracked stiffness ratio u1/u_ins."),
+    click.option("--b1", type=float, help="Plateau ratio F_y/F0."),
+    click.option("--preset", type=click.Choice(PRESETS), help="A named curve in place of --a1 and --b1."),
+    softening_options,
+)
+
+damping_options = _all(
+    click.option("--damping-model", type=Model(MODELS), help="One model alone."),
+    click.option("--damping-ratio", type=float, help="xi of a viscous model."),
+    click.option("--restitution", type=float, help="Coefficient of restitution e of CR, and for --compare."),
+    click.option("--compare", is_flag=True, help="CR and every viscous model at its equivalent damping ratio."),
+)
+
+record_option = click.option(
+    "--record", type=click.Path(path_type=Path), required=True, metavar="FILE", help="CSV of this project, or PEER AT2."
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs, and nothing else.")
+
+
+def make_wall(parapet: bool, hinge_ratio: float, **options: float) -> Wall | Parapet:
+    """Return the wall that the options describe."""
+    from rockdamp.wall import Parapet, Wall
+
+    return Parapet(**options) if parapet else Wall(hinge_ratio=hinge_ratio, **options)
+
+
+def make_curve(a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str) -> TrilinearCurve:
+    """Return the curve that the options describe.
+
+    Raises
+    ------
+    click.UsageError
+        If there are both a preset and a1 or b1, or neither.
+    """
+    from rockdamp.curve import TrilinearCurve
+
+    if preset is not None:
+        if a1 is not None or b1 is not None:
+            raise click.UsageError("--preset stands for --a1 and --b1; it must be given without them")
+        return TrilinearCurve.preset(preset, ultimate_ratio=a3, softening=softening)
+    for name, value in (("--a1", a1), ("--b1", b1)):
+        if value is None:
+            raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
+    return TrilinearCurve(a1, b1, a3, softening)
+
+
+def make_dampings(
+    damping_model: str | None,
+    damping_ratio: float | None,
+    restitution: float | None,
+    compare: bool,
+    curve: TrilinearCurve,
+    **equivalence: float,
+) -> list[Damping]:
+    """Return the one damper that the options describe, or for a comparison all of them.
+
+    Raises
+    ------
+    click.UsageError
+        If the options do not go together.
+    """
+    from rockdamp.damping import Damping
+    from rockdamp.single import equivalent_dampings
+
+    if compare:
+        if damping_model is not None or damping_ratio is not None:
+            raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
+        return equivalent_dampings(_given("--restitution", restitution, "--compare"), curve, **equivalence)
+    if damping_model is None:
+        raise click.UsageError(
+            "--damping-model is missing; it must be CR with --restitution, one of CDC, CDR, SDR, ECD with"
+            " --damping-ratio, or --compare with --restitution in place of both"
+        )
+    if damping_model == "CR":
+        if damping_ratio is not None:
+            raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
+        return [Damping.cr(_given("--restitution", restitution, "--damping-model CR"))]
+    if restitution is not None:
+        raise click.UsageError(f"--restitution belongs to CR; {damping_model} must have --damping-ratio alone")
+    return [Damping(damping_model, _given("--damping-ratio", damping_ratio, f"--damping-model {damping_model}"))]
+
+
+def _given(name: str, value: float | None, owner: str) -> float:
+    if value is None:
+        raise click.UsageError(f"{name} is missing; {owner} must have it")
+    return value

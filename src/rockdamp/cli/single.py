@@ -1,0 +1,146 @@
+"""`wall`, `equivalent` and `presets`: constants, without a history."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from rockdamp.cli.command import Command, print_json, print_table, print_values
+from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, wall_options
+from rockdamp.cli.types import Numbers
+
+KEYS = (
+    "weight", "effective_mass", "excitation_factor", "rigid_strength", "rigid_stiffness", "instability_displacement",
+    "frequency_parameter", "restitution", "restitution_impulsive",
+)  # fmt: skip
+UNITS = {
+    "weight": "N", "effective_mass": "kg", "rigid_strength": "N", "rigid_stiffness": "N m-1",
+    "instability_displacement": "m", "frequency_parameter": "rad s-1", "displacement": "m", "rigid_period": "s",
+    "period": "s",
+}  # fmt: skip
+AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        "rockdamp wall --thickness 0.3 --height 4.5 --overburden-ratio 2",
+        "rockdamp wall --thickness 102mm --height 2.75m --preset moderate",
+    ],
+)
+@wall_options()
+@curve_options
+@click.option(
+    "--amplitude", type=Numbers(), help="Amplitudes u0/u_ins of the table of periods.  [default: 0.1:0.9:0.1]"
+)
+@json_option
+def wall(
+    a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str, amplitude: list[float] | None,
+    as_json: bool, **options: Any,
+) -> None:  # fmt: skip
+    """Constants of a wall's motion, restitution, periods.
+
+    Restitution is given by each formula, the period for several amplitudes. With a curve (--a1 and --b1, or --preset)
+    the periods of the cracked wall stand beside those of the rigid one. The JSON holds the constants; with --amplitude
+    also the periods.
+    """
+    made = make_wall(**options)
+    values = {key: float(getattr(made, key)) for key in KEYS}
+    curve = make_curve(a1, b1, preset, a3, softening) if (a1, b1, preset) != (None, None, None) else None
+    rows = _periods(made, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
+    if as_json:
+        print_json(values if amplitude is None else {**values, "periods": rows})
+        return
+    _print_wall(made, values)
+    click.echo()
+    print_table(rows, UNITS)
+
+
+def _print_wall(made: Any, values: dict[str, float]) -> None:
+    from rockdamp.wall import SORRENTINO_RATIO, Parapet
+
+    constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
+    print_values(constants, UNITS)
+    click.echo()
+    rows = [
+        {"restitution": values["restitution"], "": "Eq. (7): angular momentum about the new base pivot"},
+        {"restitution": values["restitution_impulsive"], "": "with the impulse of every support"},
+        {"restitution": SORRENTINO_RATIO * values["restitution"], "": "as measured: 0.90 of Eq. (7)"},
+    ]
+    if isinstance(made, Parapet):
+        rows = [{"restitution": values["restitution"], "": "Housner"}]
+    for row in rows:
+        click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['']}")
+
+
+def _periods(made: Any, curve: Any, amplitudes: Any, strict: bool) -> list[dict[str, float]]:
+    """Rows of the table; amplitudes that the user did not ask for are left out where the curve does not reach."""
+    rows = []
+    for x0 in amplitudes:
+        if curve is not None and not strict and x0 >= float(curve.ultimate_ratio):
+            continue
+        row = {
+            "amplitude": x0,
+            "displacement": x0 * float(made.instability_displacement),
+            "rigid_period": float(made.rigid_period(x0)),
+        }
+        if curve is not None:
+            row["period"] = float(curve.period(x0) / made.frequency_parameter)
+        rows.append(row)
+    return rows
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        "rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85",
+        "rockdamp equivalent --restitution 0.80:0.95:0.05 --preset moderate --json",
+    ],
+)
+@click.option("--restitution", type=Numbers(), required=True, help="Coefficient of restitution e.")
+@curve_options
+@click.option("--release", type=float, default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
+@click.option("--window", type=float, default=None, help="Length of the response in tau = p t.  [default: 8]")
+@json_option
+def equivalent(
+    restitution: list[float], a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str,
+    release: float, window: float | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Damping ratios equivalent to a restitution.
+
+    One row for each coefficient of restitution and viscous model.
+    """
+    from rockdamp.matching import DEFAULT_WINDOW
+    from rockdamp.single import equivalent as compute
+
+    curve = make_curve(a1, b1, preset, a3, softening)
+    rows = compute(
+        restitution, float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio), a3, softening, release,
+        DEFAULT_WINDOW if window is None else window,
+    )  # fmt: skip
+    if as_json:
+        print_json(rows)
+        return
+    print_table(rows)
+    if any(row["damping_ratio_fit"] is None for row in rows):
+        click.echo("\n-: outside the range of the polynomials (a1 or e)", err=True)
+
+
+@click.command(cls=Command, examples=["rockdamp presets"])
+@json_option
+def presets(as_json: bool) -> None:
+    """Curves by name, for --preset.
+
+    They are Doherty's stages of degradation.
+    """
+    from rockdamp.curve import PRESETS
+
+    rows = [
+        {"preset": name, "plateau_ratio": b1, "cracked_stiffness_ratio": a1, "options": f"--a1 {a1:g} --b1 {b1:g}"}
+        for name, (b1, a1) in PRESETS.items()
+    ]
+    if as_json:
+        print_json([{key: value for key, value in row.items() if key != "options"} for row in rows])
+    else:
+        print_table(rows)

@@ -1,0 +1,200 @@
+"""Collapse under earthquakes: incremental dynamic analyses and fragility of every wall, with every damper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, dampers, middle, plain_logarithmic
+from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, MODELS, PALE, line_of, new_figure, styled, title_of
+
+Array = NDArray[np.float64]
+
+COLUMNS = 4
+SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
+SCALE_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
+SMALLEST_PEAK = 0.003  # u/u_ins; below, nothing but the first branch
+BAND = "#D9D9D9"
+SOURCE_MARKS = {"fit": "<", "error": "o", "closed form": ">"}
+
+
+@styled
+def fig_ida(comparison: xr.Dataset) -> Figure:
+    """Draw fractiles of the peaks over the records against the scale, for each wall.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        As `rockdamp.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
+    """
+    one = middle(comparison).sel(damping_ratio_source=SOURCE)
+    rows = -(-one.sizes["wall"] // COLUMNS)
+    figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
+    panels = _panels(figure, one, rows, _fractiles)
+    for axes in panels:
+        axes.set_xlim(SMALLEST_PEAK, 1.0)
+        plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
+        axes.set_xlabel(DISPLACEMENT)
+    for axes in panels[::COLUMNS]:
+        axes.set_ylabel(SCALE)
+    low, centre, high = (f"{100 * value:g}" for value in one["probability"].values)
+    handles = [
+        Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
+        Line2D([], [], color=MODELS["CR"].colour, label=f"CR, {centre} %"),
+        *(Line2D([], [], marker=MODELS[model].marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
+          for model in dampers(one)),
+        Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
+    ]  # fmt: skip
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=4,
+        title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall. A fractile ends at the last "
+              "scale at which that wall stands; the marker is its end",
+    )  # fmt: skip
+    return figure
+
+
+def _panels(
+    figure: Figure, one: xr.Dataset, rows: int, draw: Callable[[Axes, xr.Dataset], None], cells: Array | None = None
+) -> list[Axes]:
+    """One panel for each wall, with shared axes."""
+    grid = figure.add_gridspec(rows, COLUMNS) if cells is None else cells
+    panels: list[Axes] = []
+    for index in range(one.sizes["wall"]):
+        first = panels[0] if panels else None
+        axes = figure.add_subplot(grid[index // COLUMNS, index % COLUMNS], sharex=first, sharey=first)
+        draw(axes, one.isel(wall=index))
+        axes.set_title(str(one["wall"].values[index]))
+        axes.tick_params(labelleft=index % COLUMNS == 0)
+        panels.append(axes)
+    return panels
+
+
+def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
+    scale = wall["scale"].values
+    low, centre, high = (
+        {str(model): values.sel(damping_model=model).values for model in wall["damping_model"].values}
+        for values in wall["fractile"]
+    )
+    # A fractile that has collapsed is beyond any displacement: the band is open there.
+    axes.fill_betweenx(scale, low["CR"], np.where(np.isfinite(high["CR"]), high["CR"], 1.0),
+                       where=np.isfinite(low["CR"]).tolist(), color=BAND, linewidth=0)  # fmt: skip
+    axes.plot(centre["CR"], scale, **line_of("CR"))
+    for model in dampers(wall.to_dataset() if isinstance(wall, xr.DataArray) else wall):
+        for values in (low[model], high[model]):
+            axes.plot(values, scale, color=MODELS[model].colour, linewidth=0.4)
+        axes.plot(centre[model], scale, **line_of(model))
+        standing = np.flatnonzero(np.isfinite(centre[model]))
+        if standing.size:
+            axes.plot(centre[model][standing[-1]], scale[standing[-1]], marker=MODELS[model].marker, markersize=3,
+                      color=MODELS[model].colour)  # fmt: skip
+
+
+# --- fragility --------------------------------------------------------------------------------------------------------
+
+
+@styled
+def fig_fragility(comparison: xr.Dataset) -> Figure:
+    """Draw fragility curves of each wall, and each damper's median of collapse over CR's.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        As `rockdamp.comparison.compare` returns it; the curves at the middle e, with the damping ratios of least error.
+    """
+    one = middle(comparison).sel(damping_ratio_source=SOURCE)
+    rows = -(-one.sizes["wall"] // COLUMNS)
+    figure = new_figure(DOUBLE_COLUMN, 82.0 + 52.0 * rows)
+    upper, lower = figure.add_gridspec(2, 1, height_ratios=[52.0 * rows, 55.0])
+    panels = _panels(figure, one, rows, _curves, upper.subgridspec(rows, COLUMNS))
+    for axes in panels:
+        axes.set_xlim(*one["scale"].values[[0, -1]])
+        plain_logarithmic(axes, SCALE_TICKS)
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel(SCALE.replace("scale ", ""))
+    for axes in panels[::COLUMNS]:
+        axes.set_ylabel("probability of collapse [-]")
+    _forests(figure, lower, comparison)
+    figure.legend(handles=_handles(one), loc="outside upper center", ncols=4, title=(
+        f"Curves: $e = {float(one['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls together, "
+        "95 % bootstrap intervals"))  # fmt: skip
+    return figure
+
+
+def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array, Array]:
+    """Return lowest and highest probability over the fragility curves with parameters in two intervals.
+
+    Of two intervals that each hold 95 % of the replicates, nine in ten replicates at least lie in both. The
+    probability is monotone in the median, and in the dispersion at a given median, so that its extremes are at corners.
+    """
+    corners = np.stack([ndtr(np.log(intensity / m) / s) for m in median for s in dispersion])
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def _curves(axes: Axes, wall: xr.Dataset) -> None:
+    intensity = np.geomspace(float(wall["scale"][0]), float(wall["scale"][-1]), 201)
+    cr = wall.sel(damping_model="CR")
+    low, high = envelope(
+        intensity, cr["wall_median_intensity_interval"].values, cr["wall_dispersion_interval"].values
+    )  # fmt: skip
+    axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
+    for model in (*dampers(wall), "CR"):
+        fragility = wall.sel(damping_model=model)
+        beta = float(fragility["wall_dispersion"])
+        probability = ndtr(np.log(intensity / float(fragility["wall_median_intensity"])) / beta)
+        axes.plot(intensity, probability, label=model, **line_of(model))
+    axes.plot(wall["scale"], cr["collapse_fraction"], linestyle="none", marker="o", color=MODELS["CR"].colour,
+              markerfacecolor="white", markersize=2.8, zorder=4)  # fmt: skip
+
+
+def _forests(figure: Figure, place: object, comparison: xr.Dataset) -> None:
+    """The ratio of medians for every damper and source, a panel for each e."""
+    grid = place.subgridspec(1, comparison.sizes["restitution"])  # type: ignore[attr-defined]
+    first: Axes | None = None
+    for column in range(comparison.sizes["restitution"]):
+        axes = figure.add_subplot(grid[0, column], sharex=first, sharey=first)
+        _forest(axes, one := comparison.isel(restitution=column))
+        axes.set_title(f"$e = {float(one['restitution']):g}$")
+        axes.set_xlabel("median of collapse over that of CR [-]")
+        axes.tick_params(labelleft=first is None)
+        first = first or axes
+
+
+def _forest(axes: Axes, one: xr.Dataset) -> None:
+    models, sources = dampers(one), [str(source) for source in one["damping_ratio_source"].values]
+    for row, model in enumerate(models):
+        for shift, source in enumerate(sources):
+            cell = one.sel(damping_model=model, damping_ratio_source=source)
+            y = row + 0.24 * (shift - (len(sources) - 1) / 2)
+            ends = cell["median_intensity_ratio_interval"].values
+            axes.plot(ends, [y, y], color=MODELS[model].colour, linewidth=1.1)
+            axes.plot(float(cell["median_intensity_ratio"]), y, marker=SOURCE_MARKS.get(source, "o"), markersize=3.6,
+                      color=MODELS[model].colour)  # fmt: skip
+    axes.axvline(1.0, color="black", linewidth=0.6)
+    for row in range(1, len(models)):
+        axes.axhline(row - 0.5, color=PALE, linewidth=0.4)
+    axes.set_yticks(range(len(models)), models)
+    axes.set_ylabel("damper [-]" if axes.get_subplotspec().is_first_col() else "")  # type: ignore[union-attr]
+    axes.set_ylim(len(models) - 0.4, -0.6)
+    axes.margins(x=0.08)
+
+
+def _handles(one: xr.Dataset) -> list[Line2D | Patch]:
+    found: list[Line2D | Patch] = [
+        Line2D([], [], label="CR", **line_of("CR")),
+        Patch(facecolor=BAND, label="CR, at least 90 % band"),
+        Line2D([], [], linestyle="none", marker="o", markerfacecolor="white", color=MODELS["CR"].colour,
+               label="CR, share of the records"),
+    ]  # fmt: skip
+    found += [Line2D([], [], label=title_of(model), **line_of(model)) for model in dampers(one)]
+    return found + [
+        Line2D([], [], linestyle="none", marker=mark, color=GREY, label=f"below: {SOURCE_NAMES[source]}")
+        for source, mark in SOURCE_MARKS.items()
+    ]

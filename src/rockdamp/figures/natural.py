@@ -1,0 +1,250 @@
+"""The dampers under earthquakes: their peaks against those under restitution, and the errors of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+from numpy.typing import NDArray
+
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, PALE, new_figure, styled, title_of
+
+Array = NDArray[np.float64]
+
+SOURCE = "error"  # of the damping ratio, where a figure shows one: the least error at that wall
+SOURCE_NAMES = {
+    "fit": r"$\xi$ of the polynomials", "error": r"$\xi$ of least error", "closed form": r"$\xi$ of the closed form",
+}  # fmt: skip
+VARIATION_NAMES = {
+    "step": "step four times as long", "impact": "impact at the end of the step", "lower e": "slightly lower $e$",
+    "higher e": "slightly higher $e$",
+}  # fmt: skip
+VARIATION_MARKS = {"step": "x", "impact": "+", "lower e": "1", "higher e": "2"}
+MARGIN = 1.5  # where the panels of peaks end; beyond 1 are the collapses
+PEAK_OF_CR = r"peak under CR, $u/u_\mathrm{ins}$ [-]"
+
+
+def middle(data: xr.Dataset) -> xr.Dataset:
+    """Return the middle one of the coefficients of restitution."""
+    return data.isel(restitution=data.sizes["restitution"] // 2)
+
+
+def dampers(data: xr.Dataset) -> list[str]:
+    """Return the damping models but CR."""
+    return [str(model) for model in data["damping_model"].values if model != "CR"]
+
+
+def pale_to_dark(colour: str) -> LinearSegmentedColormap:
+    """Return the shades of a colour, for counts."""
+    red, green, blue = to_rgb(colour)
+    pale, dark = (tuple(0.2 * part + 0.8 * end for part in (red, green, blue)) for end in (1.0, 0.0))
+    return LinearSegmentedColormap.from_list(colour, [pale, colour, dark])
+
+
+def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[float] | None = None) -> None:
+    """Make the axes that have ticks logarithmic, with those ticks as plain numbers and no others labelled."""
+    for ticks, axis, scale in ((x, axes.xaxis, axes.set_xscale), (y, axes.yaxis, axes.set_yscale)):
+        if ticks is not None:
+            scale("log")
+            axis.set_ticks(list(ticks))
+            axis.set_major_formatter(ScalarFormatter())
+            axis.set_minor_formatter(NullFormatter())
+
+
+# --- peak against peak ------------------------------------------------------------------------------------------------
+
+
+@styled
+def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
+    """Draw every damper's peaks against CR's, and at the margins where only one of both collapses.
+
+    Parameters
+    ----------
+    natural : xarray.Dataset
+        As `rockdamp.natural.gather` returns it; drawn at the middle e, with the damping ratios of least error.
+    comparison : xarray.Dataset
+        As `rockdamp.comparison.compare` returns it: which walls are taken together, and the bands.
+    """
+    one = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
+    figure = new_figure(DOUBLE_COLUMN, 180.0)
+    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    low = float(comparison["band_start"].min()) / 2
+    norm = LogNorm(1, _busiest(one))
+    for axes, model in zip(grid.flat, dampers(one)):
+        _peaks(axes, one, model, low, norm)
+    for axes in grid[-1]:
+        axes.set_xlabel(PEAK_OF_CR)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(r"peak with the damper, $u/u_\mathrm{ins}$ [-]")
+    _count_bar(figure, grid.ravel().tolist(), norm)
+    figure.legend(
+        handles=[
+            Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
+            Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label="twice and half"),
+            Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
+            Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
+        ],
+        loc="outside upper center", ncols=4,
+        title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
+    )  # fmt: skip
+    return figure
+
+
+def _outcomes(one: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Peaks of CR and of the damper, and which collapse; of the histories that have a damping ratio."""
+    by = [one.sel(damping_model=name) for name in ("CR", model)]
+    order = by[0]["peak_displacement"].dims
+    run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
+    peaks = [each["peak_displacement"].transpose(*order).values.ravel()[run] for each in by]
+    fell = [each["collapsed"].transpose(*order).values.ravel()[run] == 1 for each in by]
+    return peaks[0], peaks[1], fell[0], fell[1]
+
+
+def _busiest(one: xr.Dataset) -> float:
+    """The count at which the shades end: a hundredth of the histories of a panel."""
+    return max(one["peak_displacement"].sel(damping_model="CR").size / 100, 10.0)
+
+
+def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:
+    reference, peak, fell, collapsed = _outcomes(one, model)
+    colour, stand = MODELS[model].colour, ~fell & ~collapsed
+    ends = (np.log10(low), 0.0, np.log10(low), 0.0)
+    axes.hexbin(
+        np.clip(reference[stand], low, 1), np.clip(peak[stand], low, 1), gridsize=56, extent=ends, xscale="log",
+        yscale="log", mincnt=1, norm=norm, cmap=pale_to_dark(colour), linewidths=0.1,
+    )  # fmt: skip
+    for factor, style in ((1.0, "solid"), (2.0, (0, (4, 2))), (0.5, (0, (4, 2)))):
+        start, end = max(low, low / factor), min(1.0, 1.0 / factor)
+        shade = "black" if factor == 1 else GREY
+        axes.plot([start, end], [factor * start, factor * end], color=shade, linestyle=style, linewidth=0.8)
+    between = np.sqrt(MARGIN)
+    only, missed = ~fell & collapsed, fell & ~collapsed
+    marks = {"color": colour, "linestyle": "none", "markersize": 6, "markeredgewidth": 0.4}
+    axes.plot(np.clip(reference[only], low, 1), np.full(only.sum(), between), marker="|", **marks)
+    axes.plot(np.full(missed.sum(), between), np.clip(peak[missed], low, 1), marker="_", **marks)
+    for line in (axes.axhline, axes.axvline):
+        line(1.0, color=PALE, linewidth=0.6)
+    axes.set_xlim(low, MARGIN)
+    axes.set_ylim(low, MARGIN)
+    axes.set_aspect("equal")
+    plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
+    axes.set_title(
+        f"{title_of(model)}\nfalse safe {missed.sum()} of {fell.sum()} collapses, "
+        f"false collapse {only.sum()} of {(~fell).sum()} survivals",
+        color=colour, fontsize=7,
+    )  # fmt: skip
+
+
+def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
+    shades = figure.axes[0].collections[0].__class__([])  # the bar is grey: every panel has its own colour
+    shades.set_cmap(pale_to_dark(GREY))
+    shades.set_norm(norm)
+    bar = figure.colorbar(shades, ax=panels, shrink=0.5, aspect=30, pad=0.01, extend="max")
+    bar.set_label("histories in a cell [-]")
+    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+
+
+# --- ratios by band ---------------------------------------------------------------------------------------------------
+
+
+@styled
+def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
+    """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        As `rockdamp.comparison.compare` returns it; drawn at the middle e, a column for each source of the ratios.
+    """
+    one = middle(comparison)
+    figure = new_figure(DOUBLE_COLUMN, 190.0)
+    sources = [str(source) for source in one["damping_ratio_source"].values]
+    grid = figure.subplots(3, len(sources), sharey="row", squeeze=False, height_ratios=[1.1, 1.1, 0.8])
+    for column, source in enumerate(sources):
+        given = one.sel(damping_ratio_source=source)
+        _by_band(grid[0, column], given, "median_ratio")
+        _by_band(grid[1, column], given, "log_error")
+        _misfits(grid[2, column], given)
+        grid[0, column].set_title(SOURCE_NAMES.get(source, source))
+    plain_logarithmic(grid[0, 0], y=[0.8, 0.9, 1.0, 1.1, 1.25])
+    grid[0, 0].set_ylim(*_limits(one["median_ratio_interval"], (0.85, 1.2)))
+    grid[1, 0].set_ylim(bottom=0)
+    for axes, label in zip(grid[:, 0], (
+        "median of peak over that of CR [-]", "rms of the logarithm\nof that ratio [-]",
+        "misfit over the decay\nover CR's peak [-]",
+    )):  # fmt: skip
+        axes.set_ylabel(label)
+    grid[2, 0].set_ylim(bottom=0)
+    figure.legend(
+        handles=_handles(one), loc="outside upper center", ncols=4,
+        title=f"$e = {float(one['restitution']):g}$; markers with 95 % bootstrap intervals; grey: CR itself after a "
+              "small change, and the range of the four",
+    )  # fmt: skip
+    return figure
+
+
+def _limits(values: xr.DataArray, least: tuple[float, float]) -> tuple[float, float]:
+    """Limits that hold all values, at least those given; a ratio beyond a factor of two is drawn beyond the edge."""
+    known = values.values[np.isfinite(values.values) & (values.values > 0)]
+    low, high = (known.min(), known.max()) if known.size else least
+    return max(min(0.98 * low, least[0]), 0.5), min(max(1.02 * high, least[1]), 2.0)
+
+
+def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
+    """A statistic of every damper in each band beside CR's own after small changes."""
+    place = np.arange(one.sizes["band"])
+    varied = one[f"varied_{name}"]
+    low, high = (np.nan_to_num(getattr(varied, end)("variation").values, nan=np.nan) for end in ("min", "max"))
+    base = low if name == "median_ratio" else np.zeros_like(high)
+    axes.bar(place, high - base, bottom=base, width=0.86, color="#E4E4E4", zorder=0)
+    if name == "median_ratio":
+        axes.axhline(1.0, color="black", linewidth=0.6, zorder=1)
+    for row, variation in enumerate(map(str, one["variation"].values)):
+        axes.plot(
+            place + 0.2 * (row - 1.5), varied.sel(variation=variation), linestyle="none", color=GREY, markersize=4,
+            marker=VARIATION_MARKS.get(variation, "x"), markeredgewidth=0.7,
+        )  # fmt: skip
+    models = dampers(one)
+    for row, model in enumerate(models):
+        values = one.sel(damping_model=model)
+        bounds = values[f"{name}_interval"]
+        axes.vlines(x := place + 0.18 * (row - (len(models) - 1) / 2), bounds.sel(bound="lower"),
+                    bounds.sel(bound="upper"), color=MODELS[model].colour, linewidth=1.0)  # fmt: skip
+        axes.plot(x, values[name], linestyle="none", marker=MODELS[model].marker, color=MODELS[model].colour,
+                  markersize=3.2, label=model)  # fmt: skip
+    axes.axvline(0.5, color=PALE, linewidth=0.6)
+    edges = zip(one["band_start"].values, one["band_end"].values)
+    axes.set_xticks(place, ["all", *(f"{low:g}–\n{high:g}" for low, high in list(edges)[1:])])
+    axes.set_xlim(-0.5, place[-1] + 0.5)
+    axes.tick_params(axis="x", length=0)
+    axes.set_xlabel(PEAK_OF_CR)
+
+
+def _misfits(axes: Axes, one: xr.Dataset) -> None:
+    for model in dampers(one):
+        style = MODELS[model]
+        axes.plot(
+            one["scale"], one["median_decay_misfit"].sel(damping_model=model), color=style.colour,
+            linestyle=style.linestyle, marker=style.marker, markersize=2.2, label=model,
+        )  # fmt: skip
+    plain_logarithmic(axes, [0.2, 0.5, 1, 2, 5])
+    axes.set_xlabel(r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
+
+
+def _handles(one: xr.Dataset) -> list[Line2D]:
+    found = [
+        Line2D([], [], color=MODELS[model].colour, linestyle=MODELS[model].linestyle, marker=MODELS[model].marker,
+               label=title_of(model))
+        for model in dampers(one)
+    ]  # fmt: skip
+    return found + [
+        Line2D([], [], linestyle="none", marker=VARIATION_MARKS.get(name, "x"), color=GREY, markersize=4,
+               label=f"CR, {VARIATION_NAMES.get(name, name)}")
+        for name in map(str, one["variation"].values)
+    ]  # fmt: skip

@@ -1,0 +1,166 @@
+"""An animation of the wall that rocks, beside the history of its displacement."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+import matplotlib
+import matplotlib.style
+import numpy as np
+import xarray as xr
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon
+from numpy.typing import NDArray
+
+from rockdamp.figures.single import TIME, label_of, record_title
+from rockdamp.figures.style import GREY, MODELS, PALE, STYLE, line_of, new_figure
+from rockdamp.figures.validation import MILLIMETRES
+from rockdamp.progress import track
+
+Array = NDArray[np.float64]
+
+RATE = 12  # frames per second of the film
+SAMPLED = 24  # frames per second of the response: walls rock too fast for the eye
+MOST_FRAMES = 100  # longer histories are shown faster
+RESOLUTION = 100  # dots per inch
+WIDTH, HEIGHT = 170.0, 95.0  # [mm]
+VISIBLE = 0.5  # of the thickness: smaller largest displacements are drawn enlarged
+ENLARGED = 1.0  # of the thickness that they are enlarged to, at most
+
+
+def body_corners(thickness: float, height: float, offset: float) -> Array:
+    """Corners of a block that turns about its bottom right one, which is the origin, shape (4, 2). [m]
+
+    Its top left corner is `offset` >= 0 further right than at rest: t - t cos(theta) + h sin(theta). The corners are
+    bottom left, bottom right, top right, top left. Beyond the block's diagonal it lies on its side.
+    """
+    across = min((offset - thickness) / math.hypot(thickness, height), 1.0)
+    angle = math.atan2(thickness, height) + math.asin(across)
+    upright = np.array([(-thickness, 0.0), (0.0, 0.0), (0.0, height), (-thickness, height)])
+    turn = np.array([(math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))])
+    return upright @ turn
+
+
+def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: float) -> list[Array]:
+    """Corners of the lower and the upper body, or of a parapet alone where `hinge_ratio` is NaN; x from mid-thickness.
+
+    For offset > 0 the lower body turns about its right base corner and the upper one about its right top corner, which
+    the support holds; they touch at the hinge, on the left face. For offset < 0 all is mirrored. [m]
+    """
+    side, size = (-1.0 if offset < 0 else 1.0), abs(offset)
+    lower_height = height if math.isnan(hinge_ratio) else hinge_ratio * height
+    bodies = [body_corners(thickness, lower_height, size)]
+    if not math.isnan(hinge_ratio):
+        upper = body_corners(thickness, height - lower_height, size) * (1.0, -1.0)  # upside down about its top corner
+        upper[:, 1] += bodies[0][3, 1] - upper[3, 1]
+        bodies.append(upper)
+    return [(corners + (thickness / 2, 0.0)) * (side, 1.0) for corners in bodies]
+
+
+def enlargement(largest: float, thickness: float) -> float:
+    """Factor on the displacements as drawn: 1, or for small ones the 1, 2 or 5 times a power of ten that shows them."""
+    if largest <= 0 or largest >= VISIBLE * thickness:
+        return 1.0
+    wanted = ENLARGED * thickness / largest
+    power = 10.0 ** math.floor(math.log10(wanted))
+    return max(step * power for step in (1, 2, 5) if step * power <= wanted)
+
+
+def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write an animated GIF of one model's response: the bodies, and the history up to the moment shown.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        ``displacement`` (damping_model, elapsed) of one model, and the wall's ``thickness``, ``height`` and, unless it
+        is a parapet, ``hinge_ratio``.
+    path : path
+        Replaced only by a complete file.
+    """
+    one = response.isel(damping_model=0)
+    alive = np.isfinite(one["displacement"].values)
+    elapsed, displacement = one["elapsed"].values[alive], one["displacement"].values[alive]
+    moments = _moments(elapsed)
+    path = Path(path)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part.gif")
+    with matplotlib.style.context(STYLE, after_reset=True):
+        stage = _Stage(response, elapsed, displacement, moments)
+        film = FuncAnimation(
+            stage.figure, stage.show, frames=iter(track(moments, "animation", len(moments))), save_count=len(moments),
+            cache_frame_data=False, init_func=list,
+        )  # fmt: skip
+        try:
+            film.save(temporary, writer=PillowWriter(fps=RATE), dpi=RESOLUTION)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _moments(elapsed: Array) -> NDArray[np.intp]:
+    """Samples that are shown, the first and the last among them."""
+    duration = float(elapsed[-1] - elapsed[0])
+    count = int(np.clip(round(duration * SAMPLED) + 1, 2, MOST_FRAMES))
+    return np.searchsorted(elapsed, np.linspace(elapsed[0], elapsed[-1], count) - 1e-9 * duration)
+
+
+class _Stage:
+    """The figure and what moves in it."""
+
+    def __init__(self, response: xr.Dataset, elapsed: Array, displacement: Array, moments: NDArray[np.intp]) -> None:
+        self.elapsed, self.displacement = elapsed, displacement
+        self.model = str(response["damping_model"].values[0])
+        self.thickness, self.height = float(response["thickness"]), float(response["height"])
+        self.hinge_ratio = float(response.get("hinge_ratio", np.nan))
+        self.factor = enlargement(float(np.abs(displacement).max()), self.thickness)
+        # A layout that is found again for each frame would double the time.
+        with matplotlib.rc_context({"figure.constrained_layout.use": False}):
+            self.figure = new_figure(WIDTH, HEIGHT)
+        wall, axes = self.figure.add_axes((0.01, 0.02, 0.27, 0.82)), self.figure.add_axes((0.37, 0.12, 0.61, 0.72))
+        self._draw_wall(wall)
+        self._draw_history(axes, response)
+        speed = float(elapsed[-1] - elapsed[0]) * RATE / (len(moments) - 1)
+        pace = "in real time" if abs(speed - 1) < 0.05 else f"{speed:.2g} times as fast as in reality"
+        self.figure.suptitle(f"{record_title(response)}\n{label_of(response, self.model)}; {pace}", fontsize=8)
+
+    def _draw_wall(self, axes: Axes) -> None:
+        self.bodies = [
+            Polygon(corners, closed=True, facecolor="#D9C3B0", edgecolor="black", linewidth=0.8)
+            for corners in wall_corners(self.thickness, self.height, self.hinge_ratio, 0.0)
+        ]
+        for body in self.bodies:
+            axes.add_patch(body)
+        reach = self.factor * float(np.abs(self.displacement).max()) + self.thickness
+        margin = 0.04 * self.height
+        axes.plot([-reach, reach], [0, 0], color="black", linewidth=1.2)
+        axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
+        half = max(reach, 0.25 * self.height)
+        axes.set(xlim=(-half, half), ylim=(-margin, 1.05 * self.height + margin), aspect="equal", xticks=[], yticks=[])
+        axes.spines[:].set_visible(False)
+        enlarged = "displacements to scale" if self.factor == 1 else f"displacements drawn {self.factor:g} times"
+        axes.set_title(enlarged, color="black" if self.factor == 1 else MODELS["CDR"].colour)
+
+    def _draw_history(self, axes: Axes, response: xr.Dataset) -> None:
+        mm = MILLIMETRES * self.displacement
+        axes.plot(self.elapsed, mm, color=PALE, linewidth=0.8)
+        (self.line,) = axes.plot([], [], **line_of(self.model))
+        (self.dot,) = axes.plot([], [], "o", color=MODELS[self.model].colour, markersize=5)
+        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+        axes.set(xlabel=TIME, ylabel="$u$ [mm]")
+        where = "at the top" if math.isnan(self.hinge_ratio) else "at the hinge"
+        collapsed = str(response["outcome"].values[0]) == "collapsed"
+        axes.set_title(f"displacement {where}" + (", up to the collapse" if collapsed else ""))
+        self.clock = axes.text(0.99, 0.02, "", transform=axes.transAxes, ha="right", va="bottom", color=GREY)
+
+    def show(self, sample: int) -> list[Polygon]:
+        """Move everything to a moment."""
+        offset = self.factor * float(self.displacement[sample])
+        for body, corners in zip(self.bodies, wall_corners(self.thickness, self.height, self.hinge_ratio, offset)):
+            body.set_xy(corners)
+        mm = MILLIMETRES * self.displacement
+        self.line.set_data(self.elapsed[: sample + 1], mm[: sample + 1])
+        self.dot.set_data(self.elapsed[sample : sample + 1], mm[sample : sample + 1])
+        self.clock.set_text(f"t = {self.elapsed[sample]:.2f} s")
+        return self.bodies

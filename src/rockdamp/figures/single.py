@@ -1,0 +1,164 @@
+"""Pictures of one wall that the command line draws: free decays, responses to a record, a calibration."""
+
+from __future__ import annotations
+
+from textwrap import fill
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rockdamp.figures.style import (
+    DISPLACEMENT,
+    DOUBLE_COLUMN,
+    GREY,
+    MODELS,
+    PALE,
+    TAU,
+    line_of,
+    new_figure,
+    scaling,
+    styled,
+    title_of,
+)
+from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
+
+TIME = "time $t$ [s]"
+ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"
+PARAMETERS = {
+    "cracked_stiffness_ratio": "$a_1 = {:.4f} \\pm {:.4f}$",
+    "plateau_ratio": "$b_1 = {:.4f} \\pm {:.4f}$",
+    "restitution": "$e = {:.4f} \\pm {:.4f}$",
+}
+
+
+def label_of(history: xr.Dataset, model: str) -> str:
+    """Name of a model with its parameter."""
+    one = history.sel(damping_model=model)
+    if model == "CR":
+        return f"CR, $e = {float(one['restitution']):g}$"
+    return f"{title_of(model)}, $\\xi = {float(one['damping_ratio']):.4f}$"
+
+
+@styled
+def decay_figure(decay: xr.Dataset) -> Figure:
+    """Draw a free decay under each of its models.
+
+    Parameters
+    ----------
+    decay : xarray.Dataset
+        ``displacement`` (damping_model, tau) and each model's parameter; ``elapsed`` (tau) draws a second axis.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 80.0)
+    axes = figure.subplots()
+    for model in map(str, decay["damping_model"].values):
+        axes.plot(
+            decay["tau"],
+            decay["displacement"].sel(damping_model=model),
+            label=label_of(decay, model),
+            **line_of(model),
+        )
+    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    axes.set_xlabel(TAU)
+    axes.set_ylabel(DISPLACEMENT)
+    if "elapsed" in decay.coords:
+        above = axes.secondary_xaxis("top", functions=scaling(1 / float(decay["frequency_parameter"])))
+        above.set_xlabel(TIME)
+        axes.spines["top"].set_visible(True)
+    _legend(figure, axes)
+    return figure
+
+
+@styled
+def response_figure(response: xr.Dataset) -> Figure:
+    """Draw the ground's motion, and the response to it under each of the models.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        ``displacement`` (damping_model, elapsed), ``ground_acceleration`` (elapsed), ``outcome`` and each model's
+        parameter. A history ends where the wall collapsed, with a cross.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 110.0)
+    ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
+    ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
+    ground.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    ground.set_ylabel(ACCELERATION)
+    for model in map(str, response["damping_model"].values):
+        _history(axes, response, model)
+    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    axes.set_xlabel(TIME)
+    axes.set_ylabel("$u$ [mm]")
+    right = axes.secondary_yaxis(
+        "right", functions=scaling(1 / (MILLIMETRES * float(response["instability_displacement"])))
+    )
+    right.set_ylabel(DISPLACEMENT)
+    axes.spines["right"].set_visible(True)
+    figure.align_ylabels([ground, axes])
+    figure.suptitle(record_title(response), fontsize=8)
+    _legend(figure, axes)
+    return figure
+
+
+def record_title(dataset: xr.Dataset) -> str:
+    """What the record says of itself, and the factor on it."""
+    kind = "SYNTHETIC record" if dataset.attrs.get("record_synthetic") == "yes" else "Record"
+    specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
+    told = specimen if specimen not in ("none", "not stated") else source
+    factor = f" (times {float(dataset['scale']):g})" if float(dataset.get("scale", 1.0)) != 1 else ""
+    return fill(f"{kind}: {told}{factor}", 120, max_lines=2)
+
+
+def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
+    one = response.sel(damping_model=model)
+    label, collapsed = label_of(response, model), str(one["outcome"].item()) == "collapsed"
+    label += f", collapses at {float(one['outcome_elapsed']):.2f} s" if collapsed else ""
+    displacement = MILLIMETRES * one["displacement"].values
+    axes.plot(one["elapsed"], displacement, label=label, **line_of(model))
+    if collapsed:
+        last = int(np.flatnonzero(np.isfinite(displacement))[-1])
+        axes.plot(
+            one["elapsed"][last], displacement[last], "x", color=MODELS[model].colour, markersize=6, clip_on=False
+        )
+
+
+def _legend(figure: Figure, axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(3, len(labels)))
+
+
+@styled
+def calibration_figure(calibration: xr.Dataset) -> Figure:
+    """Draw the measured response and the fitted one, and what is left between them.
+
+    Parameters
+    ----------
+    calibration : xarray.Dataset
+        ``measured`` and ``displacement`` (elapsed), ``estimate`` and ``standard_error`` (parameter).
+    """
+    figure = new_figure(DOUBLE_COLUMN, 105.0)
+    axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
+    measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
+    axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
+    axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of("CR"))
+    axes.set_ylabel("$u$ [mm]")
+    axes.set_title(_estimates(calibration))
+    axes.legend(loc="upper right")
+    left.plot(calibration["elapsed"], measured - fitted, color=GREY, linewidth=0.8)
+    left.set_ylabel("residual [mm]")
+    left.set_xlabel(TIME)
+    for each in (axes, left):
+        each.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    figure.align_ylabels([axes, left])
+    figure.suptitle(record_title(calibration), fontsize=8)
+    return figure
+
+
+def _estimates(calibration: xr.Dataset) -> str:
+    """The parameters with their standard errors."""
+    each = (calibration.sel(parameter=str(name)) for name in calibration["parameter"].values)
+    return ",  ".join(
+        PARAMETERS[str(one["parameter"].item())].format(float(one["estimate"]), float(one["standard_error"]))
+        for one in each
+    )

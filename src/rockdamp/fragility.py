@@ -1,0 +1,134 @@
+"""Collapse fragility: lognormal curves by maximum likelihood, and the bootstrap over stations that bounds them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import log_ndtr
+
+from rockdamp.errors import InputError, require, require_finite
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 50
+CONVERGED = 1e-10  # of the Newton step
+LARGEST_STEP = 2.0  # in the linear predictor
+
+
+class Fragility(NamedTuple):
+    """Lognormal fragility P(collapse) = Phi(ln(s/median)/dispersion).
+
+    Attributes
+    ----------
+    median : ndarray
+        Intensity at which half collapse, in the unit of the intensity; NaN where the outcomes do not define it.
+    dispersion : ndarray
+        Standard deviation of the logarithm of the intensity. [-]
+    """
+
+    median: Array
+    dispersion: Array
+
+
+def fit(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
+    """Fit lognormal fragility curves to counts of collapses at stripes of intensity, by maximum likelihood.
+
+    The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit regression on ln s:
+    it is concave, and Newton's method climbs it for all curves at once.
+
+    Parameters
+    ----------
+    intensity : ndarray, shape (stripes,)
+        Ascending, greater than 0.
+    collapses, runs : ndarray, shape (..., stripes)
+        Counts, or sums of weights; they broadcast. [-]
+
+    Returns
+    -------
+    Fragility
+        Of shape (...); NaN where no curve is most likely: without a collapse below a survival the outcomes are
+        separated and any small dispersion is as good; and where collapses become fewer with intensity.
+
+    Raises
+    ------
+    InputError
+        If the intensities do not ascend from above 0, or there are more collapses than runs.
+    """
+    s = np.asarray(intensity, dtype=float)
+    require_finite("intensity", s)
+    require(s > 0, "intensity", s, "greater than 0")
+    if s.ndim != 1 or np.any(np.diff(s) <= 0):
+        raise InputError("intensity must be ascending and have one dimension")
+    k, n = np.broadcast_arrays(np.asarray(collapses, dtype=float), np.asarray(runs, dtype=float))
+    require((k >= 0) & (k <= n), "collapses", k, "at least 0 and at most the number of runs")
+    x = np.log(s)
+    center, spread = x.mean(), max(float(x.std()), 1e-12)
+    z = (x - center) / spread
+    defined = _overlap(k, n)
+    a, b = _climb(z, k[defined], n[defined])
+    median, dispersion = (np.full(k.shape[:-1], np.nan) for _ in range(2))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        median[defined] = np.where(b > 0, np.exp(center - spread * a / b), np.nan)
+        dispersion[defined] = np.where(b > 0, spread / b, np.nan)
+    return Fragility(median, dispersion)
+
+
+def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
+    """Whether a wall collapses at a lower stripe than one at which a wall stands."""
+    stripes = np.arange(k.shape[-1])
+    lowest = np.where(k > 0, stripes, k.shape[-1]).min(axis=-1)
+    highest = np.where(n > k, stripes, -1).max(axis=-1)
+    return np.asarray(lowest < highest)
+
+
+def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
+    """Newton's method on the log likelihood of P = Phi(a + b z), for counts of shape (curves, stripes)."""
+    total = np.maximum(n.sum(axis=-1), 1e-300)
+    a, b = np.zeros(k.shape[0]), np.ones(k.shape[0])
+    a -= 1 - 2 * k.sum(axis=-1) / total
+    for _ in range(ITERATIONS):
+        eta = a[:, None] + b[:, None] * z
+        density = np.exp(-0.5 * eta**2 - 0.5 * np.log(2 * np.pi))
+        up, down = density / np.exp(log_ndtr(eta)), density / np.exp(log_ndtr(-eta))
+        slope = k * up - (n - k) * down
+        curvature = k * up * (up + eta) + (n - k) * down * (down - eta)
+        g0, g1 = slope.sum(axis=-1), (slope * z).sum(axis=-1)
+        h00, h01, h11 = (np.sum(curvature * power, axis=-1) for power in (1.0, z, z * z))
+        determinant = np.maximum(h00 * h11 - h01 * h01, 1e-300)
+        da, db = (h11 * g0 - h01 * g1) / determinant, (h00 * g1 - h01 * g0) / determinant
+        shorten = np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(da) + np.abs(db) * np.abs(z).max(), 1e-300))
+        a, b = a + shorten * da, b + shorten * db
+        if not a.size or max(np.abs(shorten * da).max(), np.abs(shorten * db).max()) < CONVERGED:
+            break
+    return a, b
+
+
+def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
+    """Return bootstrap weights: how often each record is drawn in each replicate, shape (replicates, records).
+
+    Whole groups are drawn, with replacement: the two components of a station are not independent.
+    """
+    _, group = np.unique(np.asarray(groups), return_inverse=True)
+    count = int(group.max()) + 1
+    drawn = np.random.default_rng(seed).integers(0, count, (replicates, count))
+    times = np.zeros((replicates, count))
+    np.add.at(times, (np.arange(replicates)[:, None], drawn), 1.0)
+    return times[:, group]
+
+
+def weighted_quantile(values: Array, weights: Array, probability: float) -> Array:
+    """Quantile of values, shape (n,), under each replicate's weights, shape (replicates, n).
+
+    The inverse of the weighted distribution function, averaged where it is flat; NaN where nothing was drawn.
+    """
+    order = np.argsort(values, kind="stable")
+    ordered, cumulative = values[order], np.cumsum(weights[:, order], axis=1)
+    if not values.size:
+        return np.full(weights.shape[0], np.nan)
+    target = probability * cumulative[:, -1]
+    low = np.minimum((cumulative < target[:, None] * (1 - 1e-12)).sum(axis=1), values.size - 1)
+    high = np.minimum((cumulative <= target[:, None] * (1 + 1e-12)).sum(axis=1), values.size - 1)
+    found = 0.5 * (ordered[low] + ordered[high])
+    return np.where(cumulative[:, -1] > 0, found, np.nan)
