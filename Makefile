@@ -21,7 +21,7 @@ export XDG_CONFIG_HOME ?= $(CURDIR)/.cache/config
 export XDG_DATA_HOME ?= $(CURDIR)/.cache/data
 endif
 
-.PHONY: all help setup test lint peers test-peers lock clean distclean anew
+.PHONY: all help setup test lint docs docs-links rulegraph peers test-peers lock clean distclean anew
 
 all: setup ## Set up, then build every dataset, figure and the report (the default)
 	$(bin)/snakemake --cores $(CORES)
@@ -42,6 +42,15 @@ lint: setup ## Run ruff, snakefmt, import-linter, mypy and snakemake --lint
 	$(bin)/lint-imports --no-logo
 	$(bin)/mypy
 	$(bin)/python tests/lint_workflow.py
+
+docs: setup ## Build the documents as a site, build/docs/index.html, and check what they refer to
+	$(bin)/python -m sphinx -W --keep-going --quiet -b html -d build/doctrees docs build/docs
+
+docs-links: setup ## Check the documents' links to other sites too; needs the network
+	$(bin)/python -m sphinx -W --keep-going --quiet -b linkcheck -d build/doctrees docs build/docs-links
+
+rulegraph: setup ## Draw the graph of the rules in README.md anew
+	$(bin)/python docs/rulegraph.py
 
 peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with it (OpenSeesPy, CF checker)
 

@@ -51,6 +51,7 @@ include: "workflow/rules/validation.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/accuracy.smk"
 include: "workflow/rules/natural.smk"
+include: "workflow/rules/population.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 
@@ -79,6 +80,7 @@ rule all:
         rules.validation.output,
         rules.calibration.output,
         rules.natural.input,
+        rules.population.output,
         rules.claims.output,
         [getattr(rules, figure).output for figure in FIGURES],
         rules.report.output,

@@ -40,7 +40,13 @@ napoleon_use_param = False
 napoleon_use_rtype = False
 default_role = "code"
 nitpicky = True
-nitpick_ignore = [("py:class", "ndarray"), ("py:class", "shape"), ("py:class", "stored"), ("py:class", "checkpoints")]  # words of a type, not names of a page
+smartquotes = False  # -- is an option, not a dash
+nitpick_ignore = [
+    ("py:class", "ndarray"),
+    ("py:class", "shape"),
+    ("py:class", "stored"),
+    ("py:class", "checkpoints"),
+]  # words of a type, not names of a page
 
 html_math_renderer = "mathml"
 html_theme = "furo"

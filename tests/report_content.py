@@ -18,7 +18,7 @@ from rockdamp.studies import STUDIES
 ROOT = Path(__file__).parents[1]
 KINDS = (
     "mechanism", "loops", "equivalence", "validation", "calibration", "windows", "orders", "accuracy", "dispersion",
-    "pulses", "explorer",
+    "pulses", "explorer", "comparison",
 )  # fmt: skip
 
 COORDINATES = {
@@ -35,6 +35,11 @@ COORDINATES = {
     "slenderness": [10.0, 15.0, 30.0],
     "overburden_ratio": [0.0, 2.0],
     "cracked_stiffness_ratio": [0.02, 0.04, 0.1],
+    "damping_ratio_source": ["fit", "error", "closed form"],
+    "variation": ["step", "impact", "lower e", "higher e"],
+    "bound": ["lower", "upper"],
+    "share": [0.5, 0.9, 1.0],
+    "wall": ["veneer", "church", "parapet"],
     "quantile": [0.5, 0.9, 1.0],
     "tau": [0.05 * i for i in range(61)],
 }
@@ -87,6 +92,7 @@ def png(width, height):
 def content():
     datasets = {kind: made_up(kind) for kind in KINDS}
     datasets |= {f"match/{study}": made_up("match", parameter) for study, parameter in STUDIES.items()}
+    datasets |= {f"natural/{name}": made_up(f"natural_{name}") for name in ("walls", "check")}
     verdicts = ("reproduced", "reproduced under conditions", "not reproduced")
     claims = [
         {

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from rockdamp.errors import InputError
 from rockdamp.wall import SORRENTINO_RATIO, STANDARD_GRAVITY, Parapet, Wall
@@ -130,3 +131,17 @@ def test_excitation_factor_and_effective_mass_mobilise_the_whole_mass():
     assert wall.excitation_factor * float(wall.effective_mass) == pytest.approx(float(wall.mass), rel=1e-15)
     expected = -float(wall.mass) / (float(wall.rigid_stiffness) * float(wall.instability_displacement))
     assert float(wall.load_factor) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("made", [Wall(0.3, 4.5, overburden_ratio=1.5), Parapet(0.3, 2.0)])
+@pytest.mark.parametrize("x0", [0.05, 0.5, 0.95])
+def test_the_rigid_period_is_the_integral_over_a_quarter_cycle(made, x0):
+    """Integral of dx/sqrt(2 (V(x0) - V(x))) under f = 1 - x, with x = x0 - s^2 to have no singular end."""
+    quarter, _ = quad(lambda s: 2 / np.sqrt(2 * (1 - x0 + s * s / 2)), 0, np.sqrt(x0))
+    assert float(made.rigid_period(x0)) == pytest.approx(4 * quarter / float(made.frequency_parameter), rel=1e-9)
+
+
+@pytest.mark.parametrize("x0", [0.0, 1.0, float("nan")])
+def test_a_rigid_wall_rocks_with_amplitudes_below_its_instability(x0):
+    with pytest.raises(InputError, match="release_amplitude is"):
+        Wall(0.3, 4.5).rigid_period(x0)

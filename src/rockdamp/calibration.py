@@ -89,6 +89,15 @@ def calibrate(
     InputError
         If the record has no displacement or no rest, the best fit lies at a bound of the search, or the record does
         not determine the parameters.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> from rockdamp.synthetic import synthetic_record
+    >>> wall = rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57, overburden_ratio=6.2)
+    >>> fit = rd.calibrate(synthetic_record(restitution=0.845), wall)
+    >>> float(fit.estimate.sel(parameter="restitution").round(3))
+    0.845
     """
     fit = _Fit.of(record, wall, float(ultimate_ratio), softening, float(step))
     point, local_minima = fit.search()

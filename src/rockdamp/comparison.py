@@ -15,12 +15,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.decay import Config
-from rockdamp.fragility import fit, resample, weighted_quantile
+from rockdamp.fragility import fit, interval, resample, weighted_quantile
 from rockdamp.progress import track
 
 Array = NDArray[np.float64]
 
-INTERVAL = (0.025, 0.975)
 FRACTILES = (0.16, 0.50, 0.84)
 BOUND = ("lower", "upper")
 
@@ -157,7 +156,7 @@ class _Alternatives:
                 counts = wrong.sum(axis=(1, 2)).astype(float), of.sum(axis=(1, 2)).astype(float)
                 found[f"{prefix}false_{name}"] = int(counts[0].sum())
                 found[f"{prefix}false_{name}_rate"] = _divide(counts[0].sum(), counts[1].sum())
-                found[f"{prefix}false_{name}_rate_interval"] = _interval(
+                found[f"{prefix}false_{name}_rate_interval"] = interval(
                     _divide(weights @ counts[0], weights @ counts[1])
                 )
             return found
@@ -184,9 +183,9 @@ class _Alternatives:
                 "median_intensity": (lead, whole.median),
                 "dispersion": (lead, whole.dispersion),
                 "median_intensity_ratio": (lead, ratio),
-                "median_intensity_interval": ((*lead, "bound"), _interval(drawn.median)),
-                "dispersion_interval": ((*lead, "bound"), _interval(drawn.dispersion)),
-                "median_intensity_ratio_interval": ((*lead, "bound"), _interval(drawn_ratio)),
+                "median_intensity_interval": ((*lead, "bound"), interval(drawn.median)),
+                "dispersion_interval": ((*lead, "bound"), interval(drawn.dispersion)),
+                "median_intensity_ratio_interval": ((*lead, "bound"), interval(drawn_ratio)),
             }
         )
 
@@ -196,7 +195,7 @@ def _ratio_statistics(logarithm: Array, record: NDArray[np.int64], weights: Arra
     statistics = [logarithm[None], np.ones((1, logarithm.size))], [logarithm[None], weights[:, record]]
     whole, drawn = (_moments(*given) for given in statistics)
     found: dict[str, Any] = {name: values[0] for name, values in whole.items()}
-    return {**found, "pairs": logarithm.size, **{f"{name}_interval": _interval(drawn[name]) for name in drawn}}
+    return {**found, "pairs": logarithm.size, **{f"{name}_interval": interval(drawn[name]) for name in drawn}}
 
 
 def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
@@ -214,16 +213,6 @@ def _divide(one: Any, other: Any) -> Any:
     return np.divide(one, other, out=np.full(np.shape(one), np.nan), where=np.asarray(other) > 0)
 
 
-def _interval(drawn: Array) -> Array:
-    """95 % interval over the replicates, the first axis; NaN where fewer than nine in ten of them define a value."""
-    known = np.isfinite(drawn)
-    filled = np.where(known, drawn, np.inf)
-    order, count = np.sort(filled, axis=0), known.sum(axis=0)
-    at = [np.clip((p * (count - 1)).round().astype(int), 0, len(drawn) - 1) for p in INTERVAL]
-    bounds = np.stack([np.take_along_axis(order, index[None], axis=0)[0] for index in at], axis=-1)
-    return np.where((count >= 0.9 * len(drawn))[..., None], bounds, np.nan)
-
-
 # --- each wall, and the decay -----------------------------------------------------------------------------------------
 
 
@@ -239,8 +228,8 @@ def _per_wall(natural: xr.Dataset, weights: Array) -> xr.Dataset:
     medians, dispersions = [], []
     for row in track(range(natural.sizes["wall"]), "Fragilities of the walls"):
         drawn = fit(scale, np.tensordot(weights, collapsed[:, row], 1), np.tensordot(weights, run[:, row], 1))
-        medians.append(_interval(drawn.median))
-        dispersions.append(_interval(drawn.dispersion))
+        medians.append(interval(drawn.median))
+        dispersions.append(interval(drawn.dispersion))
     peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, natural["peak_displacement"].transpose(*order), np.nan))
     fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
     count = run.sum(axis=0)

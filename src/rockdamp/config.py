@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from rockdamp.config_earthquakes import natural_problems, population_problems
 from rockdamp.errors import InputError
 from rockdamp.provenance import constant
-from rockdamp.schema import KeyPath, Problem, dotted, origin, schema_problems
+from rockdamp.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.studies import STUDIES
 
 Config = Mapping[str, Any]
@@ -97,7 +98,8 @@ def problems(config: Config) -> list[Problem]:
     if not found:  # what follows needs curves that exist
         found += _window_problems(config, cases)
     found += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
-    found += [*_dispersion_problems(config), *_pulse_problems(config), *_natural_problems(config)]
+    found += [*_dispersion_problems(config), *_pulse_problems(config)]
+    found += [*natural_problems(config), *population_problems(config)]
     if "png" not in config["figures"]["formats"]:
         text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
         found.append(Problem(("figures", "formats"), text))
@@ -322,9 +324,9 @@ def _dispersion_problems(config: Config) -> Iterator[Problem]:
         text = f"is {max(section['release_share'])}; the first impact from there, at {latest:.6g} in tau, must come"
         yield Problem(("dispersion", "release_share"), f"{text} before the end of matching.window, {window}")
     for key in ("release_share", "restitution"):
-        yield from _ascending(("dispersion", key), section[key])
+        yield from ascending(("dispersion", key), section[key])
     for key in ("cracked_stiffness_ratio", "plateau_ratio"):
-        yield from _ascending(("dispersion", "map", key), section["map"][key])
+        yield from ascending(("dispersion", "map", key), section["map"][key])
 
 
 def _pulse_problems(config: Config) -> Iterator[Problem]:
@@ -336,44 +338,8 @@ def _pulse_problems(config: Config) -> Iterator[Problem]:
             text = f"is {stop}; it must be greater than pulses.{key}.start, {start}"
             yield Problem(("pulses", key, "stop"), text)
     for key in ("restitution", "bands"):
-        yield from _ascending(("pulses", key), section[key])
+        yield from ascending(("pulses", key), section[key])
     limit = 2 / math.sqrt(curve["plateau_ratio"] / curve["cracked_stiffness_ratio"])
     if not section["step"] < limit:
         text = f"is {section['step']}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for curve"
         yield Problem(("pulses", "step"), text)
-
-
-def _natural_problems(config: Config) -> Iterator[Problem]:
-    """Walls have names of their own, curves that exist and one way to state them; e, scales and bands ascend."""
-    section, presets = config["natural"], constant("rockdamp.curve", "PRESETS")
-    names = [wall["name"] for wall in section["walls"]]
-    for index, wall in enumerate(section["walls"]):
-        path: KeyPath = ("natural", "walls", index)
-        if wall["name"] in names[:index]:
-            yield Problem((*path, "name"), f"is {wall['name']!r}, which an earlier wall has; each must have its own")
-        if ("hinge_ratio" in wall) == wall.get("parapet", False):
-            text = "must not be stated for a parapet" if wall.get("parapet") else "must be stated for a strip wall"
-            yield Problem((*path, "hinge_ratio"), text)
-        stated = [key for key in ("cracked_stiffness_ratio", "plateau_ratio") if key in wall]
-        if len(stated) != (0 if "preset" in wall else 2):
-            yield Problem(path, "must state either a preset, or cracked_stiffness_ratio and plateau_ratio")
-            continue
-        b1, a1 = presets[wall["preset"]] if "preset" in wall else (wall["plateau_ratio"], wall[stated[0]])
-        if not a1 < 1 - b1:
-            text = f"is {a1}; a1 must be less than a2, where the plateau ends, {1 - b1:.6g} at b1 = {b1}"
-            yield Problem((*path, "cracked_stiffness_ratio"), text)
-    for key in ("restitution", "bands"):
-        yield from _ascending(("natural", key), section[key])
-    change, e = section["restitution_change"], section["restitution"]
-    if not (e[0] - change > 0 and e[-1] + change <= 1):
-        text = f"is {change}; every e of natural.restitution must stay above 0 and up to 1 with it"
-        yield Problem(("natural", "restitution_change"), text)
-    start, stop = section["scale"]["start"], section["scale"]["stop"]
-    if not start < stop:
-        yield Problem(("natural", "scale", "stop"), f"is {stop}; it must be greater than natural.scale.start, {start}")
-
-
-def _ascending(path: KeyPath, values: Sequence[float]) -> Iterator[Problem]:
-    for index, (one, other) in enumerate(zip(values, values[1:]), start=1):
-        if not one < other:
-            yield Problem((*path, index), f"is {other}; it must be greater than the value before it, {one}")

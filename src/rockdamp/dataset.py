@@ -159,11 +159,27 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
         return dataset.load()
 
 
+def connect(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Open a dataset without reading its values: each variable is read when it is first used.
+
+    Raises
+    ------
+    DatasetError
+        As `open`.
+    """
+    try:
+        return xr.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError) as error:
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
+
+
 @contextmanager
 def _opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     try:
-        with xr.open_dataset(path, engine="netcdf4") as dataset:
+        with connect(path) as dataset:
             yield dataset
+    except DatasetError:
+        raise
     except (OSError, ValueError, RuntimeError) as error:
         raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
 

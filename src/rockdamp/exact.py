@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 from scipy.special import hyp1f1
 
 from rockdamp.curve import TrilinearCurve
-from rockdamp.damping import EXPONENTS, Damping
+from rockdamp.damping import ENERGY_EXPONENTS, EXPONENTS, Damping
 from rockdamp.errors import InputError, require, require_finite
 
 Array = NDArray[np.float64]

@@ -12,6 +12,7 @@ from rockdamp.errors import InputError, require, require_finite
 
 Array = NDArray[np.float64]
 
+INTERVAL = (0.025, 0.975)
 ITERATIONS = 50
 CONVERGED = 1e-10  # of the Newton step
 LARGEST_STEP = 2.0  # in the linear predictor
@@ -132,3 +133,13 @@ def weighted_quantile(values: Array, weights: Array, probability: float) -> Arra
     high = np.minimum((cumulative <= target[:, None] * (1 + 1e-12)).sum(axis=1), values.size - 1)
     found = 0.5 * (ordered[low] + ordered[high])
     return np.where(cumulative[:, -1] > 0, found, np.nan)
+
+
+def interval(drawn: Array) -> Array:
+    """95 % interval over the replicates, the first axis; NaN where fewer than nine in ten of them define a value."""
+    known = np.isfinite(drawn)
+    filled = np.where(known, drawn, np.inf)
+    order, count = np.sort(filled, axis=0), known.sum(axis=0)
+    at = [np.clip((p * (count - 1)).round().astype(int), 0, len(drawn) - 1) for p in INTERVAL]
+    bounds = np.stack([np.take_along_axis(order, index[None], axis=0)[0] for index in at], axis=-1)
+    return np.where((count >= 0.9 * len(drawn))[..., None], bounds, np.nan)

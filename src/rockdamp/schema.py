@@ -164,3 +164,10 @@ def _line(node: yaml.Node | None, path: KeyPath) -> int | None:
         else:
             return None
     return line
+
+
+def ascending(path: KeyPath, values: Sequence[float]) -> Iterator[Problem]:
+    """Yield a problem for each value that is not greater than the one before it."""
+    for index, (one, other) in enumerate(zip(values, values[1:]), start=1):
+        if not one < other:
+            yield Problem((*path, index), f"is {other}; it must be greater than the value before it, {one}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -103,7 +104,9 @@ def equivalent(
         ]
 
     with ThreadPoolExecutor(available_threads()) as pool:  # models side by side: a few lanes alone fill no processor
-        rows = [row for of_one in pool.map(of_model, VISCOUS_MODELS) for row in of_one]
+        # Each in a copy of the context: the caller says what becomes of floating-point errors.
+        found = [pool.submit(copy_context().run, of_model, model) for model in VISCOUS_MODELS]
+        rows = [row for of_one in found for row in of_one.result()]
     return sorted(rows, key=lambda row: row["restitution"]) if e.size > 1 else rows
 
 

@@ -15,6 +15,11 @@ FIGURES = [
     "fig_exponent",
     "fig_closed_form",
     "fig_pulses",
+    "fig_spectra",
+    "fig_natural",
+    "fig_natural_ratio",
+    "fig_ida",
+    "fig_fragility",
     "fig_accuracy",
     "fig_rigid",
 ]
@@ -176,6 +181,58 @@ use rule fig1 as fig_pulses with:
         f"{LOGS}/figures/fig_pulses.log",
     message:
         "The dampers against restitution under pulses"
+
+
+use rule fig_pulses as fig_spectra with:
+    output:
+        figure("fig_spectra"),
+    log:
+        f"{LOGS}/figures/fig_spectra.log",
+    message:
+        "Rocking spectra of pulses"
+
+
+use rule fig1 as fig_natural with:
+    input:
+        rules.natural_study.output,
+        rules.comparison.output,
+        code=code("rockdamp.figures"),
+    output:
+        figure("fig_natural"),
+    log:
+        f"{LOGS}/figures/fig_natural.log",
+    message:
+        "Peaks of the dampers under earthquakes against those with restitution"
+
+
+use rule fig1 as fig_natural_ratio with:
+    input:
+        rules.comparison.output,
+        code=code("rockdamp.figures"),
+    output:
+        figure("fig_natural_ratio"),
+    log:
+        f"{LOGS}/figures/fig_natural_ratio.log",
+    message:
+        "Errors of the dampers under earthquakes by amplitude"
+
+
+use rule fig_natural_ratio as fig_ida with:
+    output:
+        figure("fig_ida"),
+    log:
+        f"{LOGS}/figures/fig_ida.log",
+    message:
+        "Incremental dynamic analyses of every wall"
+
+
+use rule fig_natural_ratio as fig_fragility with:
+    output:
+        figure("fig_fragility"),
+    log:
+        f"{LOGS}/figures/fig_fragility.log",
+    message:
+        "Fragility of every wall"
 
 
 use rule fig1 as fig_accuracy with:

@@ -16,6 +16,9 @@ DATASETS = [
     "accuracy",
     "dispersion",
     "pulses",
+    "natural/walls",
+    "natural/check",
+    "comparison",
     "explorer",
 ]
 

@@ -8,7 +8,8 @@ with job(snakemake):
 
     unread = {*snakemake.input.code, *snakemake.input.get("watched", [])}
     paths = [path for path in snakemake.input if path not in unread]
-    inputs = [dataset.open(path) if path.endswith(".nc") else read_record(path) for path in paths]
+    opened = dataset.connect if snakemake.params.get("lazy") else dataset.open
+    inputs = [opened(path) if path.endswith(".nc") else read_record(path) for path in paths]
     config = snakemake.params.config
     result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)
     dataset.write(

@@ -31,6 +31,8 @@ class Command(click.Command):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
             _fail(ctx, f"a value given is too large or too small to compute with ({error})")
+        except BrokenPipeError:
+            raise  # who reads the output has seen enough, as `head` does: click ends quietly
         except OSError as error:
             _fail(ctx, f"{error.filename or 'a file'}: {error.strerror or error}")
         except ValueError as error:

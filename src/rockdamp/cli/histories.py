@@ -25,6 +25,7 @@ from rockdamp.cli.options import (
     make_dampings,
     make_wall,
     record_option,
+    refuse_unused,
     wall_options,
 )
 from rockdamp.cli.types import OutputFile, Quantity
@@ -114,6 +115,7 @@ def _optional_wall(thickness: float | None, height: float | None, **options: Any
     if (thickness is None) != (height is None):
         raise click.UsageError("--thickness and --height must be given together, or neither")
     if thickness is None or height is None:
+        refuse_unused(options, "--thickness and --height")
         return None
     return make_wall(thickness=thickness, height=height, **options)
 

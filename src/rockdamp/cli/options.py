@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from rockdamp.cli.types import Quantity
 
@@ -81,6 +82,14 @@ record_option = click.option(
     "--record", type=click.Path(path_type=Path), required=True, metavar="FILE", help="CSV of this project, or PEER AT2."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs, and nothing else.")
+
+
+def refuse_unused(names: Iterable[str], needed: str) -> None:
+    """Raise `click.UsageError` for options that were given and have no effect without others."""
+    ctx = click.get_current_context()
+    for name in names:
+        if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"--{name.replace('_', '-')} must be given with {needed}, or not at all")
 
 
 def make_wall(parapet: bool, hinge_ratio: float, **options: float) -> Wall | Parapet:

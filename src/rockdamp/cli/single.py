@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from rockdamp.cli.command import Command, print_json, print_table, print_values
-from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, wall_options
+from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
 from rockdamp.cli.types import Numbers
 
 KEYS = (
@@ -47,7 +47,11 @@ def wall(
     """
     made = make_wall(**options)
     values = {key: float(getattr(made, key)) for key in KEYS}
-    curve = make_curve(a1, b1, preset, a3, softening) if (a1, b1, preset) != (None, None, None) else None
+    curve = None
+    if (a1, b1, preset) != (None, None, None):
+        curve = make_curve(a1, b1, preset, a3, softening)
+    else:
+        refuse_unused(("a3", "softening"), "--a1 and --b1, or --preset")
     rows = _periods(made, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     if as_json:
         print_json(values if amplitude is None else {**values, "periods": rows})

@@ -9,7 +9,7 @@ import math
 import os
 import re
 from collections.abc import Iterator, Sequence
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -105,7 +105,7 @@ class Numbers(click.ParamType):
             return [float(number) for number in value]
         try:
             found = [number for part in value.split(",") for number in _range(part)]
-        except (ValueError, InvalidOperation, OverflowError) as error:
+        except (ValueError, ArithmeticError) as error:
             reason = str(error) if isinstance(error, _RangeError) else f"{value!r} is no number or range"
             allowed = "it must be numbers divided by commas, or start:stop:step, as 0.80:0.95:0.01"
             self.fail(f"{reason}; {allowed}", param, ctx)

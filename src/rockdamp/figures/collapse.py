@@ -8,13 +8,24 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpecBase, SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, dampers, middle, plain_logarithmic
-from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, MODELS, PALE, line_of, new_figure, styled, title_of
+from rockdamp.figures.style import (
+    DISPLACEMENT,
+    DOUBLE_COLUMN,
+    GREY,
+    MODELS,
+    PALE,
+    line_of,
+    new_figure,
+    styled,
+    title_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -38,34 +49,34 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
     one = middle(comparison).sel(damping_ratio_source=SOURCE)
     rows = -(-one.sizes["wall"] // COLUMNS)
     figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
-    panels = _panels(figure, one, rows, _fractiles)
+    panels = _panels(figure, one, _fractiles, figure.add_gridspec(rows, COLUMNS))
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
         plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
         axes.set_xlabel(DISPLACEMENT)
+    standing = one["fractile"].max(("probability", "wall", "damping_model")).dropna("scale")["scale"].values
+    panels[0].set_ylim(float(one["scale"][0]), 1.1 * float(standing.max(initial=float(one["scale"][1]))))
     for axes in panels[::COLUMNS]:
         axes.set_ylabel(SCALE)
     low, centre, high = (f"{100 * value:g}" for value in one["probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
-        Line2D([], [], color=MODELS["CR"].colour, label=f"CR, {centre} %"),
         *(Line2D([], [], marker=MODELS[model].marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
-          for model in dampers(one)),
+          for model in ("CR", *dampers(one))),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
     ]  # fmt: skip
     figure.legend(
         handles=handles, loc="outside upper center", ncols=4,
         title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall. A fractile ends at the last "
-              "scale at which that wall stands; the marker is its end",
+              "scale at which that wall stands; the median has a marker there",
     )  # fmt: skip
     return figure
 
 
 def _panels(
-    figure: Figure, one: xr.Dataset, rows: int, draw: Callable[[Axes, xr.Dataset], None], cells: Array | None = None
+    figure: Figure, one: xr.Dataset, draw: Callable[[Axes, xr.Dataset], None], grid: GridSpecBase
 ) -> list[Axes]:
     """One panel for each wall, with shared axes."""
-    grid = figure.add_gridspec(rows, COLUMNS) if cells is None else cells
     panels: list[Axes] = []
     for index in range(one.sizes["wall"]):
         first = panels[0] if panels else None
@@ -86,15 +97,12 @@ def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
     # A fractile that has collapsed is beyond any displacement: the band is open there.
     axes.fill_betweenx(scale, low["CR"], np.where(np.isfinite(high["CR"]), high["CR"], 1.0),
                        where=np.isfinite(low["CR"]).tolist(), color=BAND, linewidth=0)  # fmt: skip
-    axes.plot(centre["CR"], scale, **line_of("CR"))
-    for model in dampers(wall.to_dataset() if isinstance(wall, xr.DataArray) else wall):
-        for values in (low[model], high[model]):
-            axes.plot(values, scale, color=MODELS[model].colour, linewidth=0.4)
-        axes.plot(centre[model], scale, **line_of(model))
-        standing = np.flatnonzero(np.isfinite(centre[model]))
-        if standing.size:
-            axes.plot(centre[model][standing[-1]], scale[standing[-1]], marker=MODELS[model].marker, markersize=3,
-                      color=MODELS[model].colour)  # fmt: skip
+    for model in ("CR", *dampers(wall)):
+        if model != "CR":
+            for values in (low[model], high[model]):
+                axes.plot(values, scale, color=MODELS[model].colour, linewidth=0.4)
+        last = np.flatnonzero(np.isfinite(centre[model]))[-1:]
+        axes.plot(centre[model], scale, marker=MODELS[model].marker, markevery=last.tolist(), **line_of(model))
 
 
 # --- fragility --------------------------------------------------------------------------------------------------------
@@ -112,8 +120,8 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     one = middle(comparison).sel(damping_ratio_source=SOURCE)
     rows = -(-one.sizes["wall"] // COLUMNS)
     figure = new_figure(DOUBLE_COLUMN, 82.0 + 52.0 * rows)
-    upper, lower = figure.add_gridspec(2, 1, height_ratios=[52.0 * rows, 55.0])
-    panels = _panels(figure, one, rows, _curves, upper.subgridspec(rows, COLUMNS))
+    halves = figure.add_gridspec(2, 1, height_ratios=[52.0 * rows, 55.0])
+    panels = _panels(figure, one, _curves, halves[0, 0].subgridspec(rows, COLUMNS))
     for axes in panels:
         axes.set_xlim(*one["scale"].values[[0, -1]])
         plain_logarithmic(axes, SCALE_TICKS)
@@ -121,7 +129,7 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
         axes.set_xlabel(SCALE.replace("scale ", ""))
     for axes in panels[::COLUMNS]:
         axes.set_ylabel("probability of collapse [-]")
-    _forests(figure, lower, comparison)
+    _forests(figure, halves[1, 0], comparison)
     figure.legend(handles=_handles(one), loc="outside upper center", ncols=4, title=(
         f"Curves: $e = {float(one['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls together, "
         "95 % bootstrap intervals"))  # fmt: skip
@@ -154,9 +162,9 @@ def _curves(axes: Axes, wall: xr.Dataset) -> None:
               markerfacecolor="white", markersize=2.8, zorder=4)  # fmt: skip
 
 
-def _forests(figure: Figure, place: object, comparison: xr.Dataset) -> None:
+def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None:
     """The ratio of medians for every damper and source, a panel for each e."""
-    grid = place.subgridspec(1, comparison.sizes["restitution"])  # type: ignore[attr-defined]
+    grid = place.subgridspec(1, comparison.sizes["restitution"])
     first: Axes | None = None
     for column in range(comparison.sizes["restitution"]):
         axes = figure.add_subplot(grid[0, column], sharex=first, sharey=first)
@@ -164,7 +172,9 @@ def _forests(figure: Figure, place: object, comparison: xr.Dataset) -> None:
         axes.set_title(f"$e = {float(one['restitution']):g}$")
         axes.set_xlabel("median of collapse over that of CR [-]")
         axes.tick_params(labelleft=first is None)
-        first = first or axes
+        if first is None:
+            axes.set_ylabel("damper [-]")
+            first = axes
 
 
 def _forest(axes: Axes, one: xr.Dataset) -> None:
@@ -181,7 +191,6 @@ def _forest(axes: Axes, one: xr.Dataset) -> None:
     for row in range(1, len(models)):
         axes.axhline(row - 0.5, color=PALE, linewidth=0.4)
     axes.set_yticks(range(len(models)), models)
-    axes.set_ylabel("damper [-]" if axes.get_subplotspec().is_first_col() else "")  # type: ignore[union-attr]
     axes.set_ylim(len(models) - 0.4, -0.6)
     axes.margins(x=0.08)
 

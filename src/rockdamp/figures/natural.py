@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgb
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter, ScalarFormatter
+from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, PALE, new_figure, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, PALE, line_of, new_figure, ramp, styled, title_of
 
 Array = NDArray[np.float64]
 
@@ -42,9 +44,7 @@ def dampers(data: xr.Dataset) -> list[str]:
 
 def pale_to_dark(colour: str) -> LinearSegmentedColormap:
     """Return the shades of a colour, for counts."""
-    red, green, blue = to_rgb(colour)
-    pale, dark = (tuple(0.2 * part + 0.8 * end for part in (red, green, blue)) for end in (1.0, 0.0))
-    return LinearSegmentedColormap.from_list(colour, [pale, colour, dark])
+    return LinearSegmentedColormap.from_list(colour, ramp(colour, 3))
 
 
 def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[float] | None = None) -> None:
@@ -53,7 +53,7 @@ def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[
         if ticks is not None:
             scale("log")
             axis.set_ticks(list(ticks))
-            axis.set_major_formatter(ScalarFormatter())
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
             axis.set_minor_formatter(NullFormatter())
 
 
@@ -122,10 +122,10 @@ def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -
     for factor, style in ((1.0, "solid"), (2.0, (0, (4, 2))), (0.5, (0, (4, 2)))):
         start, end = max(low, low / factor), min(1.0, 1.0 / factor)
         shade = "black" if factor == 1 else GREY
-        axes.plot([start, end], [factor * start, factor * end], color=shade, linestyle=style, linewidth=0.8)
+        axes.plot([start, end], [factor * start, factor * end], color=shade, linestyle=style, linewidth=0.6)
     between = np.sqrt(MARGIN)
     only, missed = ~fell & collapsed, fell & ~collapsed
-    marks = {"color": colour, "linestyle": "none", "markersize": 6, "markeredgewidth": 0.4}
+    marks: dict[str, Any] = {"color": colour, "linestyle": "none", "markersize": 6, "markeredgewidth": 0.4}
     axes.plot(np.clip(reference[only], low, 1), np.full(only.sum(), between), marker="|", **marks)
     axes.plot(np.full(missed.sum(), between), np.clip(peak[missed], low, 1), marker="_", **marks)
     for line in (axes.axhline, axes.axvline):
@@ -135,19 +135,18 @@ def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -
     axes.set_aspect("equal")
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
     axes.set_title(
-        f"{title_of(model)}\nfalse safe {missed.sum()} of {fell.sum()} collapses, "
+        f"{title_of(model)}\nfalse safe {missed.sum()} of {fell.sum()} collapses\n"
         f"false collapse {only.sum()} of {(~fell).sum()} survivals",
         color=colour, fontsize=7,
     )  # fmt: skip
 
 
 def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
-    shades = figure.axes[0].collections[0].__class__([])  # the bar is grey: every panel has its own colour
-    shades.set_cmap(pale_to_dark(GREY))
-    shades.set_norm(norm)
+    shades = ScalarMappable(norm, pale_to_dark(GREY))  # grey: every panel has its own colour
     bar = figure.colorbar(shades, ax=panels, shrink=0.5, aspect=30, pad=0.01, extend="max")
     bar.set_label("histories in a cell [-]")
-    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    bar.ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    bar.outline.set_linewidth(0.4)
 
 
 # --- ratios by band ---------------------------------------------------------------------------------------------------
@@ -172,7 +171,7 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
         _by_band(grid[1, column], given, "log_error")
         _misfits(grid[2, column], given)
         grid[0, column].set_title(SOURCE_NAMES.get(source, source))
-    plain_logarithmic(grid[0, 0], y=[0.8, 0.9, 1.0, 1.1, 1.25])
+    plain_logarithmic(grid[0, 0], y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
     grid[0, 0].set_ylim(*_limits(one["median_ratio_interval"], (0.85, 1.2)))
     grid[1, 0].set_ylim(bottom=0)
     for axes, label in zip(grid[:, 0], (
@@ -200,9 +199,9 @@ def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
     """A statistic of every damper in each band beside CR's own after small changes."""
     place = np.arange(one.sizes["band"])
     varied = one[f"varied_{name}"]
-    low, high = (np.nan_to_num(getattr(varied, end)("variation").values, nan=np.nan) for end in ("min", "max"))
-    base = low if name == "median_ratio" else np.zeros_like(high)
-    axes.bar(place, high - base, bottom=base, width=0.86, color="#E4E4E4", zorder=0)
+    high = varied.max("variation").values
+    low = varied.min("variation").values if name == "median_ratio" else np.zeros_like(high)
+    axes.bar(place, high - low, bottom=low, width=0.86, color="#E4E4E4", zorder=0)
     if name == "median_ratio":
         axes.axhline(1.0, color="black", linewidth=0.6, zorder=1)
     for row, variation in enumerate(map(str, one["variation"].values)):
@@ -239,9 +238,7 @@ def _misfits(axes: Axes, one: xr.Dataset) -> None:
 
 def _handles(one: xr.Dataset) -> list[Line2D]:
     found = [
-        Line2D([], [], color=MODELS[model].colour, linestyle=MODELS[model].linestyle, marker=MODELS[model].marker,
-               label=title_of(model))
-        for model in dampers(one)
+        Line2D([], [], marker=MODELS[model].marker, label=title_of(model), **line_of(model)) for model in dampers(one)
     ]  # fmt: skip
     return found + [
         Line2D([], [], linestyle="none", marker=VARIATION_MARKS.get(name, "x"), color=GREY, markersize=4,

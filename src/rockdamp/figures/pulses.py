@@ -46,7 +46,9 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
             axes.tick_params(labelleft=False)
     first = None
     for column, model in enumerate(models):
-        axes = figure.add_subplot(grid[1, len(shapes) * column : len(shapes) * (column + 1)], sharex=first, sharey=first)
+        axes = figure.add_subplot(
+            grid[1, len(shapes) * column : len(shapes) * (column + 1)], sharex=first, sharey=first
+        )
         _ratios(axes, one.sel(damping_model=model), model)
         if first is None:
             axes.set_ylabel("peak over that of CR [-]")

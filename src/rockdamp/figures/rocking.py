@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
+from typing import Any
 
-import matplotlib
 import matplotlib.style
 import numpy as np
 import xarray as xr
@@ -27,6 +27,7 @@ SAMPLED = 24  # frames per second of the response: walls rock too fast for the e
 MOST_FRAMES = 100  # longer histories are shown faster
 RESOLUTION = 100  # dots per inch
 WIDTH, HEIGHT = 170.0, 95.0  # [mm]
+FIXED_LAYOUT: dict[Any, Any] = {"figure.constrained_layout.use": False}  # finding it for each frame doubles the time
 VISIBLE = 0.5  # of the thickness: smaller largest displacements are drawn enlarged
 ENLARGED = 1.0  # of the thickness that they are enlarged to, at most
 
@@ -86,7 +87,7 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
     moments = _moments(elapsed)
     path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part.gif")
-    with matplotlib.style.context(STYLE, after_reset=True):
+    with matplotlib.style.context([STYLE, FIXED_LAYOUT], after_reset=True):
         stage = _Stage(response, elapsed, displacement, moments)
         film = FuncAnimation(
             stage.figure, stage.show, frames=iter(track(moments, "animation", len(moments))), save_count=len(moments),
@@ -115,9 +116,7 @@ class _Stage:
         self.thickness, self.height = float(response["thickness"]), float(response["height"])
         self.hinge_ratio = float(response.get("hinge_ratio", np.nan))
         self.factor = enlargement(float(np.abs(displacement).max()), self.thickness)
-        # A layout that is found again for each frame would double the time.
-        with matplotlib.rc_context({"figure.constrained_layout.use": False}):
-            self.figure = new_figure(WIDTH, HEIGHT)
+        self.figure = new_figure(WIDTH, HEIGHT)
         wall, axes = self.figure.add_axes((0.01, 0.02, 0.27, 0.82)), self.figure.add_axes((0.37, 0.12, 0.61, 0.72))
         self._draw_wall(wall)
         self._draw_history(axes, response)

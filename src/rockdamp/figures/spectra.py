@@ -15,7 +15,9 @@ from rockdamp.figures.natural import plain_logarithmic
 from rockdamp.figures.pulses import COLLAPSED, NAMES, PEAKS
 from rockdamp.figures.style import DOUBLE_COLUMN, MODELS, new_figure, styled, title_of
 
-BEYOND = 1.6  # u/u_ins that stands for a collapse, so that its contour lies between a wall that stands and one that falls
+BEYOND = (
+    1.6  # u/u_ins that stands for a collapse, so that its contour lies between a wall that stands and one that falls
+)
 BORDER = "#00C2D1"  # seen on every shade, and in grey
 
 
@@ -85,4 +87,4 @@ def _bar(figure: Figure, panels: list[Axes], levels: list[float]) -> None:
     bar = figure.colorbar(shades, ax=panels, ticks=levels, pad=0.01, aspect=40, spacing="uniform")
     bar.set_label(r"peak, $u/u_\mathrm{ins}$ [-]")
     bar.ax.set_yticklabels([f"{level:g}" for level in levels])
-    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    bar.outline.set_linewidth(0.4)

@@ -11,6 +11,8 @@ from markupsafe import Markup
 
 from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
 from rockdamp.figures.style import nearest, numbers
+from rockdamp.report import earthquake_captions
+from rockdamp.report.earthquake_captions import known
 from rockdamp.report.numbers import number, of_models, percent, plain
 
 Data = Mapping[str, xr.Dataset]
@@ -93,6 +95,22 @@ def _pulses(data: Data) -> dict[str, Any]:
     }
 
 
+def _spectra(data: Data) -> dict[str, Any]:
+    pulses = data["pulses"]
+    one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    fell = one["reference_collapsed"] == 1
+    load = one["load_ratio"].where(fell.any(("pulse", "pulse_frequency")))
+    otherwise = ((one["collapsed"] == 1) != fell).mean(("pulse", "pulse_frequency", "load_ratio"))
+    return {
+        "shapes": "a Ricker pulse and one cycle of a sine",
+        "restitution": plain(one["restitution"]),
+        "release": plain(one["release_amplitude"]),
+        "lowest": known(load.min()),
+        "overturned": percent(fell.mean()),
+        "otherwise": _by_model(otherwise, percent),
+    }
+
+
 def _accuracy(data: Data) -> dict[str, Any]:
     accuracy = data["accuracy"]
     orders = accuracy["order"]
@@ -127,5 +145,5 @@ def _rigid(data: Data) -> dict[str, Any]:
 
 VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
     "fig_dispersion": _dispersion, "fig_exponent": _exponent, "fig_closed_form": _closed_form, "fig_pulses": _pulses,
-    "fig_accuracy": _accuracy, "fig_rigid": _rigid,
+    "fig_accuracy": _accuracy, "fig_rigid": _rigid, "fig_spectra": _spectra, **earthquake_captions.VARIABLES,
 }  # fmt: skip

@@ -17,7 +17,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.errors import InputError
-from rockdamp.report import interactive, tables
+from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.captions import caption
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
@@ -84,6 +84,7 @@ def build(content: Content) -> str:
         counts=tables.counts(claims),
         errata=content.errata,
         figures=_figures(content),
+        earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],
         citation=tables.citation(content.citation),

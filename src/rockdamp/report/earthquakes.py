@@ -1,0 +1,324 @@
+"""The report's section on earthquakes: which damper to use instead of restitution, when, and when not.
+
+The words are in a template; which of them are printed follows from the numbers, and those from the datasets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from rockdamp.comparison import best
+from rockdamp.figures.natural import dampers
+from rockdamp.report.earthquake_captions import fraction, known, span
+from rockdamp.report.numbers import listed, percent, plain
+
+TEMPLATE = "earthquakes.html.j2"
+SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
+VARIATIONS = {"step": "step four times as long", "impact": "impact at the end of the step", "lower e": "lower e",
+              "higher e": "higher e"}  # fmt: skip
+
+# ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
+# could tell, or where it is a tenth, finer than what is known of any wall.
+FLOORS = 2.0
+TOLERANCE = 0.10
+
+
+class Choice(NamedTuple):
+    """A damper and the source of its damping ratio."""
+
+    model: str
+    source: str
+
+
+def section(data: Mapping[str, xr.Dataset], config: Mapping[str, Any]) -> Markup | None:
+    """Return the section as HTML, none without its datasets ``comparison`` and ``natural/walls``."""
+    if "comparison" not in data or "natural/walls" not in data:
+        return None
+    compared, walls = data["comparison"], data["natural/walls"]
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
+    values = {
+        **_run(compared, walls), "check": _check(data.get("natural/check")), **_floor(compared), **_recommendation(compared), **_walls(compared, walls),
+        "change": plain(config["natural"]["restitution_change"]), "floors": plain(FLOORS),
+        "tolerance": plain(TOLERANCE), "middle": compared.sizes["restitution"] // 2,
+        "steps": [_at(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])],
+    }  # fmt: skip
+    return Markup(environment.from_string(text).render(values))
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> Markup:
+    """Return a statistic and its interval: "0.149 (0.138 to 0.160)"."""
+    show = fraction if rate else known
+    bounds = cell[f"{name}_interval"].values
+    if not np.isfinite(bounds).all():
+        return show(cell[name])
+    return Markup("{} <small>({} to {})</small>").format(show(cell[name]), *(show(bound) for bound in bounds))
+
+
+def _e(one: xr.Dataset) -> str:
+    return plain(one["restitution"])
+
+
+def _cell(one: xr.Dataset, choice: Choice) -> xr.Dataset:
+    return one.sel(damping_model=choice.model, damping_ratio_source=choice.source)
+
+
+def _choices(one: xr.Dataset) -> list[Choice]:
+    return [Choice(model, str(source)) for model in dampers(one) for source in one["damping_ratio_source"].values]
+
+
+def grouped(choices: Sequence[Choice]) -> Markup:
+    """Name dampers with the sources of their ratios: "CDR (polynomials, closed form)"."""
+    by_model: dict[str, list[str]] = {}
+    for model, source in choices:
+        by_model.setdefault(model, []).append(SOURCES.get(source, source))
+    return listed(Markup("{} (ξ: {})").format(model, ", ".join(sources)) for model, sources in by_model.items())
+
+
+# --- what was run, and each e -----------------------------------------------------------------------------------------
+
+
+def _run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
+    each = int(np.isfinite(walls["damping_ratio"].values).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
+    uncertainty = compared["relative_uncertainty"]
+    return {
+        "records": int(compared["records"]),
+        "stations": int(compared["stations"]),
+        "wall_count": walls.sizes["wall"],
+        "scale_count": compared.sizes["scale"],
+        "scale_low": plain(compared["scale"].min()),
+        "scale_high": plain(compared["scale"].max()),
+        "restitutions": listed(plain(value) for value in compared["restitution"].values),
+        "histories": f"{int(compared['records']) * compared.sizes['scale'] * each:,}".replace(",", "\u202f"),
+        "settled": f"{100 * float(compared['settled_share']):.2f}",
+        "uncertainty": [(percent(part, 3), fraction(value)) for part, value in zip(uncertainty["share"], uncertainty)],
+    }
+
+
+def _check(sample: xr.Dataset | None) -> dict[str, Any] | None:
+    """How a sample of the histories compares with the event-driven solution; none without one."""
+    if sample is None:
+        return None
+    same = sample["collapsed"] == sample["exact_collapsed"]
+    bound = sample["peak_displacement_uncertainty"]
+    judged = same & (sample["collapsed"] == 0) & np.isfinite(bound)
+    off = abs(sample["peak_displacement"] - sample["exact_peak"])
+    return {
+        "histories": sample.sizes["history"], "same": int(same.sum()), "judged": int(judged.sum()),
+        "within": int((off <= bound).where(judged, False).sum()),
+        "largest": fraction((off / sample["exact_peak"]).where(judged).max()),
+    }  # fmt: skip
+
+
+def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
+    """Return the choice of least error over all bands, and those whose intervals overlap its own; none without errors.
+
+    Parameters
+    ----------
+    one : xarray.Dataset
+        The comparison at one e.
+    """
+    error = one["log_error"].isel(band=0).sel(damping_model=dampers(one))
+    if not np.isfinite(error.values).all():
+        return None
+    found = Choice(*best(one.expand_dims("restitution"), float(one["restitution"])))
+    high = float(_cell(one, found)["log_error_interval"].isel(band=0, bound=1))
+    near = [
+        choice for choice in _choices(one)
+        if choice != found and float(_cell(one, choice)["log_error_interval"].isel(band=0, bound=0)) <= high
+    ]  # fmt: skip
+    return found, near
+
+
+def _at(one: xr.Dataset) -> dict[str, Any]:
+    """The table of one e, and which damper errs least there."""
+    judged = tied(one)
+    marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "not told apart") if judged else {}
+    rows = []
+    for choice in _choices(one):
+        cell, whole = _cell(one, choice), _cell(one, choice).isel(band=0)
+        rows.append({
+            "model": choice.model, "source": SOURCES.get(choice.source, choice.source), "mark": marks.get(choice, ""),
+            "median": with_interval(whole, "median_ratio"), "dispersion": known(whole["log_dispersion"]),
+            "error": with_interval(whole, "log_error"), "safe": with_interval(cell, "false_safe_rate", rate=True),
+            "collapse": with_interval(cell, "false_collapse_rate", rate=True),
+            "intensity": with_interval(cell, "median_intensity_ratio"),
+        })  # fmt: skip
+    found: dict[str, Any] = {"e": _e(one), "rows": rows, "least": None}
+    if judged:
+        found["least"] = grouped([judged[0]])
+        found["least_error"] = with_interval(_cell(one, judged[0]).isel(band=0), "log_error")
+        found["near"] = grouped(judged[1])
+    return found
+
+
+# --- CR's own floor ---------------------------------------------------------------------------------------------------
+
+
+def floor(compared: xr.Dataset) -> xr.DataArray:
+    """Return the largest error of CR's own peaks after the small changes, (restitution, band)."""
+    return compared["varied_log_error"].max("variation")
+
+
+def _floor(compared: xr.Dataset) -> dict[str, Any]:
+    rows = []
+    for name in map(str, compared["variation"].values):
+        changed = compared.sel(variation=name)
+        rows.append({
+            "name": VARIATIONS.get(name, name),
+            "cells": [
+                {
+                    "error": known(one["varied_log_error"].isel(band=0), 2),
+                    "last": known(one["varied_log_error"].isel(band=-1), 2),
+                    "safe": fraction(one["varied_false_safe_rate"]), "collapse": fraction(one["varied_false_collapse_rate"]),
+                }
+                for one in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
+            ],
+        })  # fmt: skip
+    return {"floor_rows": rows, "floor_told": span(floor(compared).isel(band=0)),
+            "floor_last": span(floor(compared).isel(band=-1)), "last_band": _band(compared, -1)}  # fmt: skip
+
+
+def _band(compared: xr.Dataset, index: int) -> str:
+    return f"{plain(compared['band_start'][index])} to {plain(compared['band_end'][index])}"
+
+
+# --- which damper -----------------------------------------------------------------------------------------------------
+
+
+def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
+    """Return the damper and source to use, and those that serve as well: the least error or tied with it at every e.
+
+    Of several the one with the least error over all e is named first.
+    """
+    per_e = [tied(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])]
+    if not all(per_e):
+        return None
+    sets = [{one[0], *one[1]} for one in per_e if one]
+    common = [choice for choice in _choices(compared) if all(choice in found for found in sets)]
+    if not common:
+        return None
+    errors = [float((_cell(compared, choice)["log_error"].isel(band=0) ** 2).mean()) for choice in common]
+    first = common[int(np.argmin(errors))]
+    return first, [choice for choice in common if choice != first]
+
+
+def holds(error: Any, own: Any) -> bool:
+    """Return whether an error is within the floor's multiple or the tolerance; not where it is unknown."""
+    return bool(float(error) <= max(FLOORS * float(own), TOLERANCE))
+
+
+def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
+    found = recommended(compared)
+    if found is None:
+        return {"use": None}
+    first, others = found
+    cell, own = _cell(compared, first), floor(compared)
+    at_e = range(compared.sizes["restitution"])
+    amplitudes = [_amplitude(compared, cell, own, band) for band in range(1, compared.sizes["band"])]
+    over = (cell["log_error"] / own).isel(band=0)
+    same = [choice.source for choice in (first, *others) if choice.model == first.model]
+    return {
+        "use": first.model,
+        "source": SOURCES.get(first.source, first.source),
+        "others": grouped(others),
+        "closed_form": "closed form" in same,
+        "times": span(over),
+        "within": bool((over <= FLOORS).all()),
+        "amplitudes": amplitudes,
+        "never": listed(row["band"] for row in amplitudes if not any(one["holds"] for one in row["cells"])),
+        "sometimes": listed(
+            row["band"] for row in amplitudes if 0 < sum(one["holds"] for one in row["cells"]) < len(at_e)
+        ),
+        "everywhere": listed(row["band"] for row in amplitudes if all(one["holds"] for one in row["cells"])),
+        "factor": span(np.exp(cell["log_dispersion"].isel(band=-1))),
+        "missed": span(cell["false_safe_rate"], fraction),
+        "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
+        "refused": _refused(compared, own),
+        "odd_walls": _odd_walls(compared, first),
+    }
+
+
+def _amplitude(compared: xr.Dataset, cell: xr.Dataset, own: xr.DataArray, band: int) -> dict[str, Any]:
+    """Error and floor of a band at every e, and whether the damper holds there."""
+    cells = []
+    for index in range(compared.sizes["restitution"]):
+        error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], own))
+        cells.append({"error": known(error, 2), "floor": known(least, 2), "known": bool(np.isfinite(error)),
+                      "holds": holds(error, least)})  # fmt: skip
+    return {"band": _band(compared, band), "cells": cells}
+
+
+def _fragility(cell: xr.Dataset) -> dict[str, Any]:
+    """How the median of collapse compares with CR's: "same", "higher", "lower" or "unknown"."""
+    low, high = (float(bound) for bound in cell["median_intensity_ratio_interval"].values)
+    sign = "higher" if low > 1 else "lower" if high < 1 else "same"
+    judged = np.isfinite([low, high]).all()
+    return {
+        "e": _e(cell), "sign": sign if judged else "unknown", "ratio": with_interval(cell, "median_intensity_ratio"),
+        "by": fraction(abs(cell["median_intensity_ratio"] - 1)),
+    }  # fmt: skip
+
+
+def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
+    """Dampers that err, from whatever source their ratio is, more than the floor's multiple at some e."""
+    found = []
+    for model in dampers(compared):
+        error = compared["log_error"].sel(damping_model=model).isel(band=0).min("damping_ratio_source")
+        beyond = ~np.array([holds(*pair) for pair in zip(error.values, own.isel(band=0).values)])
+        if beyond.any():
+            found.append({
+                "model": model, "at": listed(plain(e) for e in compared["restitution"].values[beyond]),
+                "times": span((error / own.isel(band=0))[beyond]),
+            })  # fmt: skip
+    return found
+
+
+def _odd_walls(compared: xr.Dataset, choice: Choice) -> Markup:
+    """Walls and e at which the damper's median of collapse is outside the interval of CR's."""
+    cr, other = _cell(compared, Choice("CR", choice.source)), _cell(compared, choice)
+    bounds, median = cr["wall_median_intensity_interval"], other["wall_median_intensity"]
+    outside = (median < bounds.sel(bound="lower")) | (median > bounds.sel(bound="upper"))
+    return listed(
+        Markup("{} (e = {})").format(wall, ", ".join(plain(e) for e in compared["restitution"].values[at]))
+        for wall in compared["wall"].values
+        if (at := outside.sel(wall=wall).transpose("restitution").values).any()
+    )
+
+
+# --- walls ------------------------------------------------------------------------------------------------------------
+
+
+def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
+    middle = walls.sizes["restitution"] // 2
+    ratio = walls["damping_ratio"].isel(restitution=middle).sel(damping_model=dampers(walls))
+    names = [str(name) for name in walls["wall"].values]
+    sources = [str(source) for source in walls["damping_ratio_source"].values]
+    rows = [
+        {
+            "name": name, "kind": "parapet" if int(one["parapet"]) == 1 else "wall",
+            "values": [plain(one[key]) for key in (
+                "thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")],
+            "derived": [known(one[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")],
+            "ratios": [
+                [known(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
+                for model in dampers(walls)
+            ],
+        }
+        for name, one in ((name, walls.sel(wall=name)) for name in names)
+    ]  # fmt: skip
+    apart = compared["wall"].values[compared["pooled"].values != 1]
+    return {
+        "walls": rows, "wall_e": plain(walls["restitution"][middle]), "models": dampers(walls),
+        "sources": [SOURCES.get(source, source) for source in sources], "apart": listed(map(str, apart)),
+    }  # fmt: skip
