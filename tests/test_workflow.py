@@ -35,6 +35,7 @@ RULES = [
     "decay_study", "match_study", "windows", "equivalence_fit", "coefficients", "loops", "mechanism", "orders",
     "validation", "calibration", *FIGURES,
 ]  # fmt: skip
+STUDY_JOBS = {"decay_study": len(STUDIES), "match_study": len(STUDIES)}
 STAGES = ["decay", "match", "windows", "equivalence", "validation", "calibration", "orders"]
 NOT_COPIED = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
 
@@ -201,6 +202,16 @@ CHANGES = [
     ("validation: {restitution: 0.84}", {"validation": 1, "fig8": 1}),
     ("studies: {slenderness: {slenderness: [15, 22]}}", {"decay_study": 1, "match_study": 1, "fig6": 1}),
     (
+        "studies: {cracked_stiffness: {cracked_stiffness_ratio: [0.02, 0.05, 0.17]}}",  # one a1
+        dict.fromkeys(["decay_study", "match_study", "equivalence_fit", "coefficients", "validation"], 1)
+        | dict.fromkeys(["fig6", "fig7", "fig8"], 1),
+    ),
+    (
+        "restitution: {start: 0.70}",
+        {"decay_study": 4, "match_study": 4, "windows": 1, "equivalence_fit": 1, "coefficients": 1, "validation": 1}
+        | dict.fromkeys(["fig5", "fig6", "fig6_error", "fig7", "fig8"], 1),
+    ),
+    (
         "matching: {window: 9}",
         {"match_study": 4, "loops": 1, "equivalence_fit": 1, "coefficients": 1, "validation": 1}
         | dict.fromkeys(["fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8"], 1),
@@ -238,6 +249,20 @@ def test_an_edited_module_runs_what_imports_it_and_nothing_else(tree, edited):
     assert chain(tree.planned()) == {"windows": 1}
     edited("src/rockdamp/variables.yaml", lambda text: text + "\n# edited\n")  # the attributes of every dataset
     assert {"decay_study", "match_study", "windows", "mechanism", "orders", "calibration"} <= set(tree.planned())
+
+
+EDITS = {
+    "src/rockdamp/figures/style.py": ("#0072B2", "#0072B3", dict.fromkeys(FIGURES, 1)),  # a colour
+    "src/rockdamp/figures/orders.py": ("figure", "figure ", dict.fromkeys(FIGURES, 1)),  # one module for all figures
+    "src/rockdamp/kernels.py": ("TINY = 1e-100", "TINY = 1e-101", dict.fromkeys(RULES, 1) | STUDY_JOBS),
+}
+
+
+@pytest.mark.parametrize("name", list(EDITS))
+def test_an_edit_of_the_code_runs_what_uses_it_and_nothing_else(tree, edited, name):
+    old, new, expected = EDITS[name]
+    edited(name, lambda text: text.replace(old, new, 1))
+    assert chain(tree.planned()) == expected
 
 
 def test_contents_count_and_dates_do_not(tree, edited):

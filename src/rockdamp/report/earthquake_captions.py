@@ -26,7 +26,7 @@ def fraction(value: Any) -> Markup:
     return percent(value) if np.isfinite(float(value)) else DASH
 
 
-def span(values: xr.DataArray, show: Callable[[Any], Markup] = lambda value: known(value, 2)) -> Markup:
+def span(values: Any, show: Callable[[Any], Markup] = lambda value: known(value, 2)) -> Markup:
     """Return the least and the greatest of some numbers, a dash where there is none."""
     low, high = (show(end) for end in (values.min(), values.max()))
     return low if low == high else Markup("{} to {}").format(low, high)
@@ -50,7 +50,7 @@ def _natural(data: Data) -> dict[str, Any]:
         "restitution": plain(one["restitution"]),
         "medians": _by_damper(
             one.isel(band=0),
-            lambda at: Markup("{} ± {}").format(known(at["median_ratio"], 2), known(at["log_dispersion"], 2)),
+            lambda at: Markup("{} ± {}").format(known(at["median_ratio"]), known(at["log_dispersion"], 2)),
         ),
         "safe": _by_damper(one, lambda at: fraction(at["false_safe_rate"])),
         "collapse": _by_damper(one, lambda at: fraction(at["false_collapse_rate"])),

@@ -21,13 +21,14 @@ from rockdamp.report.numbers import listed, percent, plain
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
-VARIATIONS = {"step": "step four times as long", "impact": "impact at the end of the step", "lower e": "lower e",
-              "higher e": "higher e"}  # fmt: skip
+VARIATIONS = {"step": "step four times as long", "impact": "impact at the end of the step", "lower e": "e lower by {}",
+              "higher e": "e higher by {}"}  # fmt: skip
 
 # ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
 # could tell, or where it is a tenth, finer than what is known of any wall.
 FLOORS = 2.0
 TOLERANCE = 0.10
+ENOUGH = 10  # stations; intervals over fewer mean nothing
 
 
 class Choice(NamedTuple):
@@ -44,9 +45,10 @@ def section(data: Mapping[str, xr.Dataset], config: Mapping[str, Any]) -> Markup
     compared, walls = data["comparison"], data["natural/walls"]
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
+    change = plain(config["natural"]["restitution_change"])
     values = {
-        **_run(compared, walls), "check": _check(data.get("natural/check")), **_floor(compared), **_recommendation(compared), **_walls(compared, walls),
-        "change": plain(config["natural"]["restitution_change"]), "floors": plain(FLOORS),
+        **_run(compared, walls), "check": _check(data.get("natural/check")), **_floor(compared, change),
+        **_recommendation(compared), **_walls(compared, walls), "change": change, "floors": plain(FLOORS),
         "tolerance": plain(TOLERANCE), "middle": compared.sizes["restitution"] // 2,
         "steps": [_at(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])],
     }  # fmt: skip
@@ -94,6 +96,7 @@ def _run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     return {
         "records": int(compared["records"]),
         "stations": int(compared["stations"]),
+        "few": int(compared["stations"]) < ENOUGH,
         "wall_count": walls.sizes["wall"],
         "scale_count": compared.sizes["scale"],
         "scale_low": plain(compared["scale"].min()),
@@ -170,17 +173,18 @@ def floor(compared: xr.Dataset) -> xr.DataArray:
     return compared["varied_log_error"].max("variation")
 
 
-def _floor(compared: xr.Dataset) -> dict[str, Any]:
+def _floor(compared: xr.Dataset, change: str) -> dict[str, Any]:
     rows = []
     for name in map(str, compared["variation"].values):
         changed = compared.sel(variation=name)
         rows.append({
-            "name": VARIATIONS.get(name, name),
+            "name": VARIATIONS.get(name, name).format(change),
             "cells": [
                 {
                     "error": known(one["varied_log_error"].isel(band=0), 2),
                     "last": known(one["varied_log_error"].isel(band=-1), 2),
-                    "safe": fraction(one["varied_false_safe_rate"]), "collapse": fraction(one["varied_false_collapse_rate"]),
+                    "safe": fraction(one["varied_false_safe_rate"]),
+                    "collapse": fraction(one["varied_false_collapse_rate"]),
                 }
                 for one in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
             ],
@@ -241,7 +245,7 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
             row["band"] for row in amplitudes if 0 < sum(one["holds"] for one in row["cells"]) < len(at_e)
         ),
         "everywhere": listed(row["band"] for row in amplitudes if all(one["holds"] for one in row["cells"])),
-        "factor": span(np.exp(cell["log_dispersion"].isel(band=-1))),
+        "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: known(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], fraction),
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
         "refused": _refused(compared, own),
@@ -309,7 +313,8 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
             "name": name, "kind": "parapet" if int(one["parapet"]) == 1 else "wall",
             "values": [plain(one[key]) for key in (
                 "thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")],
-            "derived": [known(one[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")],
+            "derived": [known(one[key]) for key in (
+                "instability_displacement", "frequency_parameter", "initial_period")],
             "ratios": [
                 [known(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
                 for model in dampers(walls)
