@@ -1,10 +1,12 @@
 """What the figures show: the data, units, colours and labels, on small made-up datasets; never pixels."""
 
+import importlib.util
 import re
 import subprocess
 import sys
 from functools import cache
 from itertools import combinations
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -26,6 +28,10 @@ from rockdamp.figures.style import DOUBLE_COLUMN, INCH, MODELS, SINGLE_COLUMN, s
 from rockdamp.figures.validation import shown
 from rockdamp.studies import STUDIES
 
+spec = importlib.util.spec_from_file_location("earthquakes", Path(__file__).with_name("earthquakes.py"))
+earthquakes = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(earthquakes)
+
 ALL = ["CR", "CDC", "CDR", "SDR", "ECD"]
 VISCOUS = ALL[1:]
 E = np.linspace(0.7, 0.98, 15)
@@ -45,6 +51,11 @@ INPUTS = {
     "fig_exponent": ["dispersion"],
     "fig_closed_form": ["dispersion"],
     "fig_pulses": ["pulses"],
+    "fig_spectra": ["pulses"],
+    "fig_natural": ["natural", "comparison"],
+    "fig_natural_ratio": ["comparison"],
+    "fig_ida": ["comparison"],
+    "fig_fragility": ["comparison"],
 }
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
 
@@ -300,6 +311,8 @@ def made_up():
         "orders": orders(),
         "dispersion": dispersion(),
         "pulses": pulses(),
+        "natural": earthquakes.natural(),
+        "comparison": earthquakes.comparison(),
     }
 
 

@@ -159,7 +159,9 @@ def test_verdicts_are_counted_at_the_top(page):
 
 def test_what_was_asked_comes_first_then_claims_errata_and_figures(page):
     order = [section["attrs"]["id"] for section in page.all("section")]
-    assert order == ["claims", "errata", "earthquakes", "figures", "explorer", "assumptions", "accuracy", "cite", "versions"]
+    assert order == [
+        "claims", "errata", "earthquakes", "figures", "explorer", "assumptions", "accuracy", "cite", "versions"
+    ]  # fmt: skip
     assert "What was asked" in page.all("header")[0]["text"]
 
 

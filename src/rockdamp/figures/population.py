@@ -1,0 +1,103 @@
+"""A population of walls under earthquakes: its fragility, and which parameters it depends on."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy.special import ndtr
+
+from rockdamp.figures.collapse import BAND, envelope
+from rockdamp.figures.natural import dampers, plain_logarithmic
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, line_of, new_figure, styled, title_of
+
+NAMES = {  # of the parameters, as the axes show them
+    "thickness": "thickness $t$",
+    "slenderness": "slenderness $h/t$",
+    "overburden_ratio": "overburden $O/W$",
+    "hinge_ratio": "hinge $h_1/h$",
+    "cracked_stiffness_ratio": "cracked stiffness $a_1$",
+    "plateau_ratio": "plateau $b_1$",
+    "restitution": "restitution $e$",
+}
+TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+
+
+@styled
+def fig_population(population: xr.Dataset) -> Figure:
+    """Draw the population's fragility, each damper's median over CR's, and the sensitivity to each parameter.
+
+    Parameters
+    ----------
+    population : xarray.Dataset
+        As `rockdamp.population.gather` returns it.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 88.0)
+    left, middle, right = figure.subplots(1, 3, width_ratios=[1.25, 0.85, 1.0])
+    _fragility(left, population)
+    _ratios(middle, population)
+    _sensitivity(right, population)
+    handles = [
+        Line2D([], [], label="CR", **line_of("CR")),
+        Patch(facecolor=BAND, label="CR, at least 90 % band"),
+        *(Line2D([], [], label=title_of(model), marker=MODELS[model].marker, markersize=3.5, **line_of(model))
+          for model in dampers(population)),
+        Line2D([], [], linestyle="none", marker="o", markerfacecolor="white", color=MODELS["CR"].colour,
+               label="CR, share of the runs"),
+    ]  # fmt: skip
+    walls, records = population.sizes["wall"], int(population["records"])
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, title=(
+        f"{walls} walls under {records} records; damping ratios by the closed form at each wall"))  # fmt: skip
+    return figure
+
+
+def _fragility(axes: Axes, population: xr.Dataset) -> None:
+    intensity = np.geomspace(*population["intensity"].values[[0, -1]], 201)
+    cr = population.sel(damping_model="CR")
+    low, high = envelope(intensity, cr["median_intensity_interval"].values, cr["dispersion_interval"].values)
+    axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
+    for model in (*dampers(population), "CR"):
+        one = population.sel(damping_model=model)
+        probability = ndtr(np.log(intensity / float(one["median_intensity"])) / float(one["dispersion"]))
+        axes.plot(intensity, probability, label=model, **line_of(model))
+    axes.plot(population["intensity"], cr["collapse_fraction"], linestyle="none", marker="o", markersize=2.8,
+              color=MODELS["CR"].colour, markerfacecolor="white", zorder=4)  # fmt: skip
+    plain_logarithmic(axes, TICKS)
+    axes.set_xlim(*population["intensity"].values[[0, -1]])
+    axes.set_ylim(0, 1.02)
+    axes.set_xlabel("peak ground velocity [m s$^{-1}$]")
+    axes.set_ylabel("probability of collapse [-]")
+    axes.set_title("fragility")
+
+
+def _ratios(axes: Axes, population: xr.Dataset) -> None:
+    models = dampers(population)
+    for row, model in enumerate(models):
+        one, style = population.sel(damping_model=model), MODELS[model]
+        axes.plot(one["median_intensity_ratio_interval"], [row, row], color=style.colour, linewidth=1.1)
+        axes.plot(float(one["median_intensity_ratio"]), row, marker=style.marker, markersize=4, color=style.colour)
+    axes.axvline(1.0, color="black", linewidth=0.6)
+    axes.set_yticks(range(len(models)), models)
+    axes.set_ylim(len(models) - 0.5, -0.5)
+    axes.margins(x=0.1)
+    axes.set_xlabel("median over that of CR [-]")
+    axes.set_ylabel("damper [-]")
+    axes.set_title("median of collapse, 95 %")
+
+
+def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
+    names = [str(name) for name in population["parameter"].values]
+    rows, cr = np.arange(len(names)), population.sel(damping_model="CR")
+    axes.barh(rows, cr["sensitivity"], height=0.6, color=BAND, edgecolor=GREY, linewidth=0.5,
+              xerr=cr["sensitivity_confidence"], error_kw={"linewidth": 0.7, "ecolor": MODELS["CR"].colour})  # fmt: skip
+    for model in dampers(population):
+        one, style = population.sel(damping_model=model), MODELS[model]
+        axes.plot(one["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour)
+    axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
+    axes.invert_yaxis()
+    axes.axvline(0.0, color="black", linewidth=0.6)
+    axes.set_xlabel("first-order index [-]")
+    axes.set_title("sensitivity (bars: CR)")
