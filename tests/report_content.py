@@ -18,7 +18,7 @@ from rockdamp.studies import STUDIES
 ROOT = Path(__file__).parents[1]
 KINDS = (
     "mechanism", "loops", "equivalence", "validation", "calibration", "windows", "orders", "accuracy", "dispersion",
-    "pulses", "explorer", "comparison",
+    "pulses", "explorer", "comparison", "population",
 )  # fmt: skip
 
 COORDINATES = {

@@ -56,6 +56,7 @@ INPUTS = {
     "fig_natural_ratio": ["comparison"],
     "fig_ida": ["comparison"],
     "fig_fragility": ["comparison"],
+    "fig_population": ["population"],
 }
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
 
@@ -313,6 +314,7 @@ def made_up():
         "pulses": pulses(),
         "natural": earthquakes.natural(),
         "comparison": earthquakes.comparison(),
+        "population": earthquakes.population(),
     }
 
 

@@ -171,3 +171,20 @@ def test_spectra_mark_what_overturns_and_on_every_panel_where_cr_does():
             )
             assert around.min() == 0 and around.max() == 1
     assert [axes.get_title().split("\n")[0] for axes in grid[0]] == earthquakes.MODELS
+
+
+def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset():
+    population = earthquakes.population()
+    fragility, ratios, sensitivity = FIGURES["fig_population"](population).axes
+    (cr,) = (line for line in fragility.get_lines() if line.get_label() == "CR")
+    x, y = cr.get_data()
+    median = float(population["median_intensity"].sel(damping_model="CR"))
+    assert np.interp(0.5, y, x) == pytest.approx(median, rel=1e-3)
+    for row, model in enumerate(VISCOUS):
+        one = population.sel(damping_model=model)
+        ends, (point,) = (line.get_xdata() for line in coloured(ratios, model))
+        np.testing.assert_allclose(ends, one["median_intensity_ratio_interval"])
+        assert point == one["median_intensity_ratio"]
+        assert ratios.get_yticklabels()[row].get_text() == model
+    widths = [bar.get_width() for bar in sensitivity.patches]
+    np.testing.assert_allclose(widths, population["sensitivity"].sel(damping_model="CR"))

@@ -269,7 +269,10 @@ def test_the_best_damper_errs_least(compared):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda n: n["walls"][1].update(name="tested"), r"natural\.walls\[1\]\.name is 'tested', which an earlier wall has"),
+        (
+            lambda n: n["walls"][1].update(name="tested"),
+            r"natural\.walls\[1\]\.name is 'tested', which an earlier wall has",
+        ),
         (lambda n: n["walls"][0].pop("plateau_ratio"), r"natural\.walls\[0\] must state either a preset, or"),
         (lambda n: n["walls"][1].update(plateau_ratio=0.7), r"natural\.walls\[1\] must state either a preset, or"),
         (lambda n: n["walls"][7].update(hinge_ratio=0.7), r"natural\.walls\[7\]\.hinge_ratio must not be stated"),

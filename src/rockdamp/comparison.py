@@ -256,5 +256,5 @@ def _misfit(natural: xr.Dataset) -> xr.Dataset:
 def best(compared: xr.Dataset, restitution: float) -> tuple[str, str]:
     """Return the damper and the source of its damping ratio whose peaks err least from CR's, over all bands."""
     error = compared["log_error"].sel(restitution=restitution).isel(band=0).drop_sel(damping_model="CR")
-    at = np.unravel_index(int(np.argmin(error.values)), error.shape)
+    at = np.unravel_index(int(np.nanargmin(error.values)), error.shape)
     return str(error["damping_model"].values[at[0]]), str(error["damping_ratio_source"].values[at[1]])

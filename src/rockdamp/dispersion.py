@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import elementwise
 
 from rockdamp.curve import PRESETS, SOFTENING, TrilinearCurve
-from rockdamp.damping import Damping
+from rockdamp.damping import PAPER_MODELS, VISCOUS_MODELS, Damping
 from rockdamp.decay import Config, step_count
 from rockdamp.energy import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.errors import InputError
@@ -25,7 +25,7 @@ from rockdamp.newmark import solve
 from rockdamp.progress import track
 
 BEST = "POWER"  # the general exponent, at the best n of each curve
-DAMPERS = ("CDC", "CDR", "SDR", BEST, "ECD")
+DAMPERS = (*PAPER_MODELS, BEST, *(model for model in VISCOUS_MODELS if model not in PAPER_MODELS))
 EXPONENTS_TRIED = (0.8, 1.3, 2.0)  # where the search for the best one starts
 PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
 SOURCES = {"error": "damping_ratio", "peaks": "damping_ratio_peaks", "energy": "damping_ratio_energy"}

@@ -20,6 +20,7 @@ FIGURES = [
     "fig_natural_ratio",
     "fig_ida",
     "fig_fragility",
+    "fig_population",
     "fig_accuracy",
     "fig_rigid",
 ]
@@ -233,6 +234,18 @@ use rule fig_natural_ratio as fig_fragility with:
         f"{LOGS}/figures/fig_fragility.log",
     message:
         "Fragility of every wall"
+
+
+use rule fig1 as fig_population with:
+    input:
+        rules.population.output,
+        code=code("rockdamp.figures"),
+    output:
+        figure("fig_population"),
+    log:
+        f"{LOGS}/figures/fig_population.log",
+    message:
+        "Fragility of a population of walls, and what it depends on"
 
 
 use rule fig1 as fig_accuracy with:

@@ -19,6 +19,7 @@ DATASETS = [
     "natural/walls",
     "natural/check",
     "comparison",
+    "population",
     "explorer",
 ]
 

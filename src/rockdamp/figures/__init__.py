@@ -16,6 +16,7 @@ from rockdamp.figures.mechanism import fig1
 from rockdamp.figures.natural import fig_natural, fig_natural_ratio
 from rockdamp.figures.orders import fig_orders
 from rockdamp.figures.output import save
+from rockdamp.figures.population import fig_population
 from rockdamp.figures.pulses import fig_pulses
 from rockdamp.figures.spectra import fig_spectra
 from rockdamp.figures.validation import fig8
@@ -40,6 +41,7 @@ FIGURES: dict[str, Callable[..., Figure]] = {
     "fig_natural_ratio": fig_natural_ratio,
     "fig_ida": fig_ida,
     "fig_fragility": fig_fragility,
+    "fig_population": fig_population,
     "fig_accuracy": fig_accuracy,
     "fig_rigid": fig_rigid,
 }

@@ -55,10 +55,11 @@ def fig_population(population: xr.Dataset) -> Figure:
 
 
 def _fragility(axes: Axes, population: xr.Dataset) -> None:
-    intensity = np.geomspace(*population["intensity"].values[[0, -1]], 201)
+    low, high = map(float, population["intensity"].values[[0, -1]])
+    intensity = np.geomspace(low, high, 201)
     cr = population.sel(damping_model="CR")
-    low, high = envelope(intensity, cr["median_intensity_interval"].values, cr["dispersion_interval"].values)
-    axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
+    least, most = envelope(intensity, cr["median_intensity_interval"].values, cr["dispersion_interval"].values)
+    axes.fill_between(intensity, least, most, color=BAND, linewidth=0)
     for model in (*dampers(population), "CR"):
         one = population.sel(damping_model=model)
         probability = ndtr(np.log(intensity / float(one["median_intensity"])) / float(one["dispersion"]))
@@ -66,7 +67,7 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
     axes.plot(population["intensity"], cr["collapse_fraction"], linestyle="none", marker="o", markersize=2.8,
               color=MODELS["CR"].colour, markerfacecolor="white", zorder=4)  # fmt: skip
     plain_logarithmic(axes, TICKS)
-    axes.set_xlim(*population["intensity"].values[[0, -1]])
+    axes.set_xlim(low, high)
     axes.set_ylim(0, 1.02)
     axes.set_xlabel("peak ground velocity [m s$^{-1}$]")
     axes.set_ylabel("probability of collapse [-]")
@@ -92,7 +93,8 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     names = [str(name) for name in population["parameter"].values]
     rows, cr = np.arange(len(names)), population.sel(damping_model="CR")
     axes.barh(rows, cr["sensitivity"], height=0.6, color=BAND, edgecolor=GREY, linewidth=0.5,
-              xerr=cr["sensitivity_confidence"], error_kw={"linewidth": 0.7, "ecolor": MODELS["CR"].colour})  # fmt: skip
+              xerr=cr["sensitivity_confidence"],
+              error_kw={"linewidth": 0.7, "ecolor": MODELS["CR"].colour})  # fmt: skip
     for model in dampers(population):
         one, style = population.sel(damping_model=model), MODELS[model]
         axes.plot(one["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour)
@@ -100,4 +102,5 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xlabel("first-order index [-]")
+    axes.set_ylabel("parameter [-]")
     axes.set_title("sensitivity (bars: CR)")

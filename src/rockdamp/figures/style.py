@@ -15,6 +15,8 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from rockdamp.provenance import constant
+
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
 INCH = 25.4  # [mm]
@@ -31,14 +33,19 @@ class ModelStyle:
 
 
 # Colours that the colour-blind can tell apart (Okabe and Ito); in grey the lines and markers still differ.
-MODELS = {
+CHOSEN = {
     "CR": ModelStyle("#1A1A1A", "solid", "o"),
     "CDC": ModelStyle("#0072B2", (0, (3.0, 1.4)), "s"),
     "CDR": ModelStyle("#D55E00", (0, (8.0, 1.6)), "^"),
     "SDR": ModelStyle("#009E73", "dashdot", "D"),
     "ECD": ModelStyle("#9A4C95", "dotted", "v"),
 }
-BEYOND_PAPER = ("ECD",)
+SPARE = (ModelStyle("#E69F00", (0, (5.0, 1.2, 1.0, 1.2)), "P"), ModelStyle("#56B4E9", (0, (1.0, 1.0, 4.0, 1.0)), "X"))
+# Read, not imported: figures load no solver.
+NAMES, PAPER_MODELS = (constant("rockdamp.damping", name) for name in ("TITLES", "PAPER_MODELS"))
+NEW = [model for model in NAMES if model not in CHOSEN]  # drawn all the same
+MODELS = CHOSEN | {model: SPARE[index % len(SPARE)] for index, model in enumerate(NEW)}
+BEYOND_PAPER = tuple(model for model in NAMES if model not in ("CR", *PAPER_MODELS))
 GREY, PALE = "#6E6E6E", "#B5B5B5"
 
 # Symbols and units of the axes; "-" is dimensionless.

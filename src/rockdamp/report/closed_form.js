@@ -29,7 +29,8 @@ function closedForm(constants) {
     if (model === "CDC") return 2 * c.w1;
     if (model === "CDR") return 2 * Math.sqrt(f / z);
     if (model === "SDR") return (2 * f) / z / c.w1;
-    return (2 * f) / Math.sqrt(2 * energy(c, z)); // ECD
+    if (model === "ECD") return (2 * f) / Math.sqrt(2 * energy(c, z));
+    return NaN; // a damper that only the package knows: no curve is drawn
   }
 
   // g(x0; a1, b1, a3): branch by branch in s = sqrt(x0 - x), by Gauss and Legendre's rule.

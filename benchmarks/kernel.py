@@ -1,0 +1,261 @@
+"""The kernel: cost of a step of one history, beside other loops and other programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from measure import Section, Table, crossing, interleaved, number
+from peers import NO_OPENSEES, CLoop, compile_c, opensees, opensees_history, opensees_run, scalar_peaks, scipy_history
+
+from rockdamp import Damping, TrilinearCurve, exact
+from rockdamp.newmark import Response, available_threads, solve
+
+MODELS = ("CR", "CDC", "CDR", "SDR", "POWER", "ECD")
+NAMES = {**{model: model for model in MODELS}, "POWER": "n = 1.3"}
+EXPONENT = 1.3
+LANES = (8, 64, 512, 4096)
+MOST = LANES[-1]
+STEPS = 4000
+STEP = 0.005  # in tau
+SUBSTEPS = 4
+SEED = 2017
+SAME = 1e-9  # of the peaks, u/u_ins
+WANTED = 1e-4  # error at equal accuracy, u/u_ins
+
+# The wall at equal accuracy.
+ONE = TrilinearCurve(0.06, 0.75, 0.95)
+XI, RELEASE = 0.03, 0.6
+SAMPLE, SAMPLES = 0.05, 400  # of the record, in tau
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Walls that differ, free after a release or under a record from rest."""
+
+    model: str
+    curve: TrilinearCurve
+    parameter: np.ndarray
+    release: np.ndarray
+    load_factor: np.ndarray
+    ground: np.ndarray
+    steps: int
+    step: float = STEP
+    substeps: int = SUBSTEPS
+    exponent: float = EXPONENT
+
+    @property
+    def lanes(self) -> int:
+        """Number of walls."""
+        return self.parameter.size
+
+    def run(self, threads: int = 1, store_every: int = 0) -> Response:
+        """Run them by rockdamp."""
+        damping = (
+            Damping.power(self.exponent, self.parameter)
+            if self.model == "POWER"
+            else Damping(self.model, self.parameter)
+        )
+        return solve(
+            self.curve, damping, step=self.step, steps=self.steps, release_amplitude=self.release,
+            load_factor=self.load_factor, ground_acceleration=self.ground, substeps=self.substeps, threads=threads,
+            store_every=store_every,
+        )  # fmt: skip
+
+
+def batch(model: str, forced: bool, lanes: int, steps: int) -> Batch:
+    """Draw walls."""
+    rng = np.random.default_rng(SEED)
+    curve = TrilinearCurve(rng.uniform(0.03, 0.12, lanes), rng.uniform(0.65, 0.85, lanes))
+    parameter = rng.uniform(0.75, 0.95, lanes) if model == "CR" else rng.uniform(0.02, 0.08, lanes)
+    share = rng.uniform(0.1, 0.9, lanes)
+    none = np.zeros(lanes)
+    ground = motion(steps // SUBSTEPS + 1, STEP * SUBSTEPS) if forced else np.empty(0)
+    return Batch(model, curve, parameter, none if forced else share, share if forced else none, ground, steps)
+
+
+def motion(samples: int, sample: float) -> np.ndarray:
+    """A record: sines from half to four times p, with seeded phases, that grow from nothing and die away."""
+    rng, t = np.random.default_rng(SEED), sample * np.arange(samples)
+    w = np.geomspace(0.5, 4.0, 24)
+    phase = rng.uniform(0, 2 * np.pi, w.size)
+    return np.sin(np.pi * t / t[-1]) ** 2 * (np.sin(np.outer(t, w) + phase)).sum(axis=1) * 0.25
+
+
+def section(quick: bool) -> Section:
+    """Measure."""
+    found = Section("Kernel")
+    library = compile_c()
+    if library is None:
+        found.notes.append("No C compiler is here: the comparison with C is left out.")
+    if NO_OPENSEES:
+        found.notes.append(NO_OPENSEES + ".")
+    speeds = _loops(found, library, quick)
+    _accuracy(found, speeds, quick)
+    return found
+
+
+# --- loops ------------------------------------------------------------------------------------------------------------
+
+
+def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], float]:
+    """Fill the table of loops; return the best ns per step and lane on one core."""
+    table = Table(
+        f"ns per step and history: best (median) of interleaved repetitions of {STEPS} steps. C and the plain numba loop"
+        " run on one thread; numba takes the histories one after the other.",
+        ["damper", "load", "histories", "rockdamp, 1 thread", "rockdamp, 2 threads", "C", "plain numba",
+         "rockdamp / C", "numba / rockdamp", "1 / 2 threads"],
+    )  # fmt: skip
+    steps, repetitions = (400, 2) if quick else (STEPS, 7)
+    worst: dict[str, list[float]] = {}
+    speeds, c_second = {}, []
+    for model in MODELS:
+        for forced in (False, True):
+            for lanes in LANES:
+                walls = batch(model, forced, lanes, steps)
+                functions = {"one": walls.run}
+                if available_threads() > 1 and lanes > 64:
+                    functions["two"] = lambda walls=walls: walls.run(2)
+                some = min(lanes, 64)
+                functions["scalar"] = lambda walls=walls, some=some: scalar_peaks(walls, some)
+                if library is not None:
+                    loop = CLoop(library, walls)
+                    functions["c"] = loop.run
+                    if lanes == MOST and "two" in functions:
+                        functions["c two"] = lambda loop=loop: loop.run(2)
+                    _check_same(walls, loop)
+                else:
+                    _check_same(walls, None)
+                timed = interleaved(functions, repetitions)
+                per = {name: 1e9 / steps / (some if name == "scalar" else lanes) for name in functions}
+                cell = {name: f"{time.best * per[name]:.2f} ({time.median * per[name]:.2f})" for name, time in timed.items()}
+                ns = {name: time.best * per[name] for name, time in timed.items()}
+                speeds[model, forced, lanes] = ns["one"]
+                ratios = {
+                    "c": ns["one"] / ns.get("c", np.nan), "scalar": ns["scalar"] / ns["one"],
+                    "two": ns["one"] / ns.get("two", np.nan),
+                }  # fmt: skip
+                if lanes == MOST:
+                    for name, value in ratios.items():
+                        worst.setdefault(f"{model} {name}", []).append(value)
+                    if "c two" in ns:
+                        c_second.append(ns["c"] / ns["c two"])
+                table.rows.append(
+                    [NAMES[model], "record" if forced else "free", str(lanes),
+                     *(cell.get(name, "-") for name in ("one", "two", "c", "scalar")),
+                     *("-" if np.isnan(ratios[name]) else f"{ratios[name]:.2f}" for name in ("c", "scalar", "two"))]
+                )  # fmt: skip
+                print("  " + "  ".join(table.rows[-1]), flush=True)
+    found.tables.append(table)
+    for model in MODELS:
+        if library is not None:
+            what = f"Time over the C loop's, {NAMES[model]}, {MOST} histories, one core, worse of free and record"
+            found.target(what, max(worst[f"{model} c"]), 1.25, " times")
+    for model in MODELS:
+        what = f"Faster than the plain numba loop, {NAMES[model]}, {MOST} histories, one core, worse of free and record"
+        found.target(what, min(worst[f"{model} scalar"]), 8, " times", least=True)
+    if available_threads() > 1:
+        second = [value for model in MODELS for value in worst[f"{model} two"]]
+        found.target(f"Second core, {MOST} histories, median of all dampers", float(np.median(second)), 1.8, " times", least=True)
+        text = f"The second core gives rockdamp {min(second):.2f} to {max(second):.2f} times the speed"
+        if c_second:
+            text += f", and the C loop {min(c_second):.2f} to {max(c_second):.2f} times: what the machine allows"
+        found.notes.append(text + ".")
+    found.series["loops"] = [row[:7] for row in table.rows]
+    return speeds
+
+
+def _check_same(walls: Batch, loop: CLoop | None) -> None:
+    """The loops must give the same: peaks and, of C, where the walls are at the end, crossings and collapses."""
+    ours = walls.run(store_every=walls.steps)
+    stands = ours.outcome == 0
+    some = min(walls.lanes, 64)
+    scalar = scalar_peaks(walls, some)
+    assert np.abs(scalar - ours.peak[:some])[stands[:some]].max() < SAME, walls.model
+    if loop is not None:
+        loop.run()
+        assert np.array_equal(loop.row("alive") == 1, stands), walls.model
+        assert np.abs(loop.row("peak") - ours.peak)[stands].max() < SAME, walls.model
+        assert np.abs(loop.row("x") - ours.displacement[:, -1])[stands].max() < SAME, walls.model
+        assert np.array_equal(loop.row("crossings")[stands], ours.impacts[stands]), walls.model
+
+
+# --- other programs ---------------------------------------------------------------------------------------------------
+
+
+def _accuracy(found: Section, speeds: dict[tuple[str, bool, int], float], quick: bool) -> None:
+    """Compare with OpenSeesPy and SciPy on one CDC wall: per step, and to reach the same error."""
+    table = Table(
+        f"One CDC wall over tau = {SAMPLE * SAMPLES:g}: cost to bring the largest error of u/u_ins at {SAMPLES} samples,"
+        f" against rockdamp.exact, down to {WANTED:g}. Rockdamp's step is one of {MOST} histories' on one core; the others"
+        " run one at a time.",
+        ["load", "solver", "us per step", "steps", "us per history", "times rockdamp's step", "times rockdamp's history"],
+    )  # fmt: skip
+    for forced in (False, True):
+        _one_wall(found, table, forced, speeds, 2 if quick else 5)
+    found.tables.append(table)
+
+
+def _one_wall(
+    found: Section, table: Table, forced: bool, speeds: dict[tuple[str, bool, int], float], repetitions: int
+) -> None:  # fmt: skip
+    samples = SAMPLES
+    load = 0.8 * motion(samples + 1, SAMPLE) if forced else np.empty(0)
+    release, end, name = (0.0 if forced else RELEASE), SAMPLE * samples, "record" if forced else "free"
+    times = SAMPLE * np.arange(samples + 1)
+    truth = exact.history(
+        ONE, Damping("CDC", XI), times, release_amplitude=release, load=load, load_step=SAMPLE if forced else None
+    )
+    assert truth.outcome == "completed"
+    ns = speeds["CDC", forced, MOST]
+
+    def ours(substeps: int) -> np.ndarray:
+        return solve(
+            ONE, Damping("CDC", XI), step=SAMPLE / substeps, steps=samples * substeps, release_amplitude=release,
+            load_factor=1.0, ground_acceleration=load, substeps=substeps, store_every=substeps,
+        ).displacement  # fmt: skip
+
+    def error(history: np.ndarray) -> float:
+        return float(np.abs(history - truth.displacement).max())
+
+    substeps = 2 ** np.arange(10)
+    steps = crossing(substeps, [error(ours(int(n))) for n in substeps], WANTED) * samples
+    cost = steps * ns * 1e-9
+    table.rows.append([name, "rockdamp", number(ns * 1e-3), number(steps), number(cost * 1e6), "1", "1"])
+    if not NO_OPENSEES:
+
+        def theirs(n: int) -> np.ndarray:
+            opensees(ONE, XI, release, load, SAMPLE)
+            return opensees_history(samples, n, SAMPLE)
+
+        peer_steps = crossing(substeps, [error(theirs(int(n))) for n in substeps], WANTED) * samples
+        per_step = _opensees_step(release, load, samples, repetitions)
+        peer_cost = peer_steps * per_step
+        table.rows.append(
+            [name, "OpenSeesPy", number(per_step * 1e6), number(peer_steps), number(peer_cost * 1e6),
+             number(per_step * 1e9 / ns), number(peer_cost / cost)]
+        )  # fmt: skip
+        found.target(f"Faster than OpenSeesPy per step, CDC, {name}, one core", per_step * 1e9 / ns, 800, " times", least=True)
+        found.target(
+            f"Faster than OpenSeesPy at equal accuracy, CDC, {name}, one core", peer_cost / cost, 1000, " times", least=True
+        )
+    rtol = 10.0 ** -np.arange(1, 9)
+    runs = {
+        str(value): lambda value=value: scipy_history(ONE, XI, release, end, value, load, SAMPLE) for value in rtol
+    }
+    seconds = [one.best for one in interleaved(runs, repetitions, 0.0).values()]
+    errors = [error(scipy_history(ONE, XI, release, end, value, load, SAMPLE, times).y[0]) for value in rtol]
+    scipy_cost = crossing(seconds, errors, WANTED)
+    table.rows.append([name, "SciPy DOP853", "-", "-", number(scipy_cost * 1e6), "-", number(scipy_cost / cost)])
+
+
+def _opensees_step(release: float, load: np.ndarray, samples: int, repetitions: int) -> float:
+    """Seconds of one step, in one call for all of them and without output."""
+    substeps, found = 8, []
+    for _ in range(repetitions + 1):
+        opensees(ONE, XI, release, load, SAMPLE)
+        start = perf_counter()
+        opensees_run(samples * substeps, SAMPLE / substeps)
+        found.append((perf_counter() - start) / (samples * substeps))
+    return min(found)

@@ -1,0 +1,105 @@
+"""What the sections share: interleaved timing, tables, and targets that are met or not."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+LEAST = 0.02  # s that one measurement lasts, at least
+
+
+class Timing(NamedTuple):
+    """Of one call. [s]"""
+
+    best: float
+    median: float
+
+
+def interleaved(
+    functions: Mapping[str, Callable[[], Any]], repetitions: int, least: float = LEAST
+) -> dict[str, Timing]:
+    """Time functions in turn, so that what else the machine does meets all of them alike."""
+    calls = {}
+    for name, function in functions.items():
+        function()  # warm
+        start = time.perf_counter()
+        function()
+        calls[name] = max(1, int(np.ceil(least / max(time.perf_counter() - start, 1e-9))))
+    found: dict[str, list[float]] = {name: [] for name in functions}
+    for _ in range(repetitions):
+        for name, function in functions.items():
+            start = time.perf_counter()
+            for _ in range(calls[name]):
+                function()
+            found[name].append((time.perf_counter() - start) / calls[name])
+    return {name: Timing(min(one), float(np.median(one))) for name, one in found.items()}
+
+
+@dataclass
+class Table:
+    """A table of text."""
+
+    caption: str
+    header: list[str]
+    rows: list[list[str]] = field(default_factory=list)
+
+    def markdown(self) -> str:
+        """Return the caption and the table."""
+        lines = [self.header, ["---"] + ["---:"] * (len(self.header) - 1), *self.rows]
+        return f"{self.caption}\n\n" + "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+@dataclass
+class Section:
+    """What a part of the suite found."""
+
+    title: str
+    tables: list[Table] = field(default_factory=list)
+    targets: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    series: dict[str, Any] = field(default_factory=dict)  # for the plots
+
+    def target(self, what: str, measured: float, limit: float, unit: str = "", least: bool = False) -> None:
+        """Judge a number that must be at most `limit`, or at least."""
+        met = bool(measured >= limit if least else measured <= limit)
+        wanted = f"{'at least' if least else 'at most'} {number(limit)}{unit}"
+        self.targets.append({"what": what, "target": wanted, "measured": f"{number(measured)}{unit}", "met": met})
+
+    def data(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> Section:
+        """Return the section that `data` made."""
+        return cls(**{**data, "tables": [Table(**table) for table in data["tables"]]})
+
+
+def number(value: float) -> str:
+    """Three digits, without exponents where they read badly."""
+    if value == 0 or not np.isfinite(value):
+        return f"{value:g}"
+    decimals = max(0, 2 - int(np.floor(np.log10(abs(value)))))
+    return f"{value:,.{min(decimals, 9)}f}" if 1e-4 < abs(value) < 1e7 else f"{value:.2e}"
+
+
+def crossing(cost: Any, error: Any, wanted: float) -> float:
+    """Cost at which the error falls to `wanted`: between the two runs around it, straight in logarithms.
+
+    Runs from coarse to fine. Where the coarsest is good enough already, its cost; where none is, not a number.
+    """
+    cost = np.maximum.accumulate(np.asarray(cost, dtype=float))
+    # From the finest run back: an error that happens to be small in a coarse run does not count.
+    error = np.maximum.accumulate(np.asarray(error, dtype=float)[::-1])[::-1]
+    if error[-1] > wanted:
+        return float("nan")
+    return float(np.exp(np.interp(-np.log(wanted), -np.log(error), np.log(cost))))
+
+
+def slope(x: Any, y: Any) -> float:
+    """Slope of the straight line through logarithms."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

@@ -1,0 +1,248 @@
+"""The pipeline: a rebuild of the paper's chain beside empty rules that only import what its scripts import."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from statistics import median
+
+import psutil
+import yaml
+from measure import Section, Table, interleaved, number
+
+from rockdamp import Damping, TrilinearCurve, decay, matching_studies
+from rockdamp.newmark import available_threads, solve
+
+ROOT = Path(__file__).resolve().parents[1]
+FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8"]
+CORES = 2
+NOT_COPIED = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
+MEBIBYTE = 2**20
+
+FLOOR = {
+    "data.py": "import numba\nimport xarray\n\nfrom rockdamp import dataset\n",
+    "figure.py": "import matplotlib.pyplot\nimport numba\nimport xarray\n\nfrom rockdamp import dataset\n",
+}
+TOUCH = "\nfor path in snakemake.output:\n    open(path, 'w').close()\n"
+
+
+class Tree:
+    """A copy of the project in which snakemake runs, so that nothing else is touched or waited for."""
+
+    def __init__(self, folder: str) -> None:
+        self.place = Path(folder) / "rockdamp"
+        shutil.copytree(ROOT, self.place, ignore=shutil.ignore_patterns(*NOT_COPIED))
+        dropped = ("SNAKEMAKE_PROFILE", "NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS")
+        kept = {key: value for key, value in os.environ.items() if key not in dropped}
+        self.environment = {**kept, "PYTHONPATH": str(self.place / "src"), "PYTHONUTF8": "1"}
+
+    def command(self, targets: list[str], config: str = "config/default.yaml", *options: str) -> list[str]:
+        """Return a call of snakemake."""
+        return [sys.executable, "-m", "snakemake", "--cores", str(CORES), "--quiet", "all", *options,
+                "--configfile", config, "--", *targets]  # fmt: skip
+
+    def run(self, command: list[str], place: Path | None = None) -> str:
+        """Run a command in the copy; its standard output."""
+        done = subprocess.run(command, cwd=place or self.place, env=self.environment, capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    def timed(self, command: list[str], built: str, place: Path | None = None) -> float:
+        """Seconds of a build from nothing; `built` is removed before."""
+        place = place or self.place
+        shutil.rmtree(place / built, ignore_errors=True)
+        start = time.perf_counter()
+        self.run(command, place)
+        return time.perf_counter() - start
+
+
+def section(quick: bool) -> Section:
+    """Measure the rebuild, and the matching alone."""
+    found = Section("Pipeline")
+    config = "config/minimal.yaml" if quick else "config/default.yaml"
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Tree(folder)
+        dot = tree.run(tree.command(FIGURES, config, "--forceall", "--dag", "dot"))
+        jobs, needs = graph(dot)
+        floor = tree.place / "floor"
+        write_floor(floor, jobs, needs)
+        floor_command = [sys.executable, "-m", "snakemake", "--cores", str(CORES), "--quiet", "all", "--", "all"]
+        first = tree.timed(tree.command(FIGURES, config), "results")
+        chain, empty = [], []
+        for _ in range(1 if quick else 3):
+            empty.append(tree.timed(floor_command, "built", floor))
+            chain.append(tree.timed(tree.command(FIGURES, config), "results"))
+    table = Table(
+        f"Figs 1 to 8 from nothing on {CORES} cores, {len(jobs)} jobs, and the same graph of jobs that only import"
+        " rockdamp.dataset, numba, xarray and, for a figure, matplotlib. The first build compiles the kernel; the"
+        " others find it compiled.",
+        ["build", "best [s]", "median [s]"],
+    )
+    table.rows += [
+        ["paper's chain, first", number(first), "-"],
+        ["paper's chain", number(min(chain)), number(median(chain))],
+        ["the same jobs, empty", number(min(empty)), number(median(empty))],
+    ]
+    found.tables.append(table)
+    found.target("Rebuild of the paper's chain over the same jobs, empty", min(chain) / min(empty), 1.5, " times")
+    found.target("First build of the paper's chain, with the kernel's compilation", first, 90, " s")
+    found.tables.append(_matching(found, quick))
+    return found
+
+
+def graph(dot: str) -> tuple[dict[str, str], dict[str, list[str]]]:
+    """Return the rule of each job, and the jobs that each needs, from snakemake's graph."""
+    jobs = dict(re.findall(r'^\s*(\d+)\[label = "(\w+)', dot, flags=re.MULTILINE))
+    needs: dict[str, list[str]] = {job: [] for job in jobs}
+    for before, after in re.findall(r"^\s*(\d+) -> (\d+)", dot, flags=re.MULTILINE):
+        needs[after].append(before)
+    return jobs, needs
+
+
+def write_floor(place: Path, jobs: dict[str, str], needs: dict[str, list[str]]) -> None:
+    """Write a workflow of the same jobs, which do nothing."""
+    place.mkdir()
+    for name, text in FLOOR.items():
+        (place / name).write_text(text + TOUCH, encoding="utf-8")
+    shutil.copytree(ROOT / "profiles/default", place / "profiles/default")
+    rules = ["rule all:\n    input:\n" + "".join(f'        "built/{job}",\n' for job in jobs)]
+    for job, rule in jobs.items():
+        script = "figure.py" if rule.startswith("fig") else "data.py"
+        given = ", ".join(f'"built/{before}"' for before in needs[job])
+        rules.append(
+            f"rule job_{job}:\n"
+            + (f"    input: {given}\n" if given else "")
+            + f'    output: "built/{job}"\n    script: "{script}"\n'
+        )
+    (place / "Snakefile").write_text("\n\n".join(rules), encoding="utf-8")
+
+
+def _matching(found: Section, quick: bool) -> Table:
+    """Time the matching of all four studies in this process: computation alone."""
+    name = "minimal" if quick else "default"
+    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    if quick:
+        config["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.1}
+    for damping in (Damping.cr(0.9), Damping("CDR", 0.05)):
+        solve(TrilinearCurve(0.04, 0.85), damping, step=0.01, steps=1, release_amplitude=0.5)  # loads the kernel
+    table = Table("Matching of the studies: computation alone.", ["study", "damping ratios, each at two steps", "s"])
+    total = 0.0
+    for name in decay.STUDIES:
+        decays = decay.study(name, config)
+        start = time.perf_counter()
+        matched = matching_studies.match(name, config, decays)
+        seconds = time.perf_counter() - start
+        total += seconds
+        table.rows.append([name, str(matched["damping_ratio"].size), number(seconds)])
+    table.rows.append(["all", "", number(total)])
+    found.target(f"Matching of all studies, computation alone, {available_threads()} thread(s)", total, 10, " s")
+    return table
+
+
+# --- the command line -------------------------------------------------------------------------------------------------
+
+
+def command_line(quick: bool) -> Section:
+    """Measure the command line, each time in a new process."""
+    found = Section("Command line")
+    program = str(Path(sys.executable).with_name("rockdamp"))
+    calls = {
+        "rockdamp --help": ([program, "--help"], 0.3),
+        "rockdamp equivalent": (
+            [program, "equivalent", "--restitution", "0.85", "--a1", "0.04", "--b1", "0.85"], 1.5,
+        ),
+        "python -c pass": ([sys.executable, "-c", "pass"], None),
+    }  # fmt: skip
+
+    def caller(command: list[str]):
+        return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+    timed = interleaved({name: caller(command) for name, (command, _) in calls.items()}, 2 if quick else 5, 0.0)
+    table = Table("A new process, with the kernel's cache warm.", ["command", "best [s]", "median [s]"])
+    for name, (_, limit) in calls.items():
+        table.rows.append([name, number(timed[name].best), number(timed[name].median)])
+        if limit:
+            found.target(f"`{name}` in a new process", timed[name].best, limit, " s")
+    found.tables.append(table)
+    return found
+
+
+# --- earthquakes ------------------------------------------------------------------------------------------------------
+
+
+def natural(quick: bool) -> Section:
+    """Build the study of earthquakes from nothing; time and memory of all its processes."""
+    found = Section("Earthquakes")
+    config = "config/minimal.yaml" if quick else "config/default.yaml"
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Tree(folder)
+        tree.run(tree.command(["fig3"], config))  # compiles the kernel
+        shutil.rmtree(tree.place / "results")
+        start = time.perf_counter()
+        peak = _Peak(subprocess.Popen(
+            tree.command(["natural"], config, "--forceall"), cwd=tree.place, env=tree.environment,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        ))  # fmt: skip
+        code = peak.wait()
+        seconds = time.perf_counter() - start
+        if code:
+            raise RuntimeError(f"snakemake natural ended with status {code}")
+        records, histories = _counts(tree, config)
+    table = Table(
+        f"`snakemake -c{CORES} natural` from nothing, the kernel compiled; memory is resident, sampled ten times a second.",
+        ["records", "histories", "s", "s per record", "largest process [MiB]", "all processes at once [MiB]"],
+    )
+    table.rows.append(
+        [str(records), f"{histories:,}", number(seconds), number(seconds / records),
+         number(peak.one / MEBIBYTE), number(peak.together / MEBIBYTE)]
+    )  # fmt: skip
+    found.tables.append(table)
+    if not quick:
+        found.target(f"Study of earthquakes from nothing, {CORES} cores", seconds, 240, " s")
+        found.target("Memory of the study of earthquakes, all processes at once", peak.together / MEBIBYTE, 1024, " MiB")
+    return found
+
+
+def _counts(tree: Tree, config: str) -> tuple[int, int]:
+    import xarray as xr
+
+    results = "results/minimal" if "minimal" in config else "results"
+    with xr.open_dataset(tree.place / results / "natural.nc") as study:
+        return study.sizes["record"], int(study["peak_displacement"].notnull().sum())
+
+
+class _Peak:
+    """Largest resident memory of a process and its children."""
+
+    def __init__(self, process: subprocess.Popen) -> None:
+        self.process, self.one, self.together = process, 0, 0
+        self.thread = threading.Thread(target=self._watch)
+        self.thread.start()
+
+    def _watch(self) -> None:
+        while self.process.poll() is None:
+            sizes = []
+            try:
+                parent = psutil.Process(self.process.pid)
+                for child in [parent, *parent.children(recursive=True)]:
+                    try:
+                        sizes.append(child.memory_info().rss)
+                    except psutil.Error:
+                        continue
+            except psutil.Error:
+                continue
+            self.one, self.together = max(self.one, *sizes, 0), max(self.together, sum(sizes))
+            time.sleep(0.1)
+
+    def wait(self) -> int:
+        """Wait for the end; the exit status."""
+        self.thread.join()
+        return self.process.wait()
