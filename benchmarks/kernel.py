@@ -102,8 +102,8 @@ def section(quick: bool) -> Section:
 def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], float]:
     """Fill the table of loops; return the best ns per step and lane on one core."""
     table = Table(
-        f"ns per step and history: best (median) of interleaved repetitions of {STEPS} steps. C and the plain numba loop"
-        " run on one thread; numba takes the histories one after the other.",
+        f"ns per step and history: best (median) of interleaved repetitions of {STEPS} steps. C and the plain numba"
+        " loop run on one thread; numba takes the histories one after the other.",
         ["damper", "load", "histories", "rockdamp, 1 thread", "rockdamp, 2 threads", "C", "plain numba",
          "rockdamp / C", "numba / rockdamp", "1 / 2 threads"],
     )  # fmt: skip
@@ -129,7 +129,9 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
                     _check_same(walls, None)
                 timed = interleaved(functions, repetitions)
                 per = {name: 1e9 / steps / (some if name == "scalar" else lanes) for name in functions}
-                cell = {name: f"{time.best * per[name]:.2f} ({time.median * per[name]:.2f})" for name, time in timed.items()}
+                cell = {
+                    name: f"{time.best * per[name]:.2f} ({time.median * per[name]:.2f})" for name, time in timed.items()
+                }
                 ns = {name: time.best * per[name] for name, time in timed.items()}
                 speeds[model, forced, lanes] = ns["one"]
                 ratios = {
@@ -157,7 +159,9 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
         found.target(what, min(worst[f"{model} scalar"]), 8, " times", least=True)
     if available_threads() > 1:
         second = [value for model in MODELS for value in worst[f"{model} two"]]
-        found.target(f"Second core, {MOST} histories, median of all dampers", float(np.median(second)), 1.8, " times", least=True)
+        found.target(
+            f"Second core, {MOST} histories, median of all dampers", float(np.median(second)), 1.8, " times", least=True
+        )
         text = f"The second core gives rockdamp {min(second):.2f} to {max(second):.2f} times the speed"
         if c_second:
             text += f", and the C loop {min(c_second):.2f} to {max(c_second):.2f} times: what the machine allows"
@@ -187,10 +191,11 @@ def _check_same(walls: Batch, loop: CLoop | None) -> None:
 def _accuracy(found: Section, speeds: dict[tuple[str, bool, int], float], quick: bool) -> None:
     """Compare with OpenSeesPy and SciPy on one CDC wall: per step, and to reach the same error."""
     table = Table(
-        f"One CDC wall over tau = {SAMPLE * SAMPLES:g}: cost to bring the largest error of u/u_ins at {SAMPLES} samples,"
-        f" against rockdamp.exact, down to {WANTED:g}. Rockdamp's step is one of {MOST} histories' on one core; the others"
-        " run one at a time.",
-        ["load", "solver", "us per step", "steps", "us per history", "times rockdamp's step", "times rockdamp's history"],
+        f"One CDC wall over tau = {SAMPLE * SAMPLES:g}: cost to bring the largest error of u/u_ins at {SAMPLES}"
+        f" samples, against rockdamp.exact, down to {WANTED:g}. Rockdamp's step is one of {MOST} histories' on one core;"
+        " the others run one at a time.",
+        ["load", "solver", "us per step", "steps", "us per history", "times rockdamp's step",
+         "times rockdamp's history"],
     )  # fmt: skip
     for forced in (False, True):
         _one_wall(found, table, forced, speeds, 2 if quick else 5)
@@ -236,14 +241,18 @@ def _one_wall(
             [name, "OpenSeesPy", number(per_step * 1e6), number(peer_steps), number(peer_cost * 1e6),
              number(per_step * 1e9 / ns), number(peer_cost / cost)]
         )  # fmt: skip
-        found.target(f"Faster than OpenSeesPy per step, CDC, {name}, one core", per_step * 1e9 / ns, 800, " times", least=True)
         found.target(
-            f"Faster than OpenSeesPy at equal accuracy, CDC, {name}, one core", peer_cost / cost, 1000, " times", least=True
+            f"Faster than OpenSeesPy per step, CDC, {name}, one core", per_step * 1e9 / ns, 800, " times", least=True
+        )
+        found.target(
+            f"Faster than OpenSeesPy at equal accuracy, CDC, {name}, one core",
+            peer_cost / cost,
+            1000,
+            " times",
+            least=True,
         )
     rtol = 10.0 ** -np.arange(1, 9)
-    runs = {
-        str(value): lambda value=value: scipy_history(ONE, XI, release, end, value, load, SAMPLE) for value in rtol
-    }
+    runs = {str(value): lambda value=value: scipy_history(ONE, XI, release, end, value, load, SAMPLE) for value in rtol}
     seconds = [one.best for one in interleaved(runs, repetitions, 0.0).values()]
     errors = [error(scipy_history(ONE, XI, release, end, value, load, SAMPLE, times).y[0]) for value in rtol]
     scipy_cost = crossing(seconds, errors, WANTED)

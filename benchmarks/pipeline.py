@@ -77,7 +77,7 @@ def section(quick: bool) -> Section:
         floor_command = [sys.executable, "-m", "snakemake", "--cores", str(CORES), "--quiet", "all", "--", "all"]
         first = tree.timed(tree.command(FIGURES, config), "results")
         chain, empty = [], []
-        for _ in range(1 if quick else 3):
+        for _ in range(1 if quick else 2):
             empty.append(tree.timed(floor_command, "built", floor))
             chain.append(tree.timed(tree.command(FIGURES, config), "results"))
     table = Table(
@@ -127,7 +127,6 @@ def write_floor(place: Path, jobs: dict[str, str], needs: dict[str, list[str]]) 
 
 def _matching(found: Section, quick: bool) -> Table:
     """Time the matching of all four studies in this process: computation alone."""
-    name = "minimal" if quick else "default"
     config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     if quick:
         config["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.1}
@@ -197,7 +196,8 @@ def natural(quick: bool) -> Section:
             raise RuntimeError(f"snakemake natural ended with status {code}")
         records, histories = _counts(tree, config)
     table = Table(
-        f"`snakemake -c{CORES} natural` from nothing, the kernel compiled; memory is resident, sampled ten times a second.",
+        f"`snakemake -c{CORES} natural` from nothing, the kernel compiled; memory is resident, sampled ten times a"
+        " second.",
         ["records", "histories", "s", "s per record", "largest process [MiB]", "all processes at once [MiB]"],
     )
     table.rows.append(
@@ -207,7 +207,9 @@ def natural(quick: bool) -> Section:
     found.tables.append(table)
     if not quick:
         found.target(f"Study of earthquakes from nothing, {CORES} cores", seconds, 240, " s")
-        found.target("Memory of the study of earthquakes, all processes at once", peak.together / MEBIBYTE, 1024, " MiB")
+        found.target(
+            "Memory of the study of earthquakes, all processes at once", peak.together / MEBIBYTE, 1024, " MiB"
+        )
     return found
 
 

@@ -1,6 +1,8 @@
 """`decay`, `respond` and `calibrate` at the command line: what they print and what they write."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -365,3 +367,17 @@ def test_the_drawn_bodies_keep_their_shape_and_touch_at_the_hinge(offset):
 def test_a_parapet_is_drawn_as_one_body():
     (block,) = rocking.wall_corners(0.3, 2.0, float("nan"), -0.1)
     np.testing.assert_allclose(block[3, 0], 0.15 - 0.1)
+
+
+def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, capfd):
+    text = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{0.01 * i:.2f},{300 * (i % 2)}\n" for i in range(50))
+    path = tmp_path / "gal.csv"
+    path.write_text(text, encoding="utf-8")
+    options = "--thickness 0.25 --height 3 --preset new --damping-model CDR --damping-ratio 0.05 --json"
+    process = subprocess.run(
+        [sys.executable, "-m", "rockdamp.cli", "respond", "--record", str(path), *options.split()],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert process.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 20")
+    assert "cm s-2 (3 m s-2)" in process.stderr and "Traceback" not in process.stderr
+    assert json.loads(process.stdout)["outcome"] == "collapsed"

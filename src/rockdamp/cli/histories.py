@@ -171,10 +171,12 @@ def respond(
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     made, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve)
+    from rockdamp.catalogue import from_file
+    from rockdamp.errors import warnings_as_lines
     from rockdamp.one_wall import responses
-    from rockdamp.records import read_record
 
-    motion = read_record(record)
+    with warnings_as_lines():
+        motion = from_file(record).record
     with concerning(record):
         found = responses(motion, made, curve, dampings, scale=scale, tail=tail)
     if output is not None:

@@ -1,0 +1,211 @@
+"""Rockdamp beside a C loop, OpenSeesPy, SciPy and numba, and against its targets: one command, run by hand.
+
+    .venv-peers/bin/python benchmarks/side_by_side.py [--quick] [--natural] [--population] [--only SECTION ...]
+
+Prints the tables and writes README.md and two plots beside this file; `--quick` tries everything out in small and
+writes to build/benchmarks. Each ratio is between things measured in turn in the same run. A machine with nothing else
+to do is needed, and no C compiler or OpenSeesPy has to be there: what needs them is left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import answer
+import growth
+import kernel
+import matplotlib
+import pipeline
+import psutil
+from matplotlib.figure import Figure
+from measure import Section
+from peers import FLAGS, c_version
+
+ROOT = Path(__file__).resolve().parents[1]
+KEPT = ROOT / "build/benchmarks"  # what each section found last
+COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py"
+PACKAGES = ("numpy", "numba", "scipy", "snakemake", "openseespy")
+GIBIBYTE = 2**30
+
+
+def main() -> None:
+    """Measure, print and write."""
+    options = _options()
+    folder = KEPT / "quick" if options.quick else Path(__file__).parent
+    kept = KEPT / ("quick" if options.quick else "full")
+    kept.mkdir(parents=True, exist_ok=True)
+    everything = _sections(options)
+    print(_machine())
+    failed = [name for name in options.only or everything if not _measured(name, everything[name], options.quick, kept)]
+    sections = [
+        Section.of(json.loads(path.read_text(encoding="utf-8")))
+        for path in (kept / f"{name}.json" for name in SECTIONS)
+        if path.exists()
+    ]
+    text = _readme(sections)
+    print(text)
+    (folder / "README.md").write_text(text, encoding="utf-8")
+    _plot(sections, folder)
+    print(f"Written: README.md and the plots in {os.path.relpath(folder)}")
+    if failed:
+        sys.exit(f"These sections failed; what stands of them is from an earlier run, or nothing: {', '.join(failed)}")
+
+
+SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "population", "natural")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small sizes, to see that everything works")
+    parser.add_argument("--natural", action="store_true", help="also build the study of earthquakes from nothing")
+    parser.add_argument("--population", action="store_true", help="run all 100,000 walls, not a share")
+    parser.add_argument(
+        "--only", nargs="+", choices=SECTIONS, metavar="SECTION",
+        help=f"measure these, and take the others from the last run here: {', '.join(SECTIONS)}",
+    )  # fmt: skip
+    options = parser.parse_args()
+    options.natural |= "natural" in (options.only or ())
+    return options
+
+
+def _sections(options: argparse.Namespace) -> dict[str, Callable[[bool], Section]]:
+    found: dict[str, Callable[[bool], Section]] = {
+        "kernel": kernel.section,
+        "answer": answer.section,
+        "pipeline": pipeline.section,
+        "cli": pipeline.command_line,
+        "memory": growth.memory,
+        "growth": growth.growth,
+        "population": lambda quick: growth.whole_population(quick, options.population),
+    }
+    return {**found, "natural": pipeline.natural} if options.natural else found
+
+
+def _measured(name: str, measure: Callable[[bool], Section], quick: bool, kept: Path) -> bool:
+    """Run a section and keep what it found; a failure costs that section alone."""
+    print(f"{name} ...", flush=True)
+    start = time.perf_counter()
+    try:
+        found = measure(quick)
+    except Exception:
+        traceback.print_exc()
+        return False
+    print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
+    (kept / f"{name}.json").write_text(json.dumps(found.data()), encoding="utf-8")
+    return True
+
+
+# --- what is written --------------------------------------------------------------------------------------------------
+
+
+def _readme(sections: list[Section]) -> str:
+    targets = [target for section in sections for target in section.targets]
+    met = sum(target["met"] for target in targets)
+    rows = [
+        f"| {section.title} | {target['what']} | {target['target']} | {target['measured']} |"
+        f" {'met' if target['met'] else '**not met**'} |"
+        for section in sections
+        for target in section.targets
+    ]
+    parts = [
+        "# Side by side",
+        "Written by the command below; nothing here is edited by hand. Each ratio is between things measured in turn in"
+        " the same run; best of several repetitions.",
+        f"```\n{COMMAND}\n```",
+        "`make peers` sets up what it needs. `--natural` also builds the study of earthquakes, `--population` runs"
+        " all of its 100,000 walls, `--quick` tries it all out in small, and `--only` measures a part anew.",
+        f"## Machine\n\n{_machine()}",
+        f"## Targets\n\n{met} of {len(targets)} are met.",
+        "\n".join(["| part | what | target | measured | |", "| --- | --- | --- | ---: | --- |", *rows]),
+        "![Cost of a step](kernel.png)",
+        "![Growth](growth.png)",
+    ]
+    for section in sections:
+        parts += [f"## {section.title}", *(table.markdown() for table in section.tables), *section.notes]
+    return "\n\n".join(parts) + "\n"
+
+
+def _machine() -> str:
+    versions = [f"Python {platform.python_version()}"]
+    for name in PACKAGES:
+        try:
+            versions.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            versions.append(f"no {name}")
+    memory = psutil.virtual_memory().total / GIBIBYTE
+    return "\n".join(
+        [
+            f"- Processor: {_processor()}, {len(os.sched_getaffinity(0))} cores usable",
+            f"- Memory: {memory:.0f} GiB; {platform.system()} on {platform.machine()}",
+            f"- {', '.join(versions)}",
+            f"- C: {c_version()}, `{' '.join(FLAGS)}`",
+        ]
+    )
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    fields: dict[str, str] = {}
+    for line in lines:
+        name, _, value = line.partition(":")
+        fields.setdefault(name.strip(), value.strip())
+    widest = next((name for name in ("avx512f", "avx2", "avx") if name in fields.get("flags", "").split()), "no AVX")
+    return f"{fields.get('model name', platform.machine())} ({widest})"
+
+
+def _plot(sections: list[Section], folder: Path) -> None:
+    matplotlib.use("agg")
+    by_title = {section.title: section for section in sections}
+    if "Kernel" in by_title:
+        _plot_kernel(by_title["Kernel"], folder / "kernel.png")
+    if "Growth" in by_title:
+        _plot_growth(by_title["Growth"], folder / "growth.png")
+
+
+def _plot_kernel(section: Section, path: Path) -> None:
+    figure = Figure(figsize=(9, 5.5), layout="constrained")
+    axes = figure.subplots(2, 3, sharex=True, sharey=True)
+    lines = {"rockdamp, 1 thread": 3, "rockdamp, 2 threads": 4, "C": 5, "plain numba": 6}
+    for ax, name in zip(axes.flat, kernel.NAMES.values()):
+        rows = [row for row in section.series["loops"] if row[:2] == [name, "record"]]
+        for (label, column), style in zip(lines.items(), ("o-", "s-", "^--", "v:")):
+            points = [(int(row[2]), float(row[column].split()[0])) for row in rows if row[column] != "-"]
+            if points:
+                ax.loglog(*zip(*points), style, label=label, markersize=4)
+        ax.set_title(name)
+        ax.grid(alpha=0.3)
+    for ax in axes[-1]:
+        ax.set_xlabel("histories")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("ns per step and history")
+    axes[0, 0].legend(fontsize="small")
+    figure.suptitle("Cost of a step under a record")
+    figure.savefig(path, dpi=120)
+
+
+def _plot_growth(section: Section, path: Path) -> None:
+    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
+    ax = figure.subplots()
+    for (name, (x, seconds)), style in zip(section.series.items(), ("o-", "s-", "^-")):
+        ax.loglog(x, seconds, style, label=f"against {name}", markersize=4)
+    ax.set_xlabel("count")
+    ax.set_ylabel("time [s]")
+    ax.grid(alpha=0.3)
+    ax.legend(fontsize="small")
+    figure.savefig(path, dpi=120)
+
+
+if __name__ == "__main__":
+    main()
