@@ -21,7 +21,7 @@ export XDG_CONFIG_HOME ?= $(CURDIR)/.cache/config
 export XDG_DATA_HOME ?= $(CURDIR)/.cache/data
 endif
 
-.PHONY: all help setup test lint docs docs-links rulegraph peers test-peers lock clean distclean anew
+.PHONY: all help setup test lint docs docs-links rulegraph peers test-peers benchmark lock clean distclean anew
 
 all: setup ## Set up, then build every dataset, figure and the report (the default)
 	$(bin)/snakemake --cores $(CORES)
@@ -56,6 +56,9 @@ peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with i
 
 test-peers: peers ## Run the tests that need the peers
 	.venv-peers/bin/python -m pytest -m peers $(PYTEST_FLAGS)
+
+benchmark: peers ## Measure speed and memory beside other programs, on a quiet machine; writes benchmarks/README.md
+	.venv-peers/bin/python benchmarks/side_by_side.py
 
 lock: .venv/.made ## Bring the locks in line with pyproject.toml (LOCK_FLAGS=--upgrade: newest versions)
 	$(compile) pyproject.toml --extra records --group dev --output-file requirements.lock

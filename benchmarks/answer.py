@@ -48,8 +48,9 @@ def section(quick: bool) -> Section:
         f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_WINDOW:g}, and for {walls} walls"
         f" that differ in a1, b1 and e, on {available_threads()} thread(s). Rockdamp runs its own decay under"
         " restitution, scans 200 damping ratios for all minima and refines, as `rockdamp equivalent` does at"
-        f" 1/{REFINEMENT} of the studies' step in the end, or at the studies' step alone. The others are given the decay and minimise Err"
-        " once (minimize_scalar, from the closed form), at the coarsest step or tolerance that is good to 0.1 %."
+        f" 1/{REFINEMENT} of the studies' step in the end, or at the studies' step alone. The others are given the"
+        " decay and minimise Err once (minimize_scalar, from the closed form), at the coarsest step or tolerance that"
+        " is good to 0.1 %."
         f" Theirs for {walls} walls is {walls} times one wall: extrapolated.",
         ["solver", "one wall [s]", "off by", f"{walls} walls [s]", "times rockdamp, one", f"times rockdamp, {walls}"],
     )

@@ -259,7 +259,7 @@ class _Batch:
 
     def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
         flat = target.reshape(-1)
-        flat[: self.lanes] = np.broadcast_to(value, self.shape).reshape(-1)
+        flat[: self.lanes].reshape(self.shape)[...] = value
         flat[self.lanes :] = flat[self.lanes - 1] if self.lanes else 0.0
 
     def pack(self, rows: Mapping[int, ArrayLike]) -> Array:

@@ -1,6 +1,7 @@
 """What every job does around its one call: threads, log and progress, and one clear line where the input is bad."""
 
 import os
+import platform
 import sys
 import traceback
 from contextlib import contextmanager
@@ -34,6 +35,8 @@ class _Both:
 def job(snakemake):
     """Run the body of a script as the job that `snakemake` describes; on any error exit with status 1."""
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
+    # Nodes of a cluster share the folder. Two kinds of processor must not write the same entry of the cache at once.
+    os.environ["NUMBA_CACHE_DIR"] = os.path.join(os.environ["NUMBA_CACHE_DIR"], platform.node())
     from rockdamp.dataset import DatasetError
     from rockdamp.errors import InputError, warnings_as_lines
 
