@@ -1,6 +1,7 @@
 """The damping ratio over the amplitude: from peaks, from Err, from the closed form; the best exponent; its figures."""
 
 import copy
+import re
 from pathlib import Path
 
 import numpy as np
@@ -179,7 +180,13 @@ def test_the_table_of_the_page_is_that_of_the_built_dataset():
     path = REPOSITORY / "results/dispersion.nc"
     if not path.exists():
         pytest.skip("results/dispersion.nc is not built")
-    assert "\n".join(dispersion.table(dataset.open(path))) in (REPOSITORY / "docs/theory.md").read_text("utf-8")
+    page = (REPOSITORY / "docs/theory.md").read_text("utf-8").split("<!-- python -m rockdamp.dispersion")[1]
+    shown, built = page.split("-->")[1].split("<!--")[0], "\n".join(dispersion.table(dataset.open(path)))
+    number = re.compile(r"[-+]?\d+\.\d")
+    assert number.sub("x", shown).strip() == number.sub("x", built)
+    # Another processor's rounding moves xi by parts in 100 000, which may turn a last digit.
+    pairs = zip(number.findall(shown), number.findall(built), strict=True)
+    assert max(abs(float(one) - float(other)) for one, other in pairs) < 0.11
 
 
 def test_the_table_holds_a_row_for_each_damper_and_the_largest_differences(found):
