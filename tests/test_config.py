@@ -122,6 +122,7 @@ BAD = [
     ("wall.thickness", math.nan, "wall.thickness is nan; it must be a finite number"),
     ("studies.slenderness.slenderness", [10, math.inf], "slenderness[1] is inf; it must be a finite number"),
     ("wall.thickness", True, "wall.thickness is True; it must be a number greater than 0"),
+    ("natural.walls", [{"parapet": 3}], "natural.walls[0].parapet is 3; it must be true or false"),
     ("wall.thickness", None, "wall.thickness is None; it must be a number greater than 0"),
     ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number greater than 0 (YAML's numbers"),
     ("wall", 3, "wall is 3; it must be a mapping of keys to values"),

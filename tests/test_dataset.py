@@ -1,5 +1,6 @@
 """The registry, and the files that are written from it."""
 
+import errno
 import hashlib
 from pathlib import Path
 
@@ -67,10 +68,10 @@ def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, m
 
     def full_disk(self, target, **_):
         target.write_bytes(b"half")
-        raise OSError("No space left on device")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be written .No space left on device.; its folder"):
         write(orders, path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
@@ -96,6 +97,24 @@ def test_a_truncated_file_is_named(orders, tmp_path):
         dataset.open(path)
     with pytest.raises(dataset.DatasetError, match="missing.nc cannot be read"):
         dataset.open(tmp_path / "missing.nc")
+
+
+def test_what_is_left_of_the_file_it_was_read_from_is_not_written(orders, tmp_path):
+    orders["order"].encoding["coordinates"] = "of_another_file"
+    write(orders, tmp_path / "orders.nc")
+    with xr.open_dataset(tmp_path / "orders.nc", decode_coords=False) as raw:
+        assert "coordinates" not in raw["order"].attrs
+
+
+@pytest.mark.parametrize("name", ["solver_error", "order", "step"])
+def test_a_flipped_bit_is_an_error_not_another_value(name, orders, tmp_path):
+    path = tmp_path / "orders.nc"
+    write(orders, path)
+    damaged = bytearray(path.read_bytes())
+    damaged[damaged.index(orders[name].values.tobytes()) + 7] ^= 1
+    path.write_bytes(damaged)
+    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be read .* delete it and run again"):
+        dataset.open(path)
 
 
 def test_every_registered_variable_has_a_unit_and_a_meaning():

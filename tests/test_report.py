@@ -414,7 +414,7 @@ def test_an_unknown_verdict_is_refused(content):
 
 
 def test_a_figure_that_is_no_png_is_refused(content):
-    with pytest.raises(InputError, match="no PNG"):
+    with pytest.raises(InputError, match="the PNG of .* cannot be read; delete it"):
         report.build(dataclasses.replace(content, figures={"fig1": b"%PDF-1.7, or so it says here"}))
 
 

@@ -4,6 +4,7 @@ import hashlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -367,7 +368,47 @@ def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_
     run = tree.snakemake("calibration", overlay=overlay)
     assert run.returncode != 0
     assert "Traceback" not in run.stdout + run.stderr
-    message = "calibration: the record has no column displacement_m; it must hold the measured response\n"
+    message = "calibration: motion.csv: the record has no column displacement_m; it must hold the measured response\n"
     assert message in run.stderr
     assert (tree.place / "logs/motion/calibration.log").read_text(encoding="utf-8") == message
     assert not (tree.place / "results/motion/calibration.nc").exists()
+
+
+# --- accidents, of which tests/hurt.py has more ----------------------------------------------------------------------
+
+
+def test_a_truncated_dataset_is_named_by_the_job_that_reads_it_and_deleting_it_mends_all(tree):
+    before = tree.digests(RESULTS)
+    path = tree.place / RESULTS / "mechanism.nc"
+    os.truncate(path, path.stat().st_size // 2)
+    run = tree.snakemake("fig1")
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    (line,) = {line for line in run.stderr.splitlines() if line.startswith("fig1: ")}
+    assert f"{RESULTS}/mechanism.nc cannot be read" in line and line.endswith("; delete it and run again")
+    assert not list((tree.place / RESULTS).rglob("*.part"))
+    path.unlink()
+    assert tree.snakemake().returncode == 0
+    assert tree.digests(RESULTS) == before
+
+
+def test_a_run_beside_another_or_after_a_kill_is_told_of_the_lock_and_goes_on_without_it(tree):
+    overlay = tree.place / "killed.yaml"
+    overlay.write_text("results: results/killed\n", encoding="utf-8")
+    files = ["config/minimal.yaml", overlay.name]
+    command = [sys.executable, "-m", "snakemake", "--cores", "2", "mechanism", "--configfile", *files]
+    process = subprocess.Popen(
+        command, cwd=tree.place, env=tree.environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert any("Select jobs to execute" in line for line in process.stderr)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    second = subprocess.run(command, cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+    assert second.returncode != 0
+    assert "Directory cannot be locked" in second.stderr and "--unlock" in second.stderr
+    for more in (["--unlock"], ["--rerun-incomplete"]):
+        run = subprocess.run([*command, *more], cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
+    built = tree.digests("results/killed")
+    shutil.rmtree(tree.place / "results/killed")
+    assert built["results/killed/mechanism.nc"] == tree.digests(RESULTS)[f"{RESULTS}/mechanism.nc"]

@@ -69,7 +69,7 @@ class TrilinearCurve:
         if self.softening not in SOFTENING:
             raise InputError(f"softening is {self.softening!r}; it must be one of {', '.join(SOFTENING)}")
         require(a1 > 0, "cracked_stiffness_ratio (a1)", a1, "greater than 0")
-        require((b1 > 0) & (b1 < 1), "plateau_ratio (b1)", b1, "between 0 and 1, both excluded")
+        require((b1 > ROUNDING) & (b1 < 1), "plateau_ratio (b1)", b1, "between 0 and 1, both excluded")
         require((a3 > 0) & (a3 <= 1), "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
         if self.softening == "steeper":
             allowed = "greater than 1 - b1 with steeper softening"

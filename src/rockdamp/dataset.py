@@ -19,6 +19,7 @@ import yaml
 
 from rockdamp.provenance import config_digest
 from rockdamp.studies import STUDIES
+from rockdamp.whole import replacing
 
 CONVENTIONS = "CF-1.11"
 PAPER = (
@@ -105,10 +106,10 @@ def write(
     Raises
     ------
     DatasetError
-        If the dataset is not what the registry says.
+        If the dataset is not what the registry says, or the file cannot be written.
     """
     expected = check(dataset, kind)
-    dataset = dataset.copy()
+    dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
     encoding: dict[str, dict[str, Any]] = {}
     for name in map(str, dataset.variables):
         entry, variable = expected[name], dataset[name]
@@ -123,21 +124,22 @@ def write(
         "config_sha256": config_digest(config),
         "code_version": code_version,
     }
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        dataset.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
+            dataset.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    except (OSError, RuntimeError) as error:  # netCDF calls a full disk "HDF error", a RuntimeError
+        reason = getattr(error, "strerror", None) or error
+        allowed = "its folder must be writable and the disk not full"
+        raise DatasetError(f"{os.fspath(path)} cannot be written ({reason}); {allowed}") from error
 
 
 def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: bool) -> dict[str, Any]:
+    # With a checksum a damaged file is an error, not other numbers. HDF5 has none for single values.
+    encoding: dict[str, Any] = {"fletcher32": True} if variable.ndim else {}
     if variable.dtype.kind in "UO":
         # Characters, not strings: the CF checker cannot compare strings.
-        return {"dtype": "S1"}
-    encoding: dict[str, Any] = {}
+        return encoding | {"dtype": "S1"}
     if is_coordinate or variable.dtype.kind != "f":
         encoding["_FillValue"] = None  # CF allows none on coordinates
     if "dtype" in entry:

@@ -19,6 +19,7 @@ from rockdamp.named import is_named
 
 COMPLETED, COLLAPSED = 0, 1
 OUTCOMES = ("completed", "collapsed")
+SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3)  # as `parameters` returns them
 
 Array = NDArray[np.float64]
@@ -178,12 +179,11 @@ def solve(
             curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, np.shape(case)
         )
     )  # fmt: skip
-    load = g * ground[0] if ground.size else 0.0
+    start = _start_acceleration(curve, damping, x0, v0, g, ground)
     work = batch.pack(
         {
             kernels.X: x0, kernels.V: v0, kernels.H: h, kernels.G: g, kernels.E: 1.0,
-            kernels.A: load - curve.force(x0) - damping.coefficient(curve, x0) * v0,
-            kernels.ALIVE: 1.0, kernels.PEAK: np.abs(x0),
+            kernels.A: start, kernels.ALIVE: 1.0, kernels.PEAK: np.abs(x0),
             **dict(zip(CURVE_ROWS, curve.parameters())), **damping.terms(curve),
         }
     )  # fmt: skip
@@ -241,12 +241,24 @@ def _check_start(
         require_finite(name, value)
     h, x0, v0, g = (np.asarray(value, dtype=float) for value in given.values())
     require(h > 0, "step", h, "greater than 0")
+    require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
     limit = stable_step(curve)
     beyond = np.broadcast_to(limit, np.broadcast_shapes(h.shape, limit.shape))[~(h < limit)]
     allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
     require(h < limit, "step", h, allowed)
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
     return h, x0, v0, g
+
+
+def _start_acceleration(
+    curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load_factor: Array, ground: Array
+) -> Array:
+    """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        load = load_factor * ground[0] if ground.size else 0.0
+        start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0) * v0)
+    require_finite("the acceleration at the start, of load, curve and damper", start)
+    return start
 
 
 class _Batch:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rockdamp.errors import InputError
 from rockdamp.wall import STANDARD_GRAVITY
+from rockdamp.whole import replacing
 
 Array = NDArray[np.float64]
 
@@ -145,15 +146,11 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     frame = pd.DataFrame({name: values for name, values in columns if values is not None})
     header = "".join(f"# {key}: {value}\n" for key, value in record.header.items())
     text = header + frame.to_csv(index=False, lineterminator="\n")
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        temporary.replace(path)
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    finally:
-        temporary.unlink(missing_ok=True)
+        raise InputError(f"{os.fspath(path)}: cannot be written ({error.strerror})") from None
 
 
 # --- files to lines -------------------------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ NOUNS = {
     "number": "a number",
     "integer": "a whole number",
     "string": "text",
+    "boolean": "true or false",
     "object": "a mapping of keys to values",
 }
 BOUNDS = {

@@ -46,6 +46,13 @@ class _Mechanism:
             "eccentricity", self.eccentricity, "at most half the thickness, either way [m]",
         )  # fmt: skip
 
+    def _check_arithmetic(self) -> None:
+        """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
+        with np.errstate(all="ignore"):
+            factor = np.asarray(self.load_factor)
+        usual = np.isfinite(factor) & (factor != 0)
+        require(usual, "the wall's load factor", factor, "a finite number; its sizes are out of all scale")
+
     @property
     def slenderness(self) -> NDArray[np.float64]:
         """h/t. [-]"""
@@ -171,6 +178,7 @@ class Wall(_Mechanism):
         require_finite("hinge_ratio (h1/h)", self.hinge_ratio)
         r = np.asarray(self.hinge_ratio, dtype=float)
         require((r > 0) & (r < 1), "hinge_ratio (h1/h)", r, "between 0 and 1, both excluded")
+        self._check_arithmetic()
 
     @property
     def lower_height(self) -> NDArray[np.float64]:
@@ -231,6 +239,7 @@ class Parapet(_Mechanism):
 
     def __post_init__(self) -> None:
         self._check()
+        self._check_arithmetic()
 
     @property
     def rigid_strength(self) -> NDArray[np.float64]:

@@ -45,7 +45,7 @@ def job(snakemake):
         try:
             with warnings_as_lines():
                 yield
-        except (InputError, DatasetError) as error:
+        except (InputError, DatasetError, OSError) as error:  # the last: a full disk, a folder that is read-only
             print(f"{snakemake.rule}: {error}", file=sys.stderr)
             sys.exit(1)
         except Exception:
@@ -53,6 +53,24 @@ def job(snakemake):
             sys.exit(1)
         finally:
             sys.stderr = sys.__stderr__
+
+
+@contextmanager
+def about(paths):
+    """Name the record in an error of the input, and the dataset in one of reading its values late."""
+    from rockdamp import dataset
+    from rockdamp.errors import InputError
+
+    try:
+        yield
+    except InputError as error:
+        records = [path for path in paths if not path.endswith(".nc")]
+        raise InputError(": ".join([*records, str(error)])) from error
+    except RuntimeError:
+        for path in paths:
+            if path.endswith(".nc"):
+                dataset.open(path)  # raises where this is the one that cannot be read
+        raise
 
 
 def call(function, *arguments):

@@ -1,6 +1,6 @@
 """A stage's dataset: one function of the package, called with the wildcards, the config and the inputs."""
 
-from boundary import call, job
+from boundary import about, call, job
 
 with job(snakemake):
     from rockdamp import dataset
@@ -11,7 +11,8 @@ with job(snakemake):
     opened = dataset.connect if snakemake.params.get("lazy") else dataset.open
     inputs = [opened(path) if path.endswith(".nc") else read_record(path) for path in paths]
     config = snakemake.params.config
-    result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)
+    with about(paths):
+        result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)
     dataset.write(
         result, snakemake.output[0], snakemake.params.kind, config=config, code_version=snakemake.params.version
     )

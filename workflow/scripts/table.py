@@ -1,13 +1,11 @@
 """A table of a dataset, as CSV: one function of the package."""
 
-import os
-
 from boundary import call, job
 
 with job(snakemake):
     from rockdamp import dataset
+    from rockdamp.whole import replacing
 
     table = call(snakemake.params.function, dataset.open(snakemake.input[0]))
-    unfinished = f"{snakemake.output[0]}.part"
-    table.to_csv(unfinished, index=False, lineterminator="\n")
-    os.replace(unfinished, snakemake.output[0])
+    with replacing(snakemake.output[0]) as unfinished:
+        table.to_csv(unfinished, index=False, lineterminator="\n")

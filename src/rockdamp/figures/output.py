@@ -11,6 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import STYLE
+from rockdamp.whole import replacing
 
 # The fonts that matplotlib brings carry an early date of their making, which fontTools remarks on at every PDF.
 logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
@@ -48,12 +49,8 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
     with matplotlib.style.context(STYLE, after_reset=True), matplotlib.rc_context({"svg.hashsalt": base.name}):
         for suffix in formats:
             target = base.with_name(f"{base.name}.{suffix}")
-            temporary = base.with_name(f".{base.name}.{suffix}.{os.getpid()}.part")
             metadata = {_DATES[suffix]: None} if suffix in _DATES else {}
-            try:
+            with replacing(target) as temporary:
                 figure.savefig(temporary, format=suffix, dpi=resolution, metadata=metadata)
-                os.replace(temporary, target)
-            finally:
-                temporary.unlink(missing_ok=True)
             written.append(target)
     return written

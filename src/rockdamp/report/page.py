@@ -19,6 +19,7 @@ from markupsafe import Markup
 from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.captions import caption
+from rockdamp.whole import replacing
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
@@ -97,14 +98,10 @@ def build(content: Content) -> str:
 
 def write(content: Content, path: str | os.PathLike[str]) -> None:
     """Write the report, complete or not at all."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        temporary.write_text(build(content), encoding="utf-8", newline="\n")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    html = build(content)
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
+        temporary.write_text(html, encoding="utf-8", newline="\n")
 
 
 def _text(name: str) -> str:
@@ -126,7 +123,7 @@ def _explorer(content: Content) -> Markup:
 
 
 def _figures(content: Content) -> list[dict[str, Any]]:
-    sizes = {name: _size(png) for name, png in content.figures.items()}
+    sizes = {name: _size(name, png) for name, png in content.figures.items()}
     widest = max((width for width, _ in sizes.values()), default=1)
     return [
         {
@@ -141,10 +138,10 @@ def _figures(content: Content) -> list[dict[str, Any]]:
     ]
 
 
-def _size(png: bytes) -> tuple[int, int]:
+def _size(name: str, png: bytes) -> tuple[int, int]:
     """Width and height, which a PNG states in its header. [pixels]"""
     if png[12:16] != b"IHDR":
-        raise InputError("a figure of the report is no PNG")
+        raise InputError(f"the PNG of {name} cannot be read; delete it and run again")
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
 
 
