@@ -32,8 +32,8 @@ help: ## Show this list
 
 setup: .venv/.ready ## Make the environment in .venv, exactly as requirements.lock pins it
 
-test: setup ## Set up, then run the whole test suite
-	$(bin)/python -m pytest $(PYTEST_FLAGS)
+test: setup ## Set up, then run the whole test suite, a file at a time in each of up to four processes
+	$(bin)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile $(PYTEST_FLAGS)
 
 lint: setup ## Run ruff, snakefmt, import-linter, mypy and snakemake --lint
 	$(bin)/ruff check .

@@ -68,6 +68,18 @@ def test_equivalent_prints_a_table_to_read():
     assert "outside the range" in result.stderr
 
 
+def test_readme_shows_what_the_command_prints():
+    text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    _, command, table = text.partition("$ .venv/bin/rockdamp equivalent")
+    arguments, *shown = table.partition("```")[0].splitlines()
+    printed = run("equivalent", *arguments.split()).stdout.splitlines()
+    assert command and shown[0] == printed[0] and len(shown) == len(printed) == 5
+    for told, row in zip(shown[1:], printed[1:]):
+        assert told.split()[:2] == row.split()[:2]
+        # Another processor may turn the last digits.
+        assert np.array(told.split()[2:], float) == pytest.approx(np.array(row.split()[2:], float), rel=1e-4)
+
+
 def test_equivalent_passes_every_option_on():
     result = run(
         "equivalent", "--restitution", 0.8, "--a1", 0.05, "--b1", 0.7, "--a3", 0.9, "--softening", "translated",
@@ -193,7 +205,7 @@ def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
         (("wall", "--thickness", "1/m", "--height", 4.5), "'1/m' is no quantity"),
         (("wall", "--thickness", "nan", "--height", 4.5), "'nan' is not finite"),
         (("wall", "--thickness", "1e400", "--height", 4.5), "not finite"),
-        (("wall", "--thickness", 1e300, "--height", 1e300), "too large or too small"),
+        (("wall", "--thickness", 1e300, "--height", 1e300), "its sizes are out of all scale"),
         (("wall", *WALL, "--density", "1800m"), "'1800m' is in m; it must be a number in kg m-3"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),

@@ -11,6 +11,9 @@ from hypothesis import strategies as st
 
 from rockdamp.cli import main
 
+# A doubt about a record is printed, and is no failure.
+pytestmark = pytest.mark.filterwarnings("ignore::rockdamp.errors.RecordWarning")
+
 NUMBERS = st.one_of(
     st.floats(0.01, 0.99).map(repr),
     st.floats(allow_nan=True, allow_infinity=True).map(repr),
