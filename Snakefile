@@ -3,11 +3,10 @@
 import os
 from pathlib import Path
 
-import yaml
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from rockdamp import catalogue
+from rockdamp import catalogue, documents
 from rockdamp.config import subset, validate
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.provenance import ROOT, code_version, files_of

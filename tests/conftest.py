@@ -4,8 +4,9 @@ from pathlib import Path
 
 import mpmath as mp
 import pytest
-import yaml
 from hypothesis import settings
+
+from rockdamp import documents
 
 # The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
 # the tree.
@@ -67,7 +68,7 @@ def small_results(tmp_path_factory):
     root = Path(__file__).resolve().parents[1]
     config = {}
     for name in ("default", "minimal"):
-        merge(config, yaml.safe_load((root / f"config/{name}.yaml").read_text(encoding="utf-8")))
+        merge(config, documents.load((root / f"config/{name}.yaml").read_text(encoding="utf-8")))
     config["windows"]["stop"] = config["matching"]["window"]
     folder = tmp_path_factory.mktemp("pages") / "results"
     matched = {}

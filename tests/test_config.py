@@ -5,12 +5,12 @@ import math
 from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from rockdamp import config as checks
+from rockdamp import documents
 from rockdamp.curve import SOFTENING, TrilinearCurve
 from rockdamp.errors import InputError
 from rockdamp.matching import DEFAULT_WINDOW
@@ -24,7 +24,7 @@ MINIMAL = ROOT / "config/minimal.yaml"
 
 
 def load(path):
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    return documents.load(path.read_text(encoding="utf-8"))
 
 
 def merged(one, other):

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from snakemake.utils import update_config
 
 import rockdamp as rd
-from rockdamp import catalogue, decay, mechanism, natural
+from rockdamp import catalogue, decay, documents, mechanism, natural
 from rockdamp import config as checks
 from rockdamp.curve import SOFTENING
 from rockdamp.errors import InputError, RecordWarning
@@ -33,7 +32,7 @@ few = settings(max_examples=100, suppress_health_check=[HealthCheck.function_sco
 def loaded():
     whole = {}
     for path in FILES:
-        update_config(whole, yaml.safe_load(path.read_text(encoding="utf-8")))
+        update_config(whole, documents.load(path.read_text(encoding="utf-8")))
     return whole
 
 
@@ -47,7 +46,7 @@ def paths(value, path=()):
 
 
 WHOLE = loaded()
-RULES = yaml.safe_load(SCHEMA.read_text(encoding="utf-8"))
+RULES = documents.load(SCHEMA.read_text(encoding="utf-8"))
 PATHS = sorted(paths(WHOLE), key=str)
 # Of the sections that the cheap stages below read, so that more than the schema is asked.
 READ = [

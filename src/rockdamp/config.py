@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
+from rockdamp import documents
 from rockdamp.config_earthquakes import natural_problems, population_problems
 from rockdamp.errors import InputError
 from rockdamp.provenance import constant
@@ -60,7 +59,7 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
     InputError
         With a line for each thing that is wrong, and where it stands.
     """
-    found = schema_problems(config, yaml.safe_load(Path(schema).read_text(encoding="utf-8"))) or problems(config)
+    found = schema_problems(config, documents.load(Path(schema).read_text(encoding="utf-8"))) or problems(config)
     if found:
         files = list(files)
         raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in found))

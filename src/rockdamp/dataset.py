@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-import yaml
 
+from rockdamp import documents
 from rockdamp.provenance import config_digest
 from rockdamp.studies import STUDIES
 from rockdamp.whole import replacing
@@ -37,7 +37,7 @@ class DatasetError(ValueError):
 @cache
 def registry() -> dict[str, Any]:
     """Return the registry, variables.yaml, with the common attributes filled in."""
-    raw = yaml.safe_load(files("rockdamp").joinpath("variables.yaml").read_text(encoding="utf-8"))
+    raw = documents.load(files("rockdamp").joinpath("variables.yaml").read_text(encoding="utf-8"))
     for entry in raw["datasets"].values():
         entry["variables"] = {name: {**raw["common"].get(name, {}), **own} for name, own in entry["variables"].items()}
     return raw

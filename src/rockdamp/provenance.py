@@ -118,7 +118,7 @@ def _imports(name: str, path: Path) -> frozenset[str]:
     """The package's modules that one module imports, the packages in between included."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found = set()
-    for node in ast.walk(_tree(path)):
+    for node in _nodes(path):
         if isinstance(node, ast.Import):
             wanted = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -147,7 +147,7 @@ def _parents(name: str) -> Iterator[str]:
 
 @cache
 def _data_files(path: Path) -> frozenset[Path]:
-    strings = {node.value for node in ast.walk(_tree(path)) if isinstance(node, ast.Constant)}
+    strings = {node.value for node in _nodes(path) if isinstance(node, ast.Constant)}
     names = {text for text in strings if isinstance(text, str) and re.fullmatch(r"[\w./-]*\.\w+", text)}
     named = {folder / name for folder in (ROOT, path.parent) for name in names}
     return frozenset(file.resolve() for file in named if file.suffix != ".py" and _inside(file))
@@ -155,6 +155,12 @@ def _data_files(path: Path) -> frozenset[Path]:
 
 def _inside(path: Path) -> bool:
     return path.is_file() and path.resolve().is_relative_to(ROOT)
+
+
+@cache
+def _nodes(path: Path) -> tuple[ast.AST, ...]:
+    """Those of the syntax tree that name something: imports and constants."""
+    return tuple(node for node in ast.walk(_tree(path)) if isinstance(node, ast.Import | ast.ImportFrom | ast.Constant))
 
 
 @cache

@@ -12,6 +12,8 @@ import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
+from rockdamp import documents
+
 KeyPath = tuple[str | int, ...]
 
 NOUNS = {
@@ -134,9 +136,9 @@ def origin(path: KeyPath, config: Mapping[str, Any], files: Sequence[str | Path]
     for depth in [len(path)] if there else range(len(path) - 1, 0, -1):
         for file in reversed(files):
             text = Path(file).read_text(encoding="utf-8")
-            line = _line(yaml.compose(text, Loader=yaml.SafeLoader), path[:depth])
+            line = _line(yaml.compose(text, Loader=documents.LOADER), path[:depth])
             if line is not None:
-                same = not there or _at(yaml.safe_load(text), path) == _at(config, path)
+                same = not there or _at(documents.load(text), path) == _at(config, path)
                 return f"{file}, line {line}" if same else COMMAND_LINE
     return COMMAND_LINE
 

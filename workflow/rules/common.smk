@@ -23,7 +23,7 @@ def part(*keys):
     return of_job
 
 
-CAPTIONS = yaml.safe_load(Path(ROOT, "report/captions.yaml").read_text(encoding="utf-8"))
+CAPTIONS = documents.load(Path(ROOT, "report/captions.yaml").read_text(encoding="utf-8"))
 
 
 def figure(name):

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp import documents
 from rockdamp.damping import PAPER_MODELS
 from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS
 from rockdamp.figures.style import nearest, numbers, present
@@ -35,7 +35,7 @@ class Caption(NamedTuple):
 def words() -> dict[str, dict[str, str]]:
     """Return title, alternative text and caption of each figure, as templates."""
     text = files("rockdamp.report").joinpath("captions.yaml").read_text(encoding="utf-8")
-    return dict(yaml.safe_load(text))
+    return dict(documents.load(text))
 
 
 def caption(name: str, data: Data) -> Caption:

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-import yaml
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup, escape
 
+from rockdamp import documents
 from rockdamp.errors import InputError
 from rockdamp.report.numbers import number, of_models
 
@@ -158,7 +158,7 @@ def _without_links_inside(tokens: Sequence[Token]) -> list[Token]:
 
 def citation(text: str) -> dict[str, str]:
     """Return what a citation file says, as one reference and as BibTeX, and the work that it refers to."""
-    cff = yaml.safe_load(text)
+    cff = documents.load(text)
     names = [_name(author) for author in cff["authors"]]
     where = cff.get("doi") or cff.get("url") or cff.get("repository-code") or ""
     kind = "Computer software"
