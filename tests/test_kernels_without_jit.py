@@ -59,6 +59,36 @@ def run(model, scheme, **changes):
     return solve(TrilinearCurve(a1, b1, a3), Damping(model, parameter, EXPONENT if model == "POWER" else 0.0), **given)
 
 
+# --- a coefficient of one term ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("row", "terms", "alone"),
+    [
+        (kernels.C0, kernels.CONSTANT, kernels.constant_at),
+        (kernels.C1, kernels.ROOT, kernels.root_at),
+        (kernels.C2, kernels.LINEAR, kernels.linear_at),
+    ],
+)
+def test_a_term_alone_is_what_the_sum_of_all_gives(row, terms, alone):
+    w = np.zeros(kernels.ROWS * kernels.LANES)
+    assert kernels.terms_of(w) == kernels.CONSTANT  # of no damping
+    for place, value in zip((kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3, row),
+                            (16.0, 0.8, 4.0, 0.05, 0.8, 1.0, 0.3)):  # fmt: skip
+        w[place : place + kernels.LANES] = value
+    assert kernels.terms_of(w) == terms
+    for z in (0.0, 0.01, 0.05, 0.4, 0.9, 1.1):
+        assert alone(w, 5, z) == pytest.approx(kernels.viscous_at(w, 5, z), rel=0, abs=1e-90)  # at 0, of TINY
+    w[kernels.BY_ENERGY] = 1.0
+    assert kernels.terms_of(w) == kernels.ALL_TERMS
+
+
+def test_two_terms_are_summed():
+    w = np.zeros(kernels.ROWS * kernels.LANES)
+    w[[kernels.C0, kernels.C2 + 7]] = 0.1
+    assert kernels.terms_of(w) == kernels.ALL_TERMS
+
+
 # --- the schemes, a second time ---------------------------------------------------------------------------------------
 
 

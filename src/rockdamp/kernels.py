@@ -22,6 +22,9 @@ LANES = 64  # a multiple of every vector width; fewer than 32 and the compiler's
 # Kinds of step.
 RESTITUTION_LOCATED, RESTITUTION_PRINTED, VISCOUS_NEWMARK, VISCOUS_PRINTED, POWER_NEWMARK = range(5)
 
+# Which terms of a viscous damper's coefficient there are in a block.
+CONSTANT, ROOT, LINEAR, ALL_TERMS = range(4)
+
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
 ROWS = 23
@@ -66,7 +69,7 @@ def viscous(z, k1, b1, ks, a1, a2, a3, c_constant, c_root, c_linear, by_energy):
     """Force f and coefficient C of CDC, CDR, SDR and ECD at z = |x|.
 
     C has a constant, a root and a linear term in w^2: the secant's w^2 = f/z, or where `by_energy` is 1 the energy
-    frequency's w^2 = f^2/(2V). One quotient and one root serve all four models.
+    frequency's w^2 = f^2/(2V). Of one term alone, in the secant's, the three functions below do without the others.
     """
     z = np.maximum(z, TINY)
     f = force(z, k1, b1, ks, a3)
@@ -138,6 +141,52 @@ def settle(w, i, x, v, a, step):
     w[A + i] = a if alive else w[A + i]
 
 
+# --- force and coefficient of a lane of a block, by one formula each: a step pays for what its damper needs ----------
+
+
+@register_jitable
+def force_at(w, i, z):
+    """Force of lane i of a block."""
+    return force(z, w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+
+
+@register_jitable
+def constant_at(w, i, z):
+    """Force and coefficient of lane i where C is constant: CDC."""
+    return force_at(w, i, z), w[C0 + i]
+
+
+@register_jitable
+def root_at(w, i, z):
+    """Force and coefficient of lane i where C goes with the secant's w: CDR."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C1 + i] * np.sqrt(f / z)
+
+
+@register_jitable
+def linear_at(w, i, z):
+    """Force and coefficient of lane i where C goes with the secant's w^2: SDR."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C2 + i] * (f / z)
+
+
+@register_jitable
+def power_at(w, i, z):
+    """Force and coefficient of lane i, of the general exponent n."""
+    return power(z, w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i], w[C0 + i], w[HALF_N + i])
+
+
+@register_jitable
+def viscous_at(w, i, z):
+    """Force and coefficient of lane i with all their terms."""
+    return viscous(
+        z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i],
+        w[C0 + i], w[C1 + i], w[C2 + i], w[BY_ENERGY + i],
+    )  # fmt: skip
+
+
 # --- one step of a block of lanes -----------------------------------------------------------------------------------
 
 
@@ -156,7 +205,7 @@ def advance_restitution_located(w, p0, p1, step):
         a = load if hit else a
         h -= s
         x = (0.0 if hit else x) + h * (v + 0.5 * h * a)
-        f = force(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+        f = force_at(w, i, np.abs(x))
         v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
         settle(w, i, x, v, a, step)
 
@@ -170,28 +219,27 @@ def advance_restitution_printed(w, p0, p1, step):
         dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
         x, v = w[X + i] + dx, w[V + i] + dv
         v = w[E + i] * v if crossed(w[X + i], x) else v
-        f = force(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+        f = force_at(w, i, np.abs(x))
         settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
 
 
-@register_jitable
-def viscous_at(w, i, z):
-    """Force and coefficient of lane i of a block."""
-    return viscous(
-        z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i],
-        w[C0 + i], w[C1 + i], w[C2 + i], w[BY_ENERGY + i],
-    )  # fmt: skip
+def by_newmark(force_and_coefficient):
+    """Return a step of viscous damping by explicit Newmark, compiled for one formula of C and no other."""
+
+    @register_jitable
+    def advance(w, p1, step):
+        for i in range(LANES):
+            v, a, h = w[V + i], w[A + i], w[H + i]
+            x = w[X + i] + h * (v + 0.5 * h * a)
+            f, c = force_and_coefficient(w, i, np.abs(x))
+            v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
+            settle(w, i, x, v, a, step)
+
+    return advance
 
 
-@register_jitable
-def advance_viscous_newmark(w, p1, step):
-    """CDC, CDR, SDR and ECD by explicit Newmark."""
-    for i in range(LANES):
-        v, a, h = w[V + i], w[A + i], w[H + i]
-        x = w[X + i] + h * (v + 0.5 * h * a)
-        f, c = viscous_at(w, i, np.abs(x))
-        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
-        settle(w, i, x, v, a, step)
+advance_constant, advance_root, advance_linear = by_newmark(constant_at), by_newmark(root_at), by_newmark(linear_at)
+advance_all_terms, advance_power = by_newmark(viscous_at), by_newmark(power_at)
 
 
 @register_jitable
@@ -208,17 +256,6 @@ def advance_viscous_printed(w, p0, p1, step):
 
 
 @register_jitable
-def advance_power_newmark(w, p1, step):
-    """The general exponent n by explicit Newmark."""
-    for i in range(LANES):
-        v, a, h = w[V + i], w[A + i], w[H + i]
-        x = w[X + i] + h * (v + 0.5 * h * a)
-        f, c = power(np.abs(x), w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i], w[C0 + i], w[HALF_N + i])
-        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
-        settle(w, i, x, v, a, step)
-
-
-@register_jitable
 def compare_with(w, reference, row, step):
     """Add this step's term of Eq. (17)."""
     for i in range(LANES):
@@ -227,6 +264,20 @@ def compare_with(w, reference, row, step):
 
 
 # --- the loop -------------------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def terms_of(w):
+    """Which terms of a viscous damper's coefficient some lane of a block has; one alone is that of the secant."""
+    constant, root, linear, energy = 0.0, 0.0, 0.0, 0.0
+    for i in range(LANES):
+        constant += np.abs(w[C0 + i])
+        root += np.abs(w[C1 + i])
+        linear += np.abs(w[C2 + i])
+        energy += w[BY_ENERGY + i]
+    if energy > 0.0 or (constant > 0.0 and root + linear > 0.0) or (root > 0.0 and linear > 0.0):
+        return ALL_TERMS
+    return ROOT if root > 0.0 else LINEAR if linear > 0.0 else CONSTANT
 
 
 @register_jitable
@@ -265,6 +316,7 @@ def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, er
     store = displacement.shape[0] > 0
     for b in range(blocks.shape[0]):
         w = blocks[b]
+        terms = terms_of(w)
         window = 0
         p1 = ground[0] if forced else 0.0
         if store:
@@ -278,11 +330,18 @@ def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, er
                 if part > 0:
                     p1 += (ground[sample + 1] - p1) * part / substeps
             if kind == VISCOUS_NEWMARK:
-                advance_viscous_newmark(w, p1, step)
+                if terms == CONSTANT:
+                    advance_constant(w, p1, step)
+                elif terms == ROOT:
+                    advance_root(w, p1, step)
+                elif terms == LINEAR:
+                    advance_linear(w, p1, step)
+                else:
+                    advance_all_terms(w, p1, step)
             elif kind == RESTITUTION_LOCATED:
                 advance_restitution_located(w, p0, p1, step)
             elif kind == POWER_NEWMARK:
-                advance_power_newmark(w, p1, step)
+                advance_power(w, p1, step)
             elif kind == RESTITUTION_PRINTED:
                 advance_restitution_printed(w, p0, p1, step)
             else:
