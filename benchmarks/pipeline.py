@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -80,6 +81,7 @@ def section(quick: bool) -> Section:
         for _ in range(1 if quick else 2):
             empty.append(tree.timed(floor_command, "built", floor))
             chain.append(tree.timed(tree.command(FIGURES, config), "results"))
+        where, chain_busy, floor_busy = _where(tree.place, floor, jobs)
     table = Table(
         f"Figs 1 to 8 from nothing on {CORES} cores, {len(jobs)} jobs, and the same graph of jobs that only import"
         " rockdamp.dataset, numba, xarray and, for a figure, matplotlib. The first build compiles the kernel; the"
@@ -94,8 +96,43 @@ def section(quick: bool) -> Section:
     found.tables.append(table)
     found.target("Rebuild of the paper's chain over the same jobs, empty", min(chain) / min(empty), 1.5, " times")
     found.target("First build of the paper's chain, with the kernel's compilation", first, 90, " s")
+    found.tables.append(where)
+    found.notes.append(
+        f"Of the chain's {chain_busy:.0f} s of jobs, two at a time, {floor_busy:.0f} s are what the same jobs take"
+        " empty; the rest computes and draws."
+    )
     found.tables.append(_matching(found, quick))
     return found
+
+
+def _durations(place: Path) -> dict[str, list[float]]:
+    """Return the seconds of each rule's jobs in the last build, from snakemake's notes; a job of two files is one."""
+    jobs = set()
+    for path in (place / ".snakemake/metadata").rglob("*"):
+        if path.is_file():
+            note = json.loads(path.read_text(encoding="utf-8"))
+            jobs.add((note["rule"], note["starttime"], note["endtime"]))
+    spent: dict[str, list[float]] = {}
+    for rule, start, end in jobs:
+        spent.setdefault(rule, []).append(end - start)
+    return spent
+
+
+def _where(place: Path, floor: Path, names: dict[str, str]) -> tuple[Table, float, float]:
+    """Return the time of each rule's jobs beside the empty ones', and both sums."""
+    chain, empty = _durations(place), _durations(floor)
+    ours = {rule: sum(seconds) for rule, seconds in chain.items()}
+    theirs: dict[str, float] = {}
+    for name, seconds in empty.items():
+        rule = names[name.removeprefix("job_")]
+        theirs[rule] = theirs.get(rule, 0.0) + sum(seconds)
+    table = Table(
+        "Where the chain's time goes, with two jobs at once: seconds of each rule's jobs, and of the empty ones.",
+        ["rule", "jobs", "s", "empty [s]"],
+    )
+    for rule in sorted(ours, key=lambda rule: -ours[rule]):
+        table.rows.append([rule, str(len(chain[rule])), number(ours[rule]), number(theirs.get(rule, 0.0))])
+    return table, sum(ours.values()), sum(theirs.values())
 
 
 def graph(dot: str) -> tuple[dict[str, str], dict[str, list[str]]]:
@@ -146,6 +183,12 @@ def _matching(found: Section, quick: bool) -> Table:
     return table
 
 
+LOAD = (
+    "import rockdamp.matching; from rockdamp.newmark import Damping, TrilinearCurve, solve; "
+    "solve(TrilinearCurve(0.04, 0.85), Damping('CDR', 0.05), step=0.01, steps=1, release_amplitude=0.5)"
+)
+
+
 # --- the command line -------------------------------------------------------------------------------------------------
 
 
@@ -159,6 +202,10 @@ def command_line(quick: bool) -> Section:
             [program, "equivalent", "--restitution", "0.85", "--a1", "0.04", "--b1", "0.85"], 1.5,
         ),
         "python -c pass": ([sys.executable, "-c", "pass"], None),
+        "python -c 'import numba'": ([sys.executable, "-c", "import numba"], None),
+        "python -c 'import scipy.optimize'": ([sys.executable, "-c", "import scipy.optimize"], None),
+        "python -c 'import rockdamp.matching'": ([sys.executable, "-c", "import rockdamp.matching"], None),
+        "the same and load the kernel": ([sys.executable, "-c", LOAD], None),
     }  # fmt: skip
 
     def caller(command: list[str]):

@@ -117,3 +117,9 @@ MARCH(CDR)
 MARCH(SDR)
 MARCH(ECD)
 MARCH(POWER)
+
+/* A power alone, for the part of it in the general exponent. */
+void powers(const double *restrict base, const double *restrict exponent, double *restrict out, long n)
+{
+    for (long i = 0; i < n; i++) out[i] = pow(base[i], exponent[i]);
+}
