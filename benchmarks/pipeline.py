@@ -106,15 +106,15 @@ def section(quick: bool) -> Section:
 
 
 def _durations(place: Path) -> dict[str, list[float]]:
-    """Return the seconds of each rule's jobs in the last build, from snakemake's notes; a job of two files is one."""
-    jobs = set()
+    """Return the seconds of each rule's jobs in the last build, from snakemake's notes, one of each file."""
+    jobs = {}
     for path in (place / ".snakemake/metadata").rglob("*"):
         if path.is_file():
             note = json.loads(path.read_text(encoding="utf-8"))
-            jobs.add((note["rule"], note["starttime"], note["endtime"]))
+            jobs[note["job_hash"]] = note  # a job of several files has several notes
     spent: dict[str, list[float]] = {}
-    for rule, start, end in jobs:
-        spent.setdefault(rule, []).append(end - start)
+    for note in jobs.values():
+        spent.setdefault(note["rule"], []).append(note["endtime"] - note["starttime"])
     return spent
 
 

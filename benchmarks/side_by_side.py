@@ -203,7 +203,7 @@ def _plot_growth(section: Section, path: Path) -> None:
     ax.set_xlabel("count")
     ax.set_ylabel("time [s]")
     ax.grid(alpha=0.3)
-    ax.legend(fontsize="small")
+    figure.legend(fontsize="small", loc="outside upper center")
     figure.savefig(path, dpi=120)
 
 
