@@ -209,7 +209,8 @@ def seventy_lanes(model, lanes, threads, scheme):
     a1, b1, x0, v0, factor, unit, n = rng.uniform(
         [0.02, 0.5, -0.8, -0.8, 0.0, 0.0, 0.0], [0.12, 0.85, 0.8, 0.8, 0.1, 1.0, 3.0], (70, 7)
     )[lanes].T
-    parameter = 0.7 + 0.3 * unit if model == "CR" else 0.2 * unit
+    # The first lane's xi is 0, so that alone it is a block without a damper.
+    parameter = 0.7 + 0.3 * unit if model == "CR" else 0.2 * unit * (lanes > 0)
     response = solve(
         TrilinearCurve(a1, b1),
         Damping(model, parameter, n if model == "POWER" else 0.0),

@@ -2,8 +2,8 @@
 
 A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of `LANES`, and every
 loop over the lanes of a block is free of branches and allocations, so the compiler vectorises it across lanes. Each
-lane is computed by the same instructions whatever runs beside it: its result does not depend on its neighbours, on
-the number of lanes or on the number of threads.
+lane is computed by the same formulas whatever runs beside it, or by ones that give the same bits: its result does not
+depend on its neighbours, on the number of lanes or on the number of threads.
 
 Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
 a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
