@@ -7,6 +7,8 @@ PYTEST_FLAGS ?=
 LOCK_FLAGS ?=
 
 bin := .venv/bin
+# A file of tests at a time in each of up to four processes, the long ones first (tests/conftest.py).
+parallel := --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 # The user's Python settings stay out of the environments; text is UTF-8 under any locale.
 unexport PYTHONHOME PYTHONPATH PIP_TARGET PIP_PREFIX
@@ -32,8 +34,8 @@ help: ## Show this list
 
 setup: .venv/.ready ## Make the environment in .venv, exactly as requirements.lock pins it
 
-test: setup ## Set up, then run the whole test suite, a file at a time in each of up to four processes
-	$(bin)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile $(PYTEST_FLAGS)
+test: setup ## Set up, then run the whole test suite
+	$(bin)/python -m pytest $(parallel) $(PYTEST_FLAGS)
 
 lint: setup ## Run ruff, snakefmt, import-linter, mypy and snakemake --lint
 	$(bin)/ruff check .
@@ -55,7 +57,7 @@ rulegraph: setup ## Draw the graph of the rules in README.md anew
 peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with it (OpenSeesPy, CF checker)
 
 test-peers: peers ## Run the tests that need the peers
-	.venv-peers/bin/python -m pytest -m peers $(PYTEST_FLAGS)
+	.venv-peers/bin/python -m pytest -m peers $(parallel) $(PYTEST_FLAGS)
 
 benchmark: peers ## Measure speed and memory beside other programs, on a quiet machine; writes benchmarks/README.md
 	.venv-peers/bin/python benchmarks/side_by_side.py

@@ -7,7 +7,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
 from rockdamp import catalogue, documents
-from rockdamp.config import subset, validate
+from rockdamp.config import require_writable, subset, validate
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.provenance import ROOT, code_version, files_of
 from rockdamp.records import read_record
@@ -38,6 +38,14 @@ except InputError as error:
 # Numba's cache does not notice every edit of what it compiled: a folder for each version of the sources does.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
 os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute()))
+
+
+# Snakemake would end in a traceback where it cannot take an old result away.
+onstart:
+    try:
+        require_writable(config["results"])
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
 
 
 wildcard_constraints:

@@ -13,6 +13,13 @@ from rockdamp import documents
 settings.register_profile("rockdamp", derandomize=True, deadline=None, database=None)
 settings.load_profile("rockdamp")
 
+# They take minutes, so they go first: no process is left alone with one of them at the end.
+LONG = ("test_workflow", "test_howto", "test_natural")
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: item.path.stem not in LONG)
+
 
 def areas_under(corners, force, end):
     """Ends of the branches up to `end`, and a function for the area under the curve from a point back to another."""

@@ -254,8 +254,13 @@ def damaged(tree: Tree) -> None:
 
 
 def mounted(tree: Tree, where: str, options: str, targets: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
-    """Run snakemake with a small or read-only disk mounted in the tree, which no other process sees."""
-    script = 'mount -t tmpfs -o "$1" tmpfs "$2" && shift 2 && "$@"; status=$?; '
+    """Run snakemake with a small or read-only disk mounted in the tree, which no other process sees.
+
+    A disk in use is not empty: Snakemake takes away the folders that are, and stumbles over one that is a disk.
+    """
+    script = (
+        'mount -t tmpfs tmpfs "$2" && touch "$2/kept" && mount -o "remount,$1" "$2" && shift 2 && "$@"; status=$?; '
+    )
     script += f'find "{RESULTS}" -name "*.part" | sed "s/^/left over: /"; exit $status'
     unshared = ["unshare", "--map-root-user", "--mount", "sh", "-c", script, "sh", options, where]
     return tree.call([*unshared, *tree.command, "--", *targets])
@@ -267,10 +272,10 @@ def folders(tree: Tree) -> None:
         report("folders", "read-only and full disk", "a clear error", "skipped: mounting is not permitted here", True)
     for where, options, word in (
         (
-            (RESULTS, "ro", "Read-only file system"),
+            (RESULTS, "ro", "cannot be written"),
             (RESULTS, "size=60k", "cannot be written"),
             (f"{RESULTS}/figures", "size=8k", "No space left"),
-            (f"{RESULTS}/figures", "ro", "Read-only file system"),
+            (f"{RESULTS}/figures", "ro", "cannot be written"),
         )
         if able
         else ()

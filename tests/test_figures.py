@@ -1,5 +1,6 @@
 """What the figures show: the data, units, colours and labels, on small made-up datasets; never pixels."""
 
+import errno
 import importlib.util
 import re
 import subprocess
@@ -819,12 +820,13 @@ def test_a_failed_save_leaves_the_earlier_file_and_nothing_else(tmp_path, monkey
     (path,) = save(figure, tmp_path / "figure", ["png"], 50)
     before = path.read_bytes()
 
-    def break_off(self, target, **_):
-        target.write_bytes(b"half")
-        raise OSError("disk full")
+    def break_off(target, content):
+        with target.open("wb") as file:
+            file.write(content[:4])
+        raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr(Figure, "savefig", break_off)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr(Path, "write_bytes", break_off)
+    with pytest.raises(OSError, match=r"disk full: '.*figure\.png'"):
         save(figure, tmp_path / "figure", ["png"], 50)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]

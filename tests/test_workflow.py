@@ -385,6 +385,14 @@ def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_
 # --- accidents, of which tests/hurt.py has more ----------------------------------------------------------------------
 
 
+def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):
+    run = tree.snakemake("mechanism", overlay="results: LICENSE/results\n")
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    assert "LICENSE cannot be written; the results need a folder in which files can be made\n" in run.stderr
+    assert "rule mechanism" not in run.stdout + run.stderr
+
+
 def test_a_truncated_dataset_is_named_by_the_job_that_reads_it_and_deleting_it_mends_all(tree):
     before = tree.digests(RESULTS)
     path = tree.place / RESULTS / "mechanism.nc"

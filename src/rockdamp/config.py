@@ -7,6 +7,7 @@ here in plain arithmetic, and a test holds them against `TrilinearCurve`.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -342,3 +343,18 @@ def _pulse_problems(config: Config) -> Iterator[Problem]:
     if not section["step"] < limit:
         text = f"is {section['step']}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for curve"
         yield Problem(("pulses", "step"), text)
+
+
+def require_writable(folder: str | os.PathLike[str]) -> None:
+    """Check that files may be made in `folder` and in every folder below it, or that it can be made.
+
+    Raises
+    ------
+    InputError
+        If one cannot be written, as on a disk that is read-only.
+    """
+    top = Path(folder)
+    there = next(place for place in (top, *top.absolute().parents) if place.exists())
+    for place in (there, *(path for path in top.rglob("*") if path.is_dir())):
+        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+            raise InputError(f"{place} cannot be written; the results need a folder in which files can be made")

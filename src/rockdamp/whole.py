@@ -19,13 +19,16 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     OSError
-        If the file cannot be moved, as where its folder is missing.
+        If the file cannot be written or moved, as where the disk is full or its folder is missing. It names a file.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        error.filename = error.filename or str(path)  # a write that fails does not say where
+        raise
     finally:
         with suppress(OSError):  # moved, never made, or on a disk that has become read-only: the first error counts
             temporary.unlink()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 from collections.abc import Iterable
@@ -42,6 +43,8 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
     ------
     ValueError
         If matplotlib does not know a format.
+    OSError
+        If a file cannot be written.
     """
     written = []
     base = Path(path)
@@ -50,7 +53,9 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
         for suffix in formats:
             target = base.with_name(f"{base.name}.{suffix}")
             metadata = {_DATES[suffix]: None} if suffix in _DATES else {}
+            drawn = io.BytesIO()  # matplotlib's writers hide what went wrong with a disk
+            figure.savefig(drawn, format=suffix, dpi=resolution, metadata=metadata)
             with replacing(target) as temporary:
-                figure.savefig(temporary, format=suffix, dpi=resolution, metadata=metadata)
+                temporary.write_bytes(drawn.getvalue())
             written.append(target)
     return written
