@@ -163,9 +163,8 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
         found.target(what, min(worst[f"{model} scalar"]), 8, " times", least=True)
     if c_scalar:
         found.notes.append(
-            f"Eight times the plain loop is more than this processor's vectors of doubles and its dividers give: the C"
-            f" loop, compiled for it, is {min(c_scalar):.2f} to {max(c_scalar):.2f} times as fast as the plain loop"
-            f" ({MOST} histories)."
+            f"The C loop, compiled for this processor, is {min(c_scalar):.2f} to {max(c_scalar):.2f} times as fast as"
+            f" the plain numba loop ({MOST} histories): what its vectors of doubles and its dividers give."
         )
         found.notes.append(_powers(library, repetitions))
     if available_threads() > 1:

@@ -183,13 +183,12 @@ def _matching(found: Section, quick: bool) -> Table:
     return table
 
 
+# --- the command line -------------------------------------------------------------------------------------------------
+
 LOAD = (
     "import rockdamp.matching; from rockdamp.newmark import Damping, TrilinearCurve, solve; "
     "solve(TrilinearCurve(0.04, 0.85), Damping('CDR', 0.05), step=0.01, steps=1, release_amplitude=0.5)"
 )
-
-
-# --- the command line -------------------------------------------------------------------------------------------------
 
 
 def command_line(quick: bool) -> Section:

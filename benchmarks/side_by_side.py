@@ -32,7 +32,7 @@ from peers import FLAGS, c_version
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build/benchmarks"  # what each section found last
-COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py"
+COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py --natural --population"
 PACKAGES = ("numpy", "numba", "scipy", "snakemake", "openseespy")
 GIBIBYTE = 2**30
 
@@ -121,8 +121,9 @@ def _readme(sections: list[Section]) -> str:
         "Written by the command below; nothing here is edited by hand. Each ratio is between things measured in turn in"
         " the same run; best of several repetitions.",
         f"```\n{COMMAND}\n```",
-        "`make peers` sets up what it needs. `--natural` also builds the study of earthquakes, `--population` runs"
-        " all of its 100,000 walls, `--quick` tries it all out in small, and `--only` measures a part anew.",
+        "`make peers` sets up what it needs. Without `--natural` the study of earthquakes is not built anew, without"
+        " `--population` a share of the walls stands for all; `--quick` tries it all out in small. `--only` measures a"
+        " part anew, so parts may be of different runs.",
         f"## Machine\n\n{_machine()}",
         f"## Targets\n\n{met} of {len(targets)} are met.",
         "\n".join(["| part | what | target | measured | |", "| --- | --- | --- | ---: | --- |", *rows]),

@@ -1,4 +1,4 @@
-"""Checks between the keys of the config, which its schema cannot say, and the parts of it that jobs depend on.
+"""Checks that the config's schema cannot say, between keys and of the results' folder, and the parts that jobs need.
 
 This runs whenever snakemake starts, so it imports nothing compiled: the few formulas of the curve that it needs stand
 here in plain arithmetic, and a test holds them against `TrilinearCurve`.
