@@ -43,7 +43,7 @@ lint: setup ## Run ruff, snakefmt, import-linter, mypy and snakemake --lint
 	$(bin)/snakefmt --check Snakefile workflow
 	$(bin)/lint-imports --no-logo
 	$(bin)/mypy
-	$(bin)/python tests/lint_workflow.py
+	$(bin)/python tools/lint_workflow.py
 
 docs: setup ## Build the documents as a site, build/docs/index.html, and check what they refer to
 	$(bin)/python -m sphinx -W --keep-going --quiet -b html -d build/doctrees docs build/docs

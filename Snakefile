@@ -6,12 +6,14 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from rockdamp import catalogue, documents
-from rockdamp.config import require_writable, subset, validate
+from rockdamp.motions import catalogue
+
+from rockdamp.storage import yaml_file
+from rockdamp.config.between_keys import require_writable, subset, validate
 from rockdamp.errors import InputError, warnings_as_lines
-from rockdamp.provenance import ROOT, code_version, files_of
-from rockdamp.records import read_record
-from rockdamp.studies import STUDIES
+from rockdamp.storage.provenance import ROOT, code_version, files_of
+from rockdamp.motions.records import read_record
+from rockdamp.vocabulary import STUDIES
 
 min_version("9.8")
 

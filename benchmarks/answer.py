@@ -10,11 +10,12 @@ from measure import Section, Table, interleaved, number
 from peers import NO_OPENSEES, opensees, opensees_history, scipy_history
 from scipy.optimize import minimize_scalar
 
-from rockdamp import Damping, TrilinearCurve, exact
-from rockdamp.energy import damping_ratio_energy
-from rockdamp.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
-from rockdamp.newmark import available_threads, solve
-from rockdamp.single import REFINEMENT, STEP
+from rockdamp import Damping, TrilinearCurve
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
+from rockdamp.equivalence.one_curve import REFINEMENT, STEP
+from rockdamp.solvers import event_driven
+from rockdamp.solvers.newmark import available_threads, solve
 
 RELEASE = 0.5
 STEPS = round(DEFAULT_WINDOW / STEP)
@@ -35,7 +36,7 @@ def section(quick: bool) -> Section:
     a1, b1, e = rng.uniform(0.03, 0.12, walls), rng.uniform(0.65, 0.85, walls), rng.uniform(0.75, 0.95, walls)
     a1[0], b1[0], e[0] = 0.04, 0.85, 0.85
     one = TrilinearCurve(0.04, 0.85)
-    truth = exact.history(one, Damping.cr(0.85), TIMES, release_amplitude=RELEASE).displacement
+    truth = event_driven.history(one, Damping.cr(0.85), TIMES, release_amplitude=RELEASE).displacement
     best = minimise(one, 0.85, truth, lambda xi: _exact(one, xi))
     ours = {
         (name, many): lambda last=last, many=many: rockdamp(a1[:many], b1[:many], e[:many], last)
@@ -103,7 +104,7 @@ def minimise(
 
 
 def _exact(curve: TrilinearCurve, xi: float) -> np.ndarray:
-    return exact.history(curve, Damping("CDC", xi), TIMES, release_amplitude=RELEASE).displacement
+    return event_driven.history(curve, Damping("CDC", xi), TIMES, release_amplitude=RELEASE).displacement
 
 
 def _peers(curve: TrilinearCurve) -> dict[str, list[Callable[[float], np.ndarray]]]:

@@ -13,8 +13,9 @@ import yaml
 from kernel import batch
 from measure import Section, Table, interleaved, number, slope
 
-from rockdamp import catalogue, population
-from rockdamp.newmark import available_threads
+from rockdamp.motions import catalogue
+from rockdamp.solvers.newmark import available_threads
+from rockdamp.studies.earthquakes import population
 
 ROOT = Path(__file__).resolve().parents[1]
 GROWS = 1.02  # of the peak memory: less is noise
@@ -32,7 +33,7 @@ CHILD = """
 import sys
 import numpy as np
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.newmark import solve
+from rockdamp.solvers.newmark import solve
 lanes, steps, samples, every = map(int, sys.argv[1:])
 ground = 0.1 * np.sin(0.05 * np.arange(samples))
 solve(TrilinearCurve(0.04, 0.85), Damping("CDR", np.full(lanes, 0.05)), step=0.0025, steps=steps,
@@ -96,7 +97,7 @@ POPULATION_CHILD = """
 import sys
 sys.path.insert(0, "benchmarks")
 from growth import population_config
-from rockdamp import population
+from rockdamp.studies.earthquakes import population
 config = population_config(int(sys.argv[1]), int(sys.argv[2]), intensities=9)
 population.share("0", config, population.walls(config))
 """

@@ -18,14 +18,18 @@ import psutil
 import yaml
 from measure import Section, Table, interleaved, number
 
-from rockdamp import Damping, TrilinearCurve, decay, matching_studies
-from rockdamp.newmark import available_threads, solve
+from rockdamp import Damping, TrilinearCurve
+from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.studies.decays import study
+from rockdamp.studies.matches import match
+from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8"]
 CORES = 2
 NOT_COPIED = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
 MEBIBYTE = 2**20
+IMPORTS = "import rockdamp.equivalence.matching"
 
 FLOOR = {
     "data.py": "import numba\nimport xarray\n\nfrom rockdamp import dataset\n",
@@ -84,7 +88,8 @@ def section(quick: bool) -> Section:
         where, chain_busy, floor_busy = _where(tree.place, floor, jobs)
     table = Table(
         f"Figs 1 to 8 from nothing on {CORES} cores, {len(jobs)} jobs, and the same graph of jobs that only import"
-        " rockdamp.dataset, numba, xarray and, for a figure, matplotlib. The first build compiles the kernel; the"
+        " rockdamp.storage.dataset, numba, xarray and, for a figure, matplotlib. The first build compiles the kernel;"
+        " the"
         " others find it compiled.",
         ["build", "best [s]", "median [s]"],
     )
@@ -171,10 +176,10 @@ def _matching(found: Section, quick: bool) -> Table:
         solve(TrilinearCurve(0.04, 0.85), damping, step=0.01, steps=1, release_amplitude=0.5)  # loads the kernel
     table = Table("Matching of the studies: computation alone.", ["study", "damping ratios, each at two steps", "s"])
     total = 0.0
-    for name in decay.STUDIES:
-        decays = decay.study(name, config)
+    for name in STUDIES:
+        decays = study(name, config)
         start = time.perf_counter()
-        matched = matching_studies.match(name, config, decays)
+        matched = match(name, config, decays)
         seconds = time.perf_counter() - start
         total += seconds
         table.rows.append([name, str(matched["damping_ratio"].size), number(seconds)])
@@ -186,7 +191,7 @@ def _matching(found: Section, quick: bool) -> Table:
 # --- the command line -------------------------------------------------------------------------------------------------
 
 LOAD = (
-    "import rockdamp.matching; from rockdamp.newmark import Damping, TrilinearCurve, solve; "
+    "import rockdamp.equivalence.matching; from rockdamp.solvers.newmark import Damping, TrilinearCurve, solve; "
     "solve(TrilinearCurve(0.04, 0.85), Damping('CDR', 0.05), step=0.01, steps=1, release_amplitude=0.5)"
 )
 
@@ -203,7 +208,7 @@ def command_line(quick: bool) -> Section:
         "python -c pass": ([sys.executable, "-c", "pass"], None),
         "python -c 'import numba'": ([sys.executable, "-c", "import numba"], None),
         "python -c 'import scipy.optimize'": ([sys.executable, "-c", "import scipy.optimize"], None),
-        "python -c 'import rockdamp.matching'": ([sys.executable, "-c", "import rockdamp.matching"], None),
+        f"python -c '{IMPORTS}'": ([sys.executable, "-c", IMPORTS], None),
         "the same and load the kernel": ([sys.executable, "-c", LOAD], None),
     }  # fmt: skip
 

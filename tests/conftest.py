@@ -1,12 +1,11 @@
 """Settings and high-precision values that several tests share."""
 
-from pathlib import Path
-
 import mpmath as mp
 import pytest
 from hypothesis import settings
+from repository import ROOT
 
-from rockdamp import documents
+from rockdamp.storage import yaml_file
 
 # The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
 # the tree.
@@ -69,20 +68,21 @@ def stored_energy():
 @pytest.fixture(scope="session")
 def small_results(tmp_path_factory):
     """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
-    from rockdamp import dataset, decay, equivalence
-    from rockdamp.matching_studies import match
+    from rockdamp.storage import dataset
+    from rockdamp.studies import decays, polynomial_fits
+    from rockdamp.studies.matches import match
 
-    root = Path(__file__).resolve().parents[1]
+    root = ROOT
     config = {}
     for name in ("default", "minimal"):
-        merge(config, documents.load((root / f"config/{name}.yaml").read_text(encoding="utf-8")))
+        merge(config, yaml_file.load((root / f"config/{name}.yaml").read_text(encoding="utf-8")))
     config["windows"]["stop"] = config["matching"]["window"]
     folder = tmp_path_factory.mktemp("pages") / "results"
     matched = {}
     for study in ("amplitude", "cracked_stiffness"):
-        matched[study] = match(study, config, decay.study(study, config))
+        matched[study] = match(study, config, decays.study(study, config))
         dataset.write(matched[study], folder / f"match/{study}.nc", "match", config=config, code_version="test")
-    fits = equivalence.fit(config, matched["cracked_stiffness"])
+    fits = polynomial_fits.fit(config, matched["cracked_stiffness"])
     dataset.write(fits, folder / "equivalence.nc", "equivalence", config=config, code_version="test")
     return folder
 

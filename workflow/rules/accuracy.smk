@@ -12,15 +12,15 @@ rule accuracy:
         slenderness_decays=f"{RESULTS}/decay/slenderness.nc",
         overburden_decays=f"{RESULTS}/decay/overburden.nc",
         cracked_stiffness_decays=f"{RESULTS}/decay/cracked_stiffness.nc",
-        code=code("rockdamp.accuracy"),
+        code=code("rockdamp.studies.accuracy.stage"),
     output:
         f"{RESULTS}/accuracy.nc",
     log:
         f"{LOGS}/accuracy.log",
     params:
-        function="rockdamp.accuracy.accuracy",
+        function="rockdamp.studies.accuracy.stage.accuracy",
         kind="accuracy",
-        version=version("rockdamp.accuracy"),
+        version=version("rockdamp.studies.accuracy.stage"),
         config=part(
             "solver",
             "wall",

@@ -6,12 +6,12 @@ LOGS = f"logs/{Path(RESULTS).name}"
 
 def code(module):
     """Return the files of the package that `module` depends on; each dataset is written and read by the registry."""
-    return [os.path.relpath(path) for path in files_of(module, "rockdamp.dataset")]
+    return [os.path.relpath(path) for path in files_of(module, "rockdamp.storage.dataset")]
 
 
 def version(module):
     """Return version and digest of the same files."""
-    return code_version(module, "rockdamp.dataset")
+    return code_version(module, "rockdamp.storage.dataset")
 
 
 def part(*keys):
@@ -23,7 +23,7 @@ def part(*keys):
     return of_job
 
 
-CAPTIONS = documents.load(Path(ROOT, "report/captions.yaml").read_text(encoding="utf-8"))
+CAPTIONS = yaml_file.load(Path(ROOT, "report/captions.yaml").read_text(encoding="utf-8"))
 
 
 def figure(name):

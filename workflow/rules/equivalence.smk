@@ -3,15 +3,15 @@
 
 rule decay_study:
     input:
-        code=code("rockdamp.decay"),
+        code=code("rockdamp.studies.decays"),
     output:
         f"{RESULTS}/decay/{{study}}.nc",
     log:
         f"{LOGS}/decay/{{study}}.log",
     params:
-        function="rockdamp.decay.study",
+        function="rockdamp.studies.decays.study",
         kind="decay",
-        version=version("rockdamp.decay"),
+        version=version("rockdamp.studies.decays"),
         config=part("solver", "wall", "curve", "release_amplitude", "restitution", "studies.{study}", "windows.stop"),
     message:
         "Free decays under a coefficient of restitution: the {wildcards.study} study"
@@ -29,15 +29,15 @@ rule decay:
 rule match_study:
     input:
         decays=rules.decay_study.output[0],
-        code=code("rockdamp.matching_studies"),
+        code=code("rockdamp.studies.matches"),
     output:
         f"{RESULTS}/match/{{study}}.nc",
     log:
         f"{LOGS}/match/{{study}}.log",
     params:
-        function="rockdamp.matching_studies.match",
+        function="rockdamp.studies.matches.match",
         kind="match",
-        version=version("rockdamp.matching_studies"),
+        version=version("rockdamp.studies.matches"),
         config=part("solver", "wall", "curve", "release_amplitude", "studies.{study}", "matching"),
     message:
         "Damping ratios with the least error, Eq. (17): the {wildcards.study} study"
@@ -55,16 +55,16 @@ rule match:
 rule windows:
     input:
         decays=f"{RESULTS}/decay/amplitude.nc",
-        code=code("rockdamp.windows"),
+        code=code("rockdamp.studies.response_length"),
     output:
         f"{RESULTS}/windows.nc",
     log:
         f"{LOGS}/windows.log",
     threads: 2
     params:
-        function="rockdamp.windows.windows",
+        function="rockdamp.studies.response_length.windows",
         kind="windows",
-        version=version("rockdamp.windows"),
+        version=version("rockdamp.studies.response_length"),
         config=part("solver", "wall", "curve", "release_amplitude", "studies.amplitude", "matching.scan", "windows"),
     message:
         "Errors and damping ratios for every length of the response"
@@ -75,15 +75,15 @@ rule windows:
 rule equivalence_fit:
     input:
         matched=f"{RESULTS}/match/cracked_stiffness.nc",
-        code=code("rockdamp.equivalence"),
+        code=code("rockdamp.studies.polynomial_fits"),
     output:
         f"{RESULTS}/equivalence.nc",
     log:
         f"{LOGS}/equivalence.log",
     params:
-        function="rockdamp.equivalence.fit",
+        function="rockdamp.studies.polynomial_fits.fit",
         kind="equivalence",
-        version=version("rockdamp.equivalence"),
+        version=version("rockdamp.studies.polynomial_fits"),
         config=part("curve.plateau_ratio", "curve.ultimate_ratio", "release_amplitude"),
     message:
         "Second-order polynomials of the damping ratio over the coefficient of restitution"
@@ -94,14 +94,14 @@ rule equivalence_fit:
 rule coefficients:
     input:
         fits=rules.equivalence_fit.output[0],
-        code=code("rockdamp.equivalence"),
+        code=code("rockdamp.studies.polynomial_fits"),
     output:
         f"{RESULTS}/coefficients.csv",
     log:
         f"{LOGS}/coefficients.log",
     params:
-        function="rockdamp.equivalence.table",
-        version=version("rockdamp.equivalence"),
+        function="rockdamp.studies.polynomial_fits.table",
+        version=version("rockdamp.studies.polynomial_fits"),
     message:
         "The polynomials as a table"
     script:
@@ -118,15 +118,15 @@ rule equivalence:
 
 rule loops:
     input:
-        code=code("rockdamp.loops"),
+        code=code("rockdamp.studies.damping_loops"),
     output:
         f"{RESULTS}/loops.nc",
     log:
         f"{LOGS}/loops.log",
     params:
-        function="rockdamp.loops.loops",
+        function="rockdamp.studies.damping_loops.loops",
         kind="loops",
-        version=version("rockdamp.loops"),
+        version=version("rockdamp.studies.damping_loops"),
         config=part("solver", "curve", "release_amplitude", "matching", "loops"),
     message:
         "Matched histories, their damping forces, and rigid rocking"
@@ -136,15 +136,15 @@ rule loops:
 
 rule mechanism:
     input:
-        code=code("rockdamp.mechanism"),
+        code=code("rockdamp.studies.force_curves"),
     output:
         f"{RESULTS}/mechanism.nc",
     log:
         f"{LOGS}/mechanism.log",
     params:
-        function="rockdamp.mechanism.mechanism",
+        function="rockdamp.studies.force_curves.mechanism",
         kind="mechanism",
-        version=version("rockdamp.mechanism"),
+        version=version("rockdamp.studies.force_curves"),
         config=part("wall", "curve"),
     message:
         "Force-displacement curves and the wall's geometry"
@@ -154,16 +154,16 @@ rule mechanism:
 
 rule dispersion:
     input:
-        code=code("rockdamp.dispersion"),
+        code=code("rockdamp.studies.amplitude_dispersion"),
     output:
         f"{RESULTS}/dispersion.nc",
     log:
         f"{LOGS}/dispersion.log",
     threads: 2
     params:
-        function="rockdamp.dispersion.dispersion",
+        function="rockdamp.studies.amplitude_dispersion.dispersion",
         kind="dispersion",
-        version=version("rockdamp.dispersion"),
+        version=version("rockdamp.studies.amplitude_dispersion"),
         config=part(
             "solver",
             "curve.plateau_ratio",
@@ -179,16 +179,16 @@ rule dispersion:
 
 rule pulses:
     input:
-        code=code("rockdamp.pulses"),
+        code=code("rockdamp.studies.pulses"),
     output:
         f"{RESULTS}/pulses.nc",
     log:
         f"{LOGS}/pulses.log",
     threads: 2
     params:
-        function="rockdamp.pulses.pulses",
+        function="rockdamp.studies.pulses.pulses",
         kind="pulses",
-        version=version("rockdamp.pulses"),
+        version=version("rockdamp.studies.pulses"),
         config=part("solver", "curve", "release_amplitude", "matching", "pulses"),
     message:
         "The dampers against restitution under pulses"
@@ -198,15 +198,15 @@ rule pulses:
 
 rule orders:
     input:
-        code=code("rockdamp.convergence"),
+        code=code("rockdamp.studies.accuracy.convergence"),
     output:
         f"{RESULTS}/orders.nc",
     log:
         f"{LOGS}/orders.log",
     params:
-        function="rockdamp.convergence.orders",
+        function="rockdamp.studies.accuracy.convergence.orders",
         kind="orders",
-        version=version("rockdamp.convergence"),
+        version=version("rockdamp.studies.accuracy.convergence"),
         config=part("convergence"),
     message:
         "Order of convergence of both schemes, for each damper"

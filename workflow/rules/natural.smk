@@ -1,6 +1,6 @@
 """Walls under natural ground motions: one job for a share of the records, then what they say together."""
 
-from rockdamp import catalogue
+from rockdamp.motions import catalogue
 
 MOTIONS = len(catalogue.listing(config["records"]))
 SHARES = range(-(-MOTIONS // config["natural"]["records_per_job"]))
@@ -9,15 +9,15 @@ SHARES = range(-(-MOTIONS // config["natural"]["records_per_job"]))
 rule natural_walls:
     input:
         equivalence=rules.equivalence_fit.output[0],
-        code=code("rockdamp.natural"),
+        code=code("rockdamp.studies.earthquakes.incremental"),
     output:
         f"{RESULTS}/natural/walls.nc",
     log:
         f"{LOGS}/natural/walls.log",
     params:
-        function="rockdamp.natural.walls",
+        function="rockdamp.studies.earthquakes.incremental.walls",
         kind="natural_walls",
-        version=version("rockdamp.natural"),
+        version=version("rockdamp.studies.earthquakes.incremental"),
         config=part("natural.walls", "natural.restitution", "release_amplitude", "matching.window"),
     message:
         "Damping ratios of the walls that earthquakes shake"
@@ -29,7 +29,7 @@ rule natural_records:
     input:
         walls=rules.natural_walls.output[0],
         watched=[os.path.relpath(path) for path in catalogue.files_of(config["records"])],
-        code=code("rockdamp.natural"),
+        code=code("rockdamp.studies.earthquakes.incremental"),
     output:
         f"{RESULTS}/natural/records-{{share}}.nc",
     log:
@@ -37,9 +37,9 @@ rule natural_records:
     wildcard_constraints:
         share=r"\d+",
     params:
-        function="rockdamp.natural.chunk",
+        function="rockdamp.studies.earthquakes.incremental.chunk",
         kind="natural_records",
-        version=version("rockdamp.natural"),
+        version=version("rockdamp.studies.earthquakes.incremental"),
         config=part(
             "records",
             "natural.walls",
@@ -59,15 +59,15 @@ rule natural_study:
     input:
         walls=rules.natural_walls.output[0],
         shares=expand(rules.natural_records.output[0], share=SHARES),
-        code=code("rockdamp.natural"),
+        code=code("rockdamp.studies.earthquakes.incremental"),
     output:
         f"{RESULTS}/natural.nc",
     log:
         f"{LOGS}/natural.log",
     params:
-        function="rockdamp.natural.gather",
+        function="rockdamp.studies.earthquakes.incremental.gather",
         kind="natural",
-        version=version("rockdamp.natural"),
+        version=version("rockdamp.studies.earthquakes.incremental"),
         config=part(
             "records",
             "release_amplitude",
@@ -89,15 +89,15 @@ rule natural_study:
 rule comparison:
     input:
         natural=rules.natural_study.output[0],
-        code=code("rockdamp.comparison"),
+        code=code("rockdamp.studies.earthquakes.comparison"),
     output:
         f"{RESULTS}/comparison.nc",
     log:
         f"{LOGS}/comparison.log",
     params:
-        function="rockdamp.comparison.compare",
+        function="rockdamp.studies.earthquakes.comparison.compare",
         kind="comparison",
-        version=version("rockdamp.comparison"),
+        version=version("rockdamp.studies.earthquakes.comparison"),
         config=part("natural.bands", "natural.bootstrap"),
     message:
         "The dampers against restitution under earthquakes: peaks, collapses and fragilities"
@@ -109,15 +109,15 @@ rule natural_check:
     input:
         natural=rules.natural_study.output[0],
         watched=rules.natural_records.input.watched,
-        code=code("rockdamp.natural_check"),
+        code=code("rockdamp.studies.earthquakes.event_driven_check"),
     output:
         f"{RESULTS}/natural/check.nc",
     log:
         f"{LOGS}/natural/check.log",
     params:
-        function="rockdamp.natural_check.check",
+        function="rockdamp.studies.earthquakes.event_driven_check.check",
         kind="natural_check",
-        version=version("rockdamp.natural_check"),
+        version=version("rockdamp.studies.earthquakes.event_driven_check"),
         config=part("records", "natural.walls", "natural.tail", "natural.check"),
     message:
         "A sample of the histories under earthquakes, solved again event by event"

@@ -5,15 +5,15 @@ WALLS, PER_JOB = config["population"]["walls"], config["population"]["walls_per_
 
 rule population_walls:
     input:
-        code=code("rockdamp.population"),
+        code=code("rockdamp.studies.earthquakes.population"),
     output:
         f"{RESULTS}/population/walls.nc",
     log:
         f"{LOGS}/population/walls.log",
     params:
-        function="rockdamp.population.walls",
+        function="rockdamp.studies.earthquakes.population.walls",
         kind="population_walls",
-        version=version("rockdamp.population"),
+        version=version("rockdamp.studies.earthquakes.population"),
         config=part(
             "population.walls",
             "population.seed",
@@ -31,7 +31,7 @@ rule population_share:
     input:
         walls=rules.population_walls.output[0],
         watched=[os.path.relpath(path) for path in catalogue.files_of(config["population"]["records"])],
-        code=code("rockdamp.population"),
+        code=code("rockdamp.studies.earthquakes.population"),
     output:
         f"{RESULTS}/population/walls-{{share}}.nc",
     log:
@@ -39,9 +39,9 @@ rule population_share:
     wildcard_constraints:
         share=r"\d+",
     params:
-        function="rockdamp.population.share",
+        function="rockdamp.studies.earthquakes.population.share",
         kind="population_share",
-        version=version("rockdamp.population"),
+        version=version("rockdamp.studies.earthquakes.population"),
         config=part(
             "population.walls_per_job",
             "population.records",
@@ -59,15 +59,15 @@ rule population:
     input:
         walls=rules.population_walls.output[0],
         shares=expand(rules.population_share.output[0], share=range(-(-WALLS // PER_JOB))),
-        code=code("rockdamp.population"),
+        code=code("rockdamp.studies.earthquakes.population"),
     output:
         f"{RESULTS}/population.nc",
     log:
         f"{LOGS}/population.log",
     params:
-        function="rockdamp.population.gather",
+        function="rockdamp.studies.earthquakes.population.gather",
         kind="population",
-        version=version("rockdamp.population"),
+        version=version("rockdamp.studies.earthquakes.population"),
         lazy=True,
         config=part("population.bootstrap"),
     message:

@@ -27,15 +27,15 @@ DATASETS = [
 rule explorer:
     input:
         matches=f"{RESULTS}/match/amplitude.nc",
-        code=code("rockdamp.explorer"),
+        code=code("rockdamp.studies.explorer_decays"),
     output:
         f"{RESULTS}/explorer.nc",
     log:
         f"{LOGS}/explorer.log",
     params:
-        function="rockdamp.explorer.explorer",
+        function="rockdamp.studies.explorer_decays.explorer",
         kind="explorer",
-        version=version("rockdamp.explorer"),
+        version=version("rockdamp.studies.explorer_decays"),
         config=part("solver", "curve", "explorer"),
     message:
         "Decays for the report's explorer"

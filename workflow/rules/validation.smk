@@ -5,15 +5,15 @@ rule validation:
     input:
         record=config["validation"]["record"],
         equivalence=rules.equivalence_fit.output[0],
-        code=code("rockdamp.validation"),
+        code=code("rockdamp.studies.validation"),
     output:
         f"{RESULTS}/validation.nc",
     log:
         f"{LOGS}/validation.log",
     params:
-        function="rockdamp.validation.validate",
+        function="rockdamp.studies.validation.validate",
         kind="validation",
-        version=version("rockdamp.validation"),
+        version=version("rockdamp.studies.validation"),
         config=part(
             "validation.wall",
             "validation.curve",
@@ -30,15 +30,15 @@ rule validation:
 rule calibration:
     input:
         record=config["validation"]["record"],
-        code=code("rockdamp.calibration"),
+        code=code("rockdamp.studies.calibration"),
     output:
         f"{RESULTS}/calibration.nc",
     log:
         f"{LOGS}/calibration.log",
     params:
-        function="rockdamp.calibration.study",
+        function="rockdamp.studies.calibration.study",
         kind="calibration",
-        version=version("rockdamp.calibration"),
+        version=version("rockdamp.studies.calibration"),
         config=part(
             "validation.wall",
             "validation.curve.ultimate_ratio",

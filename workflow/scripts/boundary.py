@@ -37,8 +37,8 @@ def job(snakemake):
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
     # Nodes of a cluster share the folder. Two kinds of processor must not write the same entry of the cache at once.
     os.environ["NUMBA_CACHE_DIR"] = os.path.join(os.environ["NUMBA_CACHE_DIR"], platform.node())
-    from rockdamp.dataset import DatasetError
     from rockdamp.errors import InputError, warnings_as_lines
+    from rockdamp.storage.dataset import DatasetError
 
     with open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log:
         sys.stderr = _Both(sys.__stderr__, log)
@@ -58,8 +58,8 @@ def job(snakemake):
 @contextmanager
 def about(paths):
     """Name the record in an error of the input, and the dataset in one of reading its values late."""
-    from rockdamp import dataset
     from rockdamp.errors import InputError
+    from rockdamp.storage import dataset
 
     try:
         yield

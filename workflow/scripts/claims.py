@@ -5,9 +5,10 @@ from pathlib import Path
 from boundary import job
 
 with job(snakemake):
-    from rockdamp import claims, dataset
+    from rockdamp import claims
     from rockdamp.claims import errata
-    from rockdamp.whole import replacing
+    from rockdamp.storage import dataset
+    from rockdamp.storage.atomic import replacing
 
     results = Path(snakemake.output.claims).parent
     paths = [path for path in snakemake.input if path.endswith(".nc")]

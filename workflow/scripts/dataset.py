@@ -3,8 +3,8 @@
 from boundary import about, call, job
 
 with job(snakemake):
-    from rockdamp import dataset
-    from rockdamp.records import read_record
+    from rockdamp.motions.records import read_record
+    from rockdamp.storage import dataset
 
     unread = {*snakemake.input.code, *snakemake.input.get("watched", [])}
     paths = [path for path in snakemake.input if path not in unread]

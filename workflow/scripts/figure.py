@@ -5,7 +5,8 @@ from os.path import splitext
 from boundary import job
 
 with job(snakemake):
-    from rockdamp import dataset, figures
+    from rockdamp import figures
+    from rockdamp.storage import dataset
 
     datasets = [dataset.open(path) for path in snakemake.input if path.endswith(".nc")]
     drawn = figures.FIGURES[snakemake.rule](*datasets)

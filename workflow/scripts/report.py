@@ -5,8 +5,8 @@ from pathlib import Path
 from boundary import job
 
 with job(snakemake):
-    from rockdamp import dataset
     from rockdamp.report import Content, tables, write
+    from rockdamp.storage import dataset
 
     given, params = snakemake.input, snakemake.params
     content = Content(

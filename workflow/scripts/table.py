@@ -3,8 +3,8 @@
 from boundary import call, job
 
 with job(snakemake):
-    from rockdamp import dataset
-    from rockdamp.whole import replacing
+    from rockdamp.storage import dataset
+    from rockdamp.storage.atomic import replacing
 
     table = call(snakemake.params.function, dataset.open(snakemake.input[0]))
     with replacing(snakemake.output[0]) as unfinished:

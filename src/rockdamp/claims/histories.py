@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent
-from rockdamp.damping import PAPER_MODELS
+from rockdamp.mechanics.damping import PAPER_MODELS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

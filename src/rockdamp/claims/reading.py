@@ -10,9 +10,9 @@ from typing import Any
 
 import yaml
 
-from rockdamp import documents
+from rockdamp.config.schema import KeyPath, dotted, origin, schema_problems
 from rockdamp.errors import InputError
-from rockdamp.schema import KeyPath, dotted, origin, schema_problems
+from rockdamp.storage import yaml_file
 
 Check = Callable[[Sequence[dict[str, Any]]], list[tuple[KeyPath, str]]]
 
@@ -36,12 +36,12 @@ def read_list(path: str | os.PathLike[str], key: str, schema: str, check: Check)
         With a line for each thing that does not fit, and where it stands.
     """
     try:
-        document = documents.load(Path(path).read_text(encoding="utf-8"))
+        document = yaml_file.load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(f"{os.fspath(path)} cannot be read as YAML: {' '.join(str(error).split())}") from None
     if not isinstance(document, dict):
         raise InputError(f"{os.fspath(path)} must be a mapping with the key {key}")
-    wanted = documents.load(files("rockdamp.claims").joinpath(schema).read_text(encoding="utf-8"))
+    wanted = yaml_file.load(files("rockdamp.claims").joinpath(schema).read_text(encoding="utf-8"))
     problems = [(problem.path, problem.text) for problem in schema_problems(document, wanted)]
     if not problems:
         problems = _repeated(key, document[key]) + check(document[key])

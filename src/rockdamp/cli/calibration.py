@@ -35,14 +35,14 @@ def calibrate(
     displacement, with rest before the motion. The wall is taken as known.
     """
     made = make_wall(**options)
-    from rockdamp.calibration import calibrate as compute
-    from rockdamp.records import read_record
+    from rockdamp.motions.records import read_record
+    from rockdamp.studies.calibration import calibrate as compute
 
     measured = read_record(record)
     with concerning(record):
         found = compute(measured, made, ultimate_ratio=a3, softening=softening)
     if output is not None:
-        write_dataset(found, output, "calibration", "rockdamp.calibration")
+        write_dataset(found, output, "calibration", "rockdamp.studies.calibration")
     if plot is not None:
         from rockdamp.figures.single import calibration_figure
 

@@ -37,8 +37,8 @@ class Command(click.Command):
             _fail(ctx, f"{error.filename or 'a file'}: {error.strerror or error}")
         except ValueError as error:
             # Compared here, as importing the classes above would make the help slow.
-            from rockdamp.dataset import DatasetError
             from rockdamp.errors import InputError
+            from rockdamp.storage.dataset import DatasetError
 
             if not isinstance(error, (InputError, DatasetError)):
                 raise
@@ -79,14 +79,14 @@ def writing(path: Path) -> Iterator[None]:
 
 def write_dataset(dataset: Any, path: Path, kind: str, module: str) -> None:
     """Write what a command computed; the options that it was given stand for the config."""
-    from rockdamp import dataset as storage
-    from rockdamp.provenance import code_version
+    from rockdamp.storage import dataset as storage
+    from rockdamp.storage.provenance import code_version
 
     files = ("output", "plot", "animation", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     config = {name: _content(value) if isinstance(value, Path) else value for name, value in options.items()}
     with writing(path):
-        storage.write(dataset, path, kind, config=config, code_version=code_version(module, "rockdamp.dataset"))
+        storage.write(dataset, path, kind, config=config, code_version=code_version(module, "rockdamp.storage.dataset"))
     click.echo(f"{path} written", err=True)
 
 

@@ -33,7 +33,7 @@ from rockdamp.cli.types import OutputFile, Quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rockdamp.wall import Parapet, Wall
+    from rockdamp.mechanics.wall import Parapet, Wall
 
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
@@ -93,12 +93,12 @@ def decay(
     tau = _in_tau(length, made)
     curve = make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve, release_amplitude=release)
-    from rockdamp.one_wall import decays, peaks
+    from rockdamp.histories.side_by_side import decays, peaks
 
     found = decays(curve, dampings, release_amplitude=release, length=tau, wall=made)
     rows = peaks(found)
     if output is not None:
-        write_dataset(found, output, "free_decay", "rockdamp.one_wall")
+        write_dataset(found, output, "free_decay", "rockdamp.histories.side_by_side")
     if plot is not None:
         from rockdamp.figures.single import decay_figure
 
@@ -171,16 +171,16 @@ def respond(
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     made, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve)
-    from rockdamp.catalogue import from_file
     from rockdamp.errors import warnings_as_lines
-    from rockdamp.one_wall import responses
+    from rockdamp.histories.side_by_side import responses
+    from rockdamp.motions.catalogue import from_file
 
     with warnings_as_lines():
         motion = from_file(record).record
     with concerning(record):
         found = responses(motion, made, curve, dampings, scale=scale, tail=tail)
     if output is not None:
-        write_dataset(found, output, "response", "rockdamp.one_wall")
+        write_dataset(found, output, "response", "rockdamp.histories.side_by_side")
     if plot is not None:
         from rockdamp.figures.single import response_figure
 

@@ -12,9 +12,9 @@ from click.core import ParameterSource
 from rockdamp.cli.types import Quantity
 
 if TYPE_CHECKING:
-    from rockdamp.curve import TrilinearCurve
-    from rockdamp.damping import Damping
-    from rockdamp.wall import Parapet, Wall
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.damping import Damping
+    from rockdamp.mechanics.wall import Parapet, Wall
 
 # Copies, as the modules that own these names take long to import; a test keeps them equal.
 MODELS = ("CR", "CDC", "CDR", "SDR", "ECD")
@@ -94,7 +94,7 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
 
 def make_wall(parapet: bool, hinge_ratio: float, **options: float) -> Wall | Parapet:
     """Return the wall that the options describe."""
-    from rockdamp.wall import Parapet, Wall
+    from rockdamp.mechanics.wall import Parapet, Wall
 
     return Parapet(**options) if parapet else Wall(hinge_ratio=hinge_ratio, **options)
 
@@ -107,7 +107,7 @@ def make_curve(a1: float | None, b1: float | None, preset: str | None, a3: float
     click.UsageError
         If there are both a preset and a1 or b1, or neither.
     """
-    from rockdamp.curve import TrilinearCurve
+    from rockdamp.mechanics.curve import TrilinearCurve
 
     if preset is not None:
         if a1 is not None or b1 is not None:
@@ -134,8 +134,8 @@ def make_dampings(
     click.UsageError
         If the options do not go together.
     """
-    from rockdamp.damping import Damping
-    from rockdamp.single import equivalent_dampings
+    from rockdamp.equivalence.one_curve import equivalent_dampings
+    from rockdamp.mechanics.damping import Damping
 
     if compare:
         if damping_model is not None or damping_ratio is not None:

@@ -18,7 +18,7 @@ def datasets(folder: Path, as_json: bool) -> None:
 
     For each dataset below FOLDER (by default results) its file, title, and dimensions with their sizes.
     """
-    from rockdamp.dataset import listing
+    from rockdamp.storage.dataset import listing
 
     rows = listing(folder)
     if as_json:

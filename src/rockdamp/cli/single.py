@@ -62,7 +62,7 @@ def wall(
 
 
 def _print_wall(made: Any, values: dict[str, float]) -> None:
-    from rockdamp.wall import SORRENTINO_RATIO, Parapet
+    from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet
 
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
     print_values(constants, UNITS)
@@ -115,8 +115,8 @@ def equivalent(
 
     One row for each coefficient of restitution and viscous model.
     """
-    from rockdamp.matching import DEFAULT_WINDOW
-    from rockdamp.single import equivalent as compute
+    from rockdamp.equivalence.matching import DEFAULT_WINDOW
+    from rockdamp.equivalence.one_curve import equivalent as compute
 
     curve = make_curve(a1, b1, preset, a3, softening)
     rows = compute(
@@ -138,7 +138,7 @@ def presets(as_json: bool) -> None:
 
     They are Doherty's stages of degradation.
     """
-    from rockdamp.curve import PRESETS
+    from rockdamp.mechanics.curve import PRESETS
 
     rows = [
         {"preset": name, "plateau_ratio": b1, "cracked_stiffness_ratio": a1, "options": f"--a1 {a1:g} --b1 {b1:g}"}

@@ -44,7 +44,7 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `rockdamp.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
+        As `earthquakes.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
     """
     one = middle(comparison).sel(damping_ratio_source=SOURCE)
     rows = -(-one.sizes["wall"] // COLUMNS)
@@ -115,7 +115,7 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `rockdamp.comparison.compare` returns it; the curves at the middle e, with the damping ratios of least error.
+        As `earthquakes.comparison.compare` returns it; curves at the middle e, with the damping ratios of least error.
     """
     one = middle(comparison).sel(damping_ratio_source=SOURCE)
     rows = -(-one.sizes["wall"] // COLUMNS)

@@ -67,9 +67,9 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
     Parameters
     ----------
     natural : xarray.Dataset
-        As `rockdamp.natural.gather` returns it; drawn at the middle e, with the damping ratios of least error.
+        As `earthquakes.incremental.gather` returns it; drawn at the middle e, with the damping ratios of least error.
     comparison : xarray.Dataset
-        As `rockdamp.comparison.compare` returns it: which walls are taken together, and the bands.
+        As `rockdamp.studies.earthquakes.comparison.compare` returns it: which walls are taken together, and the bands.
     """
     one = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
     figure = new_figure(DOUBLE_COLUMN, 180.0)
@@ -159,7 +159,7 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `rockdamp.comparison.compare` returns it; drawn at the middle e, a column for each source of the ratios.
+        As `earthquakes.comparison.compare` returns it; drawn at the middle e, a column for each source of the ratios.
     """
     one = middle(comparison)
     figure = new_figure(DOUBLE_COLUMN, 190.0)

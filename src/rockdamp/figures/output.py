@@ -12,7 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import STYLE
-from rockdamp.whole import replacing
+from rockdamp.storage.atomic import replacing
 
 # The fonts that matplotlib brings carry an early date of their making, which fontTools remarks on at every PDF.
 logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)

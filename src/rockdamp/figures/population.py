@@ -33,7 +33,7 @@ def fig_population(population: xr.Dataset) -> Figure:
     Parameters
     ----------
     population : xarray.Dataset
-        As `rockdamp.population.gather` returns it.
+        As `rockdamp.studies.earthquakes.population.gather` returns it.
     """
     figure = new_figure(DOUBLE_COLUMN, 88.0)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.25, 0.85, 1.0])

@@ -28,7 +28,7 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
     Parameters
     ----------
     pulses : xarray.Dataset
-        As `rockdamp.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
+        As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
     """
     e = pulses["restitution"].values
     one = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)

@@ -28,7 +28,7 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
     Parameters
     ----------
     pulses : xarray.Dataset
-        As `rockdamp.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
+        As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
     """
     one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
     models = ["CR", *map(str, one["damping_model"].values)]

@@ -12,13 +12,13 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp import documents
-from rockdamp.damping import PAPER_MODELS
 from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS
 from rockdamp.figures.style import nearest, numbers, present
 from rockdamp.figures.validation import is_synthetic
+from rockdamp.mechanics.damping import PAPER_MODELS
 from rockdamp.report import further
 from rockdamp.report.numbers import listed, number, of_models, percent, plain, ranges
+from rockdamp.storage import yaml_file
 
 Data = Mapping[str, xr.Dataset]
 
@@ -35,7 +35,7 @@ class Caption(NamedTuple):
 def words() -> dict[str, dict[str, str]]:
     """Return title, alternative text and caption of each figure, as templates."""
     text = files("rockdamp.report").joinpath("captions.yaml").read_text(encoding="utf-8")
-    return dict(documents.load(text))
+    return dict(yaml_file.load(text))
 
 
 def caption(name: str, data: Data) -> Caption:

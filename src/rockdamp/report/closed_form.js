@@ -1,5 +1,5 @@
 "use strict";
-// The closed form of rockdamp/energy.py and the curve's limits of rockdamp/curve.py, in the reader's browser. Nodes,
+// The closed form of rockdamp/equivalence/closed_form.py and the curve's limits of rockdamp/mechanics/curve.py, in the reader's browser. Nodes,
 // weights and tolerances come from there with the page's data; tests hold both against each other.
 
 function closedForm(constants) {

@@ -14,10 +14,10 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp.comparison import best
 from rockdamp.figures.natural import dampers
 from rockdamp.report.earthquake_captions import fraction, known, span
 from rockdamp.report.numbers import listed, percent, plain
+from rockdamp.studies.earthquakes.comparison import best
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}

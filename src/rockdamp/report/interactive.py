@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from bokeh.resources import Resources
 
-from rockdamp.curve import PRESETS, ROUNDING
-from rockdamp.damping import TITLES
-from rockdamp.energy import NODES, PLATEAU_PIECES, WEIGHTS
+from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.figures.style import MODELS
+from rockdamp.mechanics.curve import PRESETS, ROUNDING
+from rockdamp.mechanics.damping import TITLES
 
 # Bokeh draws the plots: well kept, on PyPI with its script, and at 1.4 MB a quarter of what plotly brings, which counts
 # on a phone. Of its components only these two are needed.
@@ -70,7 +70,7 @@ def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> 
     Parameters
     ----------
     explorer : xarray.Dataset
-        What `rockdamp.explorer.explorer` returned.
+        What `rockdamp.studies.explorer_decays.explorer` returned.
     restitution, release_amplitude : float
         e and u0/u_ins that the sliders start at. [-]
     """

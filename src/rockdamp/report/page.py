@@ -19,7 +19,7 @@ from markupsafe import Markup
 from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.captions import caption
-from rockdamp.whole import replacing
+from rockdamp.storage.atomic import replacing
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"

@@ -16,9 +16,9 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup, escape
 
-from rockdamp import documents
 from rockdamp.errors import InputError
 from rockdamp.report.numbers import number, of_models
+from rockdamp.storage import yaml_file
 
 CLAIMS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
 ERRATA = ("id", "where", "printed", "used", "evidence")
@@ -158,7 +158,7 @@ def _without_links_inside(tokens: Sequence[Token]) -> list[Token]:
 
 def citation(text: str) -> dict[str, str]:
     """Return what a citation file says, as one reference and as BibTeX, and the work that it refers to."""
-    cff = documents.load(text)
+    cff = yaml_file.load(text)
     names = [_name(author) for author in cff["authors"]]
     where = cff.get("doi") or cff.get("url") or cff.get("repository-code") or ""
     kind = "Computer software"

@@ -1,0 +1,4 @@
+"""The config and what must hold of it: the schema, and the rules between its keys.
+
+It is checked here and parsed into settings in studies; nothing further down sees it.
+"""

@@ -1,0 +1,186 @@
+"""The equivalence for one wall and one coefficient of restitution, or for as many as are given."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
+from rockdamp.equivalence.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
+from rockdamp.errors import InputError, require, require_finite
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.solvers.newmark import available_threads, solve
+
+STEP = 0.0025  # in tau, at most: that of the studies
+FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
+REFINEMENT = 8  # steps of the last minimisation in place of each, as in the studies
+MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
+
+
+def equivalent(
+    restitution: ArrayLike,
+    cracked_stiffness_ratio: float,
+    plateau_ratio: float,
+    ultimate_ratio: float = 1.0,
+    softening: str = "steeper",
+    release_amplitude: float = 0.5,
+    window: float = DEFAULT_WINDOW,
+) -> list[dict[str, Any]]:
+    """Return the damping ratio of each viscous model that is equivalent to a coefficient of restitution.
+
+    Parameters
+    ----------
+    restitution : float or sequence of float
+        e, in (0, 1]. [-]
+    cracked_stiffness_ratio, plateau_ratio, ultimate_ratio : float
+        a1, b1, a3 of the curve. [-]
+    softening : {"steeper", "translated"}
+        Variant of the curve for a3 < 1.
+    release_amplitude : float
+        u0/u_ins of the decay that is matched, in (0, a3). [-]
+    window : float
+        Length of the response over which Eq. (17) is summed, in tau. [-]
+
+    Returns
+    -------
+    list of dict
+        A row for each e and model: ``restitution``, ``damping_model``, ``damping_ratio`` (global minimum of Eq. 17),
+        ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD exact) and
+        ``damping_ratio_fit`` (the shipped polynomials of the reference curve, b1 = 0.85 and u0 = 0.5 u_ins, linear in
+        a1 between them; None outside their range of e and a1).
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the window ends before the first impact.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> rows = rd.equivalent(0.85, cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> [row["damping_model"] for row in rows]
+    ['CDC', 'CDR', 'SDR', 'ECD']
+    """
+    e = np.atleast_1d(check_restitution(restitution))
+    curve = TrilinearCurve(cracked_stiffness_ratio, plateau_ratio, ultimate_ratio, softening)
+    require_finite("window", window)
+    require_finite("release_amplitude", release_amplitude)
+    require(bool(0 < release_amplitude < curve.ultimate_ratio), "release_amplitude", release_amplitude,
+            "greater than 0 and less than a3")  # fmt: skip
+    require(float(window) > 0, "window", window, "greater than 0 (in tau)")
+    step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
+    _require_affordable(float(window), step, e.size, float(curve.cracked_stiffness_ratio))
+    steps = int(np.ceil(float(window) / step))
+    step = float(window) / steps
+    batch = curve.map(lambda parameter: np.full(e.size, parameter))
+    amplitude = np.full(e.size, float(release_amplitude))
+    response = solve(batch, Damping.cr(e), release_amplitude=amplitude, step=step, steps=steps, store_every=1)
+    assert response.displacement is not None
+    cases = Cases(batch, amplitude, e, response.displacement, step)
+    finest = refined(cases, steps, REFINEMENT)
+
+    def of_model(model: str) -> list[dict[str, Any]]:
+        best = match_cases(cases, model, [steps])
+        ratio, error = follow(finest, model, best.damping_ratio[0])
+        energy = damping_ratio_energy(batch, model, e, amplitude)
+        fit = polynomial(model, e, float(curve.cracked_stiffness_ratio))
+        return [
+            {
+                "restitution": float(e[i]),
+                "damping_model": model,
+                "damping_ratio": float(ratio[i]),
+                "rms_error": float(np.sqrt(error[i] / (steps * REFINEMENT))),
+                "damping_ratio_energy": float(energy[i]),
+                "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
+            }
+            for i in range(e.size)
+        ]
+
+    with ThreadPoolExecutor(available_threads()) as pool:  # models side by side: a few lanes alone fill no processor
+        # Each in a copy of the context: the caller says what becomes of floating-point errors.
+        found = [pool.submit(copy_context().run, of_model, model) for model in VISCOUS_MODELS]
+        rows = [row for of_one in found for row in of_one.result()]
+    return sorted(rows, key=lambda row: row["restitution"]) if e.size > 1 else rows
+
+
+def _require_affordable(window: float, step: float, count: int, a1: float) -> None:
+    steps = count * REFINEMENT * window / step
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"window is {window:g}, which takes {steps:.3g} steps with {count} values of e and a1 = {a1:g}; they must"
+            f" be at most {MOST_STEPS:.3g} together"
+        )
+
+
+def equivalent_dampings(
+    restitution: float,
+    curve: TrilinearCurve,
+    release_amplitude: float = 0.5,
+    window: float = DEFAULT_WINDOW,
+) -> list[Damping]:
+    """Return CR, and each viscous model at the damping ratio that is equivalent to it by Eq. (17).
+
+    Parameters
+    ----------
+    restitution : float
+        e, in (0, 1]. [-]
+    curve : TrilinearCurve
+        Of one wall.
+    release_amplitude, window : float
+        As for `equivalent`. [-]
+
+    Raises
+    ------
+    InputError
+        As `equivalent`.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> dampings = rd.equivalent_dampings(0.85, rd.TrilinearCurve.preset("moderate"))
+    >>> [damping.model for damping in dampings]
+    ['CR', 'CDC', 'CDR', 'SDR', 'ECD']
+    """
+    a1, b1, a3 = curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio
+    rows = equivalent(restitution, float(a1), float(b1), float(a3), curve.softening, release_amplitude, window)
+    return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
+
+
+@cache
+def shipped_coefficients() -> dict[str, NDArray[np.float64]]:
+    """Return the polynomials that the package ships, coefficients.csv: by column, its rows in the file's order.
+
+    A test holds the file equal to what the pipeline builds.
+    """
+    text = files("rockdamp.equivalence").joinpath("coefficients.csv").read_text(encoding="utf-8").splitlines()
+    names = text[0].split(",")
+    columns = zip(*(line.split(",") for line in text[1:]))
+    return {
+        name: np.array(column, dtype=str if name == "damping_model" else float) for name, column in zip(names, columns)
+    }
+
+
+def polynomial(damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> NDArray[np.float64]:
+    """xi(e) by the shipped polynomials, linear in a1 between them; NaN outside their range or without any. [-]"""
+    table = shipped_coefficients()
+    own = table["damping_model"] == damping_model
+    if not own.any():
+        return np.full(np.shape(restitution), np.nan)
+    a1 = table["cracked_stiffness_ratio"][own]
+    e = np.asarray(restitution, dtype=float)
+    values = sum(table[f"c{k}"][own, None] * np.ravel(e) ** k for k in range(3))
+    between = np.array([np.interp(cracked_stiffness_ratio, a1, column) for column in np.transpose(values)])
+    tolerance = 1e-12
+    inside = (
+        (e >= table["smallest_restitution"][own][0] - tolerance)
+        & (e <= table["largest_restitution"][own][0] + tolerance)
+        & (a1[0] - tolerance <= cracked_stiffness_ratio <= a1[-1] + tolerance)
+    )
+    return np.where(inside, between.reshape(e.shape), np.nan)

@@ -1,0 +1,71 @@
+"""The half cycles of a history: its excursions from one crossing of zero to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# ASSUME: the paper gives no definition of a half cycle's least size.
+CLEAR = 10  # standard deviations of the sensor at rest: a measured half cycle is one that goes beyond them
+LEAST = 1e-3  # of u_ins: a computed half cycle is one that goes beyond it
+
+
+@dataclass(frozen=True)
+class HalfCycles:
+    """Successive excursions to either side; all arrays of shape (count,).
+
+    Attributes
+    ----------
+    peak : ndarray
+        Largest displacement, signed. [m]
+    peak_elapsed : ndarray
+        Its time. [s]
+    start, end : ndarray
+        Crossings of zero before and after; NaN for the first's start and the last's end. [s]
+    """
+
+    peak: Array
+    peak_elapsed: Array
+    start: Array
+    end: Array
+
+    def __getitem__(self, part: slice) -> HalfCycles:
+        return HalfCycles(self.peak[part], self.peak_elapsed[part], self.start[part], self.end[part])
+
+    @property
+    def duration(self) -> Array:
+        """From crossing to crossing. [s]"""
+        return self.end - self.start
+
+
+def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCycles:
+    """Split a history at its crossings of zero into excursions beyond `threshold` to alternate sides.
+
+    Noise near zero makes no half cycles: one begins where the other side's threshold is passed, and the crossing
+    between two is the middle of the first and last change of sign between them.
+    """
+    beyond = np.flatnonzero(np.abs(displacement) > threshold)
+    side = np.sign(displacement[beyond])
+    turns = np.flatnonzero(np.diff(side) != 0)
+    firsts = beyond[np.concatenate([[0], turns + 1])] if beyond.size else beyond
+    lasts = beyond[np.concatenate([turns, [beyond.size - 1]])] if beyond.size else beyond
+    at = [first + int(np.argmax(np.abs(displacement[first : last + 1]))) for first, last in zip(firsts, lasts)]
+    between = [_crossing(elapsed, displacement, last, first) for last, first in zip(lasts[:-1], firsts[1:])]
+    outer = [np.nan] if beyond.size else []
+    return HalfCycles(
+        displacement[at] if at else np.empty(0), elapsed[at] if at else np.empty(0),
+        np.array(outer + between), np.array(between + outer),
+    )  # fmt: skip
+
+
+def _crossing(elapsed: Array, displacement: Array, start: int, stop: int) -> float:
+    """Middle of the first and the last change of sign from sample `start` to sample `stop`, linearly interpolated."""
+    u = displacement[start : stop + 1]
+    changes = start + np.flatnonzero(np.sign(u[:-1]) * np.sign(u[1:]) <= 0)[[0, -1]]
+    before, after = displacement[changes], displacement[changes + 1]
+    part = np.divide(before, before - after, out=np.zeros(2), where=before != after)
+    return float(np.mean(elapsed[changes] + part * (elapsed[changes + 1] - elapsed[changes])))

@@ -1,0 +1,275 @@
+"""Time histories as labelled datasets: a free decay, or the response to a record, of one wall or of a batch.
+
+Parameters may be numbers, arrays, or arrays with named dimensions (``xarray.DataArray``), and broadcast by name. A
+plain array is named after the parameter it is given for; plain arrays of one wall, curve or damper vary together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.broadcasting import is_named
+from rockdamp.errors import InputError, Quantity, require, require_finite
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record
+from rockdamp.solvers.newmark import OUTCOMES, Response, solve, stable_step
+from rockdamp.storage.dataset import ATTRIBUTES, registry
+
+STEP = 0.0025  # in tau, at most: that of the studies
+FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
+LENGTH = 30.0  # in tau: half a dozen impacts and more
+
+
+def free_decay(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    wall: Wall | Parapet | None = None,
+    release_amplitude: Quantity = 0.5,
+    length: float | None = None,
+    points: int = 1001,
+    step: float | None = None,
+) -> xr.Dataset:
+    """Free decay after a release at rest.
+
+    Parameters
+    ----------
+    curve, damping : TrilinearCurve, Damping
+    wall : Wall or Parapet, optional
+        Gives the result its units: m and s in place of u/u_ins and tau.
+    release_amplitude : float, ndarray or DataArray
+        u0/u_ins, less than a3. [-]
+    length : float, optional
+        Of the history: in tau, or with a wall in seconds. By default 30/p, in tau 30. [-] or [s]
+    points : int
+        Number of times at which the history is returned, both ends included.
+    step : float, optional
+        Longest step of the solver in tau; by default 0.0025, and a 60th of the stability limit at most. [-]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``displacement`` and ``velocity`` over ``tau`` (or ``elapsed``) and the dimensions of the parameters, with
+        peaks, number of impacts and outcome.
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or parameters have unlike values along a dimension that they share.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> wall = rd.Wall(thickness=0.3, height=4.5)
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> decay = rd.free_decay(curve, rd.Damping.cr([0.8, 0.9]), wall=wall)
+    >>> dict(decay.displacement.sizes)
+    {'restitution': 2, 'elapsed': 1001}
+    >>> decay.displacement.attrs["units"]
+    'm'
+    """
+    require(isinstance(points, (int, np.integer)) and points >= 2, "points", points, "a whole number, at least 2")
+    batch = _Batch(wall, curve, damping, {"release_amplitude": release_amplitude})
+    if length is None:
+        length = LENGTH / float(batch.frequency.min())
+    require_finite("length", length)
+    require(length > 0, "length", length, "greater than 0")
+    spacing = float(length) / (points - 1)
+    every = batch.steps_within(spacing, step)
+    response = solve(
+        batch.curve,
+        batch.damping,
+        release_amplitude=batch.values["release_amplitude"],
+        step=batch.frequency * spacing / every,
+        steps=every * (points - 1),
+        store_every=every,
+    )
+    return batch.dataset(response, spacing * np.arange(points)).pipe(_described)
+
+
+def respond(
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    damping: Damping,
+    record: Record,
+    *,
+    scale: Quantity = 1.0,
+    tail: float = 0.0,
+    step: float | None = None,
+) -> xr.Dataset:
+    """Response of a wall to a record's motion, starting at rest.
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+    curve, damping : TrilinearCurve, Damping
+    record : Record
+        Of which the ground acceleration is used.
+    scale : float, ndarray or DataArray
+        Factor on the ground acceleration. [-]
+    tail : float
+        Rest after the end of the record. [s]
+    step : float, optional
+        Longest step of the solver in tau; by default 0.0025, and a 60th of the stability limit at most. [-]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``displacement`` and ``velocity`` over ``elapsed`` (the samples of the record) and the dimensions of the
+        parameters, ``ground_acceleration``, peaks, number of impacts and outcome. After a collapse the history is NaN.
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or parameters have unlike values along a dimension that they share.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import rockdamp as rd
+    >>> elapsed = 0.01 * np.arange(200)
+    >>> pulse = rd.Record(elapsed, np.where(elapsed < 0.5, 2 * np.sin(2 * np.pi * elapsed / 0.5), 0.0))
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> response = rd.respond(rd.Wall(0.3, 4.5), curve, rd.Damping("CDR", 0.05), pulse, scale=[1, 2], tail=1)
+    >>> response.outcome.values.tolist()
+    ['completed', 'completed']
+    """
+    require_finite("tail", tail)
+    require(tail >= 0, "tail", tail, "at least 0 s")
+    batch = _Batch(wall, curve, damping, {"scale": scale})
+    rest = np.zeros(int(np.ceil(tail / record.step * (1 - 1e-12))))
+    motion = np.concatenate([record.ground_acceleration, rest])
+    substeps = batch.steps_within(record.step, step)
+    assert batch.wall is not None
+    response = solve(
+        batch.curve,
+        batch.damping,
+        step=batch.frequency * record.step / substeps,
+        steps=substeps * (motion.size - 1),
+        load_factor=batch.wall.load_factor * batch.values["scale"],
+        ground_acceleration=motion,
+        substeps=substeps,
+        store_every=substeps,
+    )
+    found = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
+    scaled = batch.given["scale"].variable * xr.Variable("elapsed", motion)
+    return found.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
+
+
+class _Batch:
+    """A wall, its curve, its damper and what else varies, broadcast by name to lanes of one shape.
+
+    Attributes
+    ----------
+    given : dict of DataArray
+        Every parameter as it was given, its dimensions named.
+    dims : tuple of str
+        Dimensions of the lanes.
+    wall, curve, damping
+        With an element for each lane.
+    values : dict of ndarray
+        The further parameters, an element for each lane.
+    frequency, u_ins : ndarray
+        p and u_ins, an element for each lane; 1 without a wall. [rad s-1], [m]
+    """
+
+    def __init__(
+        self, wall: Wall | Parapet | None, curve: TrilinearCurve, damping: Damping, others: Mapping[str, Quantity]
+    ) -> None:
+        for name, value in others.items():
+            require_finite(name, value)
+        ratio = "restitution" if damping.model == "CR" else "damping_ratio"
+        self.given = _names(_parameters(wall)) | _names(_parameters(curve))
+        self.given |= _names({ratio: damping.parameter, "exponent": damping.exponent})
+        for name, value in others.items():
+            self.given |= _names({name: value})
+        try:
+            together = xr.broadcast(*xr.align(*self.given.values(), join="exact", copy=False))
+        except ValueError as error:
+            raise InputError(f"parameters have unlike values along a dimension that they share: {error}") from None
+        lanes: dict[str, Any] = {name: array.values for name, array in zip(self.given, together)}
+        self.dims, self.model = together[0].dims, damping.model
+        self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
+        self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})
+        self.damping = replace(damping, parameter=lanes[ratio], exponent=lanes["exponent"])
+        self.values = {name: lanes[name] for name in others}
+        self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
+        self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
+
+    def steps_within(self, spacing: float, step: float | None) -> int:
+        """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau."""
+        longest = np.minimum(STEP, FINEST * stable_step(self.curve)) if step is None else np.asarray(step, dtype=float)
+        require_finite("step", longest)
+        require(longest > 0, "step", longest, "greater than 0")
+        return int(np.ceil(float(np.max(self.frequency * spacing / longest)) * (1 - 1e-12)))
+
+    def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
+        """Name what the solver returned; with a wall in m and s."""
+        assert response.displacement is not None and response.velocity is not None
+        clock = "tau" if self.wall is None else "elapsed"
+        u_ins, speed = self.u_ins[..., None], (self.u_ins * self.frequency)[..., None]
+        variables: dict[str, Any] = {
+            "displacement": ((*self.dims, clock), u_ins * response.displacement),
+            "velocity": ((*self.dims, clock), speed * response.velocity),
+            "peak_ratio": (self.dims, response.peak),
+            f"peak_{clock}": (self.dims, time[0] + response.peak_tau / self.frequency),
+            "impacts": (self.dims, response.impacts),
+            "outcome": (self.dims, np.asarray(OUTCOMES)[response.outcome]),
+            f"outcome_{clock}": (self.dims, time[0] + response.outcome_tau / self.frequency),
+        }
+        if self.wall is not None:
+            variables["peak_displacement"] = (self.dims, self.u_ins * response.peak)
+        short = {name: _shortened(name, array) for name, array in self.given.items()}
+        varied = {name: array for name, array in short.items() if array.ndim}
+        fixed = {name: float(array) for name, array in short.items() if not array.ndim}
+        coords = {clock: time, "damping_model": self.model, **varied}
+        attrs = {"title": "Time history of a rocking wall", "softening": self.curve.softening, **fixed}
+        return xr.Dataset(variables, coords=coords, attrs=attrs)
+
+
+def _parameters(owner: Wall | Parapet | TrilinearCurve | None) -> dict[str, Quantity]:
+    """Return the numbers that make a wall or a curve, by name."""
+    found = {field.name: getattr(owner, field.name) for field in fields(owner)} if owner is not None else {}
+    return {name: value for name, value in found.items() if not isinstance(value, str)}
+
+
+def _names(values: Mapping[str, Quantity]) -> dict[str, xr.DataArray]:
+    """Return parameters with named dimensions; plain arrays share one, named after the first of them."""
+    plain = {name: np.asarray(value) for name, value in values.items() if np.ndim(value) and not is_named(value)}
+    for name, array in plain.items():
+        require(
+            array.ndim == 1, f"the number of dimensions of {name}", array.ndim, "1, or named in an xarray.DataArray"
+        )
+    first = next(iter(plain), "")
+    along = dict(zip(plain, np.broadcast_arrays(*plain.values())))
+    coords = {first: along[first]} if plain else {}
+    return {
+        name: xr.DataArray(along[name], dims=first, coords=coords) if name in plain else xr.DataArray(value)
+        for name, value in values.items()
+    }
+
+
+def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
+    """Drop dimensions along which a parameter does not vary, which its owner gave it beside others that do."""
+    for dim in (dim for dim in array.dims if dim != name):
+        if (array == array.isel({dim: 0})).all():
+            array = array.isel({dim: 0}, drop=True)
+    return array
+
+
+def _described(history: xr.Dataset) -> xr.Dataset:
+    """Add units and meaning from the registry; what is measured in time or length has its own entry with a wall."""
+    texts = registry()["common"] | registry()["history"]["common"]
+    texts |= registry()["history"]["with_wall"] if "elapsed" in history.coords else {}
+    for name in map(str, history.variables):
+        if name in texts:
+            history[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
+    return history

@@ -1,0 +1,197 @@
+"""One wall under several damping models: histories side by side in one dataset, as the command line stores them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.errors import InputError, require, require_finite
+from rockdamp.histories.half_cycles import LEAST, half_cycles
+from rockdamp.histories.labelled import FINEST, STEP, free_decay, respond
+from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record
+from rockdamp.solvers.newmark import stable_step
+
+MOST_STEPS = 10_000_000  # of one history: some seconds of computation
+DECAY = ("displacement", "velocity", "impacts", "outcome", "outcome_tau")
+RESPONSE = (
+    "displacement", "velocity", "peak_displacement", "peak_ratio", "peak_elapsed", "impacts", "outcome",
+    "outcome_elapsed",
+)  # fmt: skip
+
+
+def decays(
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    *,
+    release_amplitude: float = 0.5,
+    length: float = 20.0,
+    wall: Wall | Parapet | None = None,
+) -> xr.Dataset:
+    """Free decay under each of several damping models, at each step of the solver.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Of one wall.
+    dampings : sequence of Damping
+        Of different models.
+    release_amplitude : float
+        u0/u_ins, in (0, a3). [-]
+    length : float
+        Of the history, in tau. [-]
+    wall : Wall or Parapet, optional
+        Adds the time in seconds, u_ins and p.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``displacement`` and ``velocity`` (damping_model, tau), ``impacts``, ``outcome``, and each model's parameter.
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
+    """
+    require_finite("length", length)
+    require(length > 0, "length", length, "greater than 0 (in tau)")
+    require_finite("release_amplitude", release_amplitude)
+    a3 = float(curve.ultimate_ratio)
+    require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, "greater than 0 and less than a3")
+    steps = _affordable("length", float(length), float(length), curve)
+    runs = [
+        free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=steps + 1)
+        for damping in dampings
+    ]
+    found = _side_by_side(runs, dampings, DECAY, curve).assign(release_amplitude=float(release_amplitude))
+    if wall is None:
+        return found
+    p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
+    found = found.assign(frequency_parameter=p, instability_displacement=u_ins)
+    return found.assign_coords(elapsed=("tau", found["tau"].values / p))
+
+
+def responses(
+    record: Record,
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    *,
+    scale: float = 1.0,
+    tail: float = 0.0,
+) -> xr.Dataset:
+    """Response of one wall to a record under each of several damping models, at the samples of the record.
+
+    Parameters
+    ----------
+    record : Record
+    wall : Wall or Parapet
+    curve : TrilinearCurve
+    dampings : sequence of Damping
+        Of different models.
+    scale : float
+        Factor on the ground acceleration. [-]
+    tail : float
+        Rest after the end of the record. [s]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``displacement`` and ``velocity`` (damping_model, elapsed), ``ground_acceleration``, peaks, ``outcome``, each
+        model's parameter, and the wall's shape.
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
+    """
+    require_finite("scale", scale)
+    require_finite("tail", tail)
+    duration = float(record.elapsed[-1] - record.elapsed[0]) + max(float(tail), 0.0)
+    _affordable("tail", float(tail), float(wall.frequency_parameter) * duration, curve)
+    runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
+    found = _side_by_side(runs, dampings, RESPONSE, curve)
+    shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
+    if isinstance(wall, Wall):
+        shape["hinge_ratio"] = float(wall.hinge_ratio)
+    return found.assign(
+        ground_acceleration=("elapsed", runs[0]["ground_acceleration"].values),
+        frequency_parameter=float(wall.frequency_parameter),
+        instability_displacement=float(wall.instability_displacement),
+        scale=float(scale),
+        **shape,
+    ).assign_attrs(record_attributes(record))
+
+
+def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the half cycles of each model's decay: model, number, tau and peak over u_ins, with a wall in s and m too.
+
+    Parameters
+    ----------
+    decay : xarray.Dataset
+        What `decays` returned. The release is half cycle 0; the last, which has not ended, is left out.
+    """
+    rows = []
+    with_wall = "elapsed" in decay.coords
+    for model in map(str, decay["damping_model"].values):
+        found = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
+        ended = np.isfinite(found.end)
+        for number, (peak, tau) in enumerate(zip(np.abs(found.peak[ended]), found.peak_elapsed[ended])):
+            row: dict[str, Any] = {
+                "damping_model": model,
+                "half_cycle": number,
+                "tau": float(tau),
+                "peak_ratio": float(peak),
+            }
+            if with_wall:
+                row["elapsed"] = float(tau) / float(decay["frequency_parameter"])
+                row["peak_displacement"] = float(peak) * float(decay["instability_displacement"])
+            rows.append(row)
+    return rows
+
+
+def _affordable(name: str, value: float, length: float, curve: TrilinearCurve) -> int:
+    """Return the number of steps that `length` in tau takes, or raise where it is too large."""
+    steps = length / float(np.minimum(STEP, FINEST * stable_step(curve)))
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"{name} is {value:g}, and the history would take {steps:.3g} steps of the solver; they must be at most"
+            f" {MOST_STEPS:.3g}"
+        )
+    return max(int(np.ceil(steps)), 1)
+
+
+def _side_by_side(
+    runs: Sequence[xr.Dataset], dampings: Sequence[Damping], kept: Sequence[str], curve: TrilinearCurve
+) -> xr.Dataset:
+    """Stack histories of one wall along ``damping_model``."""
+    for damping, run in zip(dampings, runs):
+        _require_numbers(damping.model, run)
+    together = xr.concat(
+        [run[list(kept)].drop_attrs() for run in runs], "damping_model", data_vars="all", coords="minimal",
+        compat="override", join="exact",
+    )  # fmt: skip
+    parameter = np.array([float(damping.parameter) for damping in dampings])
+    by_impact = np.array([damping.model == "CR" for damping in dampings])
+    return together.assign(
+        restitution=("damping_model", np.where(by_impact, parameter, np.nan)),
+        damping_ratio=("damping_model", np.where(by_impact, np.nan, parameter)),
+        cracked_stiffness_ratio=float(curve.cracked_stiffness_ratio),
+        plateau_ratio=float(curve.plateau_ratio),
+        ultimate_ratio=float(curve.ultimate_ratio),
+    ).assign_attrs(softening=curve.softening)
+
+
+def _require_numbers(model: str, run: xr.Dataset) -> None:
+    """Raise where a history that did not end in a collapse has NaN, or a peak is infinite: its input was too large."""
+    completed = str(run["outcome"].item()) == "completed"
+    whole = not completed or bool(np.isfinite(run["displacement"]).all() and np.isfinite(run["velocity"]).all())
+    if not (whole and np.isfinite(float(run["peak_ratio"]))):
+        raise InputError(f"the response under {model} is beyond what floating point numbers hold; the load or the"
+                         " damping ratio is too large")  # fmt: skip

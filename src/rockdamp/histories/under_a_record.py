@@ -1,0 +1,102 @@
+"""The response to a record as it was measured: its rest, its strong phase, its free decay."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rockdamp.errors import InputError, require, require_finite
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record
+from rockdamp.solvers.newmark import Response, solve
+
+Array = NDArray[np.float64]
+
+# ASSUME: the paper gives no definitions of its own for any of these.
+QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest
+FREE = 1 / 3  # of the plateau's strength: once the load stays below it, it can no longer make the wall rock
+SHORTEST_REST = 10  # samples
+
+
+def record_attributes(record: Record) -> dict[str, str]:
+    """Return what a dataset, and with it each figure, must say of the record that it stands on."""
+    told = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
+    return {**told, "record_synthetic": "yes" if record.synthetic else "no"}
+
+
+def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Response:
+    """Response of a wall, or of a batch by the curve's or damper's arrays, to a record's motion, starting at rest.
+
+    Parameters
+    ----------
+    step : float
+        Of the solver, in tau: at most this, and a whole number of them between two samples of the record. [-]
+
+    Returns
+    -------
+    Response
+        With the histories at the record's samples.
+    """
+    require_finite("step", step)
+    require(np.asarray(step) > 0, "step", step, "greater than 0")
+    sampling = float(wall.frequency_parameter) * record.step
+    substeps = int(np.ceil(sampling / step * (1 - 1e-12)))
+    return solve(
+        curve,
+        damping,
+        step=sampling / substeps,
+        steps=substeps * (record.elapsed.size - 1),
+        load_factor=float(wall.load_factor),
+        ground_acceleration=record.ground_acceleration,
+        substeps=substeps,
+        store_every=substeps,
+    )
+
+
+def rest_samples(record: Record) -> int:
+    """Count the samples before the motion, in which the wall is at rest.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than `SHORTEST_REST`.
+    """
+    acceleration = np.abs(record.ground_acceleration)
+    count = int(np.argmax(acceleration >= QUIET * acceleration.max()))
+    allowed = f"at least {SHORTEST_REST}, in which the motion stays below {QUIET:.0%} of its peak"
+    require(np.asarray(count >= SHORTEST_REST), "the number of samples at rest before the motion", count, allowed)
+    return count
+
+
+def measured_displacement(record: Record) -> tuple[Array, float]:
+    """Return the measured displacement from the level at rest, and that level as the sensor showed it. [m]
+
+    Raises
+    ------
+    InputError
+        If the record has no displacement, or no rest.
+    """
+    if record.displacement is None:
+        raise InputError("the record has no column displacement_m; it must hold the measured response")
+    zero = float(np.mean(record.displacement[: rest_samples(record)]))
+    return record.displacement - zero, zero
+
+
+def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
+    """Time from which the load stays below `FREE` of the plateau's strength. [s]
+
+    Raises
+    ------
+    InputError
+        If it does not before the end of the record.
+    """
+    load = np.abs(float(wall.load_factor) * record.ground_acceleration)
+    strong = np.flatnonzero(load >= FREE * float(curve.plateau_ratio))
+    last = int(strong[-1]) if strong.size else 0
+    if last >= record.elapsed.size - 1:
+        raise InputError(
+            "the motion is still strong at the end of the record; it must hold a free decay after the motion"
+        )
+    return float(record.elapsed[last + 1])

@@ -1,0 +1,201 @@
+"""The tri-linear force-displacement curve of a cracked wall, in dimensionless form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp import kernels
+from rockdamp.broadcasting import together
+from rockdamp.errors import InputError, Quantity, require, require_finite
+
+# A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
+ROUNDING = 1e-12
+
+SOFTENING = ("steeper", "translated")
+
+# Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
+PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)}
+
+
+@dataclass(frozen=True)
+class TrilinearCurve:
+    """Odd tri-linear law f(x), with f = F/(K0 u_ins) and x = u/u_ins (Section 3, Fig. 2).
+
+    Rises to the plateau at x = a1, leaves it at x = a2 and is zero from x = a3 on. Parameters may be arrays that
+    broadcast against each other; every method broadcasts against them too.
+
+    Parameters
+    ----------
+    cracked_stiffness_ratio : float or ndarray
+        a1 = u1/u_ins, in (0, a2). [-]
+    plateau_ratio : float or ndarray
+        b1 = F_y/F0, in (0, 1). [-]
+    ultimate_ratio : float or ndarray
+        a3 = u3/u_ins, in (0, 1]. [-]
+    softening : {"steeper", "translated"}
+        For a3 < 1: the plateau ends on the bi-linear law and the last branch is steeper (a2 = 1 - b1), or the last
+        branch keeps the slope -K0 and is moved towards the origin (a2 = a3 - b1).
+
+    Raises
+    ------
+    InputError
+        If a parameter lies outside its range, or a3 leaves no room for its softening variant.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve.force([0.02, 0.1, 0.5, 1.0]).round(3)
+    array([0.425, 0.85 , 0.5  , 0.   ])
+    >>> rd.TrilinearCurve.preset("severe").plateau_ratio.item()
+    0.5
+    """
+
+    cracked_stiffness_ratio: Quantity
+    plateau_ratio: Quantity
+    ultimate_ratio: Quantity = 1.0
+    softening: str = "steeper"
+
+    def __post_init__(self) -> None:
+        a1, b1, a3 = self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio
+        require_finite("cracked_stiffness_ratio (a1)", a1)
+        require_finite("plateau_ratio (b1)", b1)
+        require_finite("ultimate_ratio (a3)", a3)
+        a1, b1, a3 = together(cracked_stiffness_ratio=a1, plateau_ratio=b1, ultimate_ratio=a3)
+        if self.softening not in SOFTENING:
+            raise InputError(f"softening is {self.softening!r}; it must be one of {', '.join(SOFTENING)}")
+        require(a1 > 0, "cracked_stiffness_ratio (a1)", a1, "greater than 0")
+        require((b1 > ROUNDING) & (b1 < 1), "plateau_ratio (b1)", b1, "between 0 and 1, both excluded")
+        require((a3 > 0) & (a3 <= 1), "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
+        if self.softening == "steeper":
+            allowed = "greater than 1 - b1 with steeper softening"
+            require(a3 > 1 - b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
+        else:
+            allowed = "greater than a1 + b1 with translated softening"
+            require(a3 > a1 + b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
+        for name, value in zip(("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio"), (a1, b1, a3)):
+            object.__setattr__(self, name, value)
+        require(
+            a1 < self.plateau_end - ROUNDING,
+            "cracked_stiffness_ratio (a1)",
+            a1,
+            "less than a2, where the plateau ends (1 - b1)",
+        )
+
+    @classmethod
+    def preset(cls, name: str, **kwargs: Quantity) -> TrilinearCurve:
+        """Return the curve of Doherty's stage of degradation `name`: new, moderate or severe."""
+        if name not in PRESETS:
+            raise InputError(f"preset is {name!r}; it must be one of {', '.join(PRESETS)}")
+        b1, a1 = PRESETS[name]
+        return cls(a1, b1, **kwargs)
+
+    @property
+    def plateau_end(self) -> NDArray[np.float64]:
+        """a2 = u2/u_ins, where the plateau ends. [-]"""
+        start = 1.0 if self.softening == "steeper" else self.ultimate_ratio
+        return np.asarray(start - self.plateau_ratio)
+
+    @property
+    def initial_stiffness(self) -> NDArray[np.float64]:
+        """k1 = b1/a1, the first branch's stiffness over K0. [-]"""
+        return np.asarray(self.plateau_ratio / self.cracked_stiffness_ratio)
+
+    @property
+    def softening_stiffness(self) -> NDArray[np.float64]:
+        """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
+        return np.asarray(self.plateau_ratio / (self.ultimate_ratio - self.plateau_end))
+
+    @property
+    def initial_frequency(self) -> NDArray[np.float64]:
+        """w1 = sqrt(k1), the first branch's angular frequency over p. [-]"""
+        return np.sqrt(self.initial_stiffness)
+
+    def map(self, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> TrilinearCurve:
+        """Return the curve with `function`, which picks or repeats elements, applied to each of its parameters."""
+        parts = np.broadcast_arrays(self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio)
+        a1, b1, a3 = map(function, parts)
+        return TrilinearCurve(a1, b1, a3, self.softening)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape that the parameters broadcast to."""
+        return np.broadcast_shapes(*(np.shape(p) for p in self.parameters()))
+
+    def parameters(self) -> tuple[NDArray[np.float64], ...]:
+        """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
+        return (
+            self.initial_stiffness, np.asarray(self.plateau_ratio), self.softening_stiffness,
+            np.asarray(self.cracked_stiffness_ratio), self.plateau_end, np.asarray(self.ultimate_ratio),
+        )  # fmt: skip
+
+    def force(self, x: ArrayLike) -> NDArray[np.float64]:
+        """f(x), the force over K0 u_ins. [-]"""
+        k1, b1, ks, _, _, a3 = self.parameters()
+        return np.sign(x) * kernels.force(np.abs(x), k1, b1, ks, a3)
+
+    def tangent(self, x: ArrayLike) -> NDArray[np.float64]:
+        """df/dx; at a corner that of the branch further out. [-]"""
+        k1, _, ks, a1, a2, a3 = self.parameters()
+        return kernels.tangent(np.abs(x), k1, ks, a1, a2, a3)
+
+    def secant(self, x: ArrayLike) -> NDArray[np.float64]:
+        """f(x)/x, and k1 at x = 0 (Eq. 9 holds its square root). [-]"""
+        k1, b1, ks, _, _, a3 = self.parameters()
+        z = np.maximum(np.abs(x), kernels.TINY)
+        return kernels.force(z, k1, b1, ks, a3) / z
+
+    def energy(self, x: ArrayLike) -> NDArray[np.float64]:
+        """V(x), the integral of f from 0 to x; constant beyond a3. [-]"""
+        return 0.5 * kernels.double_energy(np.abs(x), *self.parameters())
+
+    def amplitude(self, energy: ArrayLike) -> NDArray[np.float64]:
+        """The x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3].
+
+        Raises
+        ------
+        InputError
+            If an energy is negative or more than the curve can store.
+        """
+        energy = np.asarray(energy, dtype=float)
+        k1, b1, ks, a1, a2, a3 = self.parameters()
+        at_a1, at_a2, largest = self.energy(a1), self.energy(a2), self.energy(a3)
+        require(
+            (energy >= 0) & (energy <= largest),
+            "energy",
+            energy,
+            "between 0 and V(a3), what the curve can store",
+        )
+        rising = np.sqrt(2 * np.maximum(energy, 0) / k1)
+        plateau = a1 + (energy - at_a1) / b1
+        falling = a3 - np.sqrt(np.maximum(2 * (largest - energy) / ks, 0))
+        return np.where(energy <= at_a1, rising, np.where(energy <= at_a2, plateau, falling))
+
+    def period(self, x0: ArrayLike) -> NDArray[np.float64]:
+        """Period of the undamped free vibration of amplitude `x0`, in tau, by closed form on each branch. [-]
+
+        Raises
+        ------
+        InputError
+            If an amplitude lies outside (0, a3).
+        """
+        x0 = np.asarray(x0, dtype=float)
+        k1, b1, ks, a1, a2, a3 = self.parameters()
+        require((x0 > 0) & (x0 < a3), "release_amplitude", x0, "greater than 0 and less than a3")
+        v0 = self.energy(x0)
+
+        def speed(x: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.sqrt(np.maximum(2 * (v0 - self.energy(x)), 0))
+
+        # Each branch covers [its start, min(its end, x0)]; empty branches give zero time.
+        on1, on2 = np.minimum(x0, a1), np.clip(x0, a1, a2)
+        first = np.arctan2(np.sqrt(k1) * on1, speed(on1)) / np.sqrt(k1)
+        plateau = (speed(on1) - speed(on2)) / b1
+        # Softening: with y = a3 - x growing from rest at y0 = a3 - x0, y = y0 cosh(sqrt(ks) t).
+        reach = np.where(x0 > a2, (a3 - a2) / np.where(x0 > a2, a3 - x0, 1.0), 1.0)
+        softening = np.where(x0 > a2, np.arccosh(np.maximum(reach, 1.0)) / np.sqrt(ks), 0.0)
+        return 4 * (first + np.where(x0 > a1, plateau, 0.0) + softening)

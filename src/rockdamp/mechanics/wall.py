@@ -1,0 +1,263 @@
+"""Geometry and weights of a wall to the constants of its equation of motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.broadcasting import is_named, together
+from rockdamp.errors import Quantity, require, require_finite
+
+STANDARD_GRAVITY = 9.80665  # [m s-2], CODATA
+EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
+SORRENTINO_RATIO = 0.90  # e_exp/e_an for a VSSW, section 4.1
+
+
+class _Mechanism:
+    """What a wall and a parapet share: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
+
+    thickness: Quantity
+    height: Quantity
+    width: Quantity
+    density: Quantity
+    overburden_ratio: Quantity
+    eccentricity: Quantity
+
+    def _check(self) -> None:
+        given = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        if any(map(is_named, given.values())):
+            for name, value in zip(given, together(**given)):
+                object.__setattr__(self, name, value)
+        for name, unit in (("thickness", "m"), ("height", "m"), ("width", "m"), ("density", "kg m-3")):
+            value = getattr(self, name)
+            require_finite(name, value)
+            require(np.asarray(value, dtype=float) > 0, name, value, f"greater than 0 [{unit}]")
+        require_finite("overburden_ratio (O/W)", self.overburden_ratio)
+        require(
+            np.asarray(self.overburden_ratio, dtype=float) >= 0,
+            "overburden_ratio (O/W)", self.overburden_ratio, "at least 0",
+        )  # fmt: skip
+        require_finite("eccentricity", self.eccentricity)
+        limit = np.asarray(self.thickness, dtype=float) / 2
+        require(
+            np.abs(np.asarray(self.eccentricity, dtype=float)) <= limit,
+            "eccentricity", self.eccentricity, "at most half the thickness, either way [m]",
+        )  # fmt: skip
+
+    def _check_arithmetic(self) -> None:
+        """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
+        with np.errstate(all="ignore"):
+            factor = np.asarray(self.load_factor)
+        usual = np.isfinite(factor) & (factor != 0)
+        require(usual, "the wall's load factor", factor, "a finite number; its sizes are out of all scale")
+
+    @property
+    def slenderness(self) -> NDArray[np.float64]:
+        """h/t. [-]"""
+        return np.divide(self.height, self.thickness)
+
+    @property
+    def mass(self) -> NDArray[np.float64]:
+        """Mass of the masonry; the overburden has none of its own. [kg]"""
+        return np.multiply(np.multiply(self.density, self.width), np.multiply(self.thickness, self.height))
+
+    @property
+    def weight(self) -> NDArray[np.float64]:
+        """Self-weight W. [N]"""
+        return self.mass * STANDARD_GRAVITY
+
+    @property
+    def overburden(self) -> NDArray[np.float64]:
+        """Vertical force O on the top. [N]"""
+        return np.multiply(self.overburden_ratio, self.weight)
+
+    @property
+    def effective_mass(self) -> NDArray[np.float64]:
+        """m_eff = 2/3 m, Eq. (2), the limit of slender blocks. [kg]"""
+        return 2 * self.mass / 3
+
+    @property
+    def excitation_factor(self) -> float:
+        """lambda = 3/2, Eq. (4): lambda m_eff = m. [-]"""
+        return EXCITATION_FACTOR
+
+    @property
+    def rigid_strength(self) -> NDArray[np.float64]:
+        """F0. [N]"""
+        raise NotImplementedError
+
+    @property
+    def rigid_stiffness(self) -> NDArray[np.float64]:
+        """K0, the bi-linear law's negative stiffness, taken positive. [N m-1]"""
+        raise NotImplementedError
+
+    @property
+    def instability_displacement(self) -> NDArray[np.float64]:
+        """u_ins = F0/K0, Eq. (6). [m]"""
+        return self.rigid_strength / self.rigid_stiffness
+
+    @property
+    def frequency_parameter(self) -> NDArray[np.float64]:
+        """p = sqrt(K0/m_eff), which makes time dimensionless: tau = p t. [rad s-1]"""
+        return np.sqrt(self.rigid_stiffness / self.effective_mass)
+
+    @property
+    def load_factor(self) -> NDArray[np.float64]:
+        """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
+        return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
+
+    def rigid_period(self, release_amplitude: ArrayLike) -> NDArray[np.float64]:
+        """Period of free rocking without loss under the rigid law, T = 4 arccosh(1/(1 - u0/u_ins))/p. [s]
+
+        Housner's result for one block (doi:10.1785/BSSA0530020403), in terms of the wall's own p.
+
+        Raises
+        ------
+        InputError
+            If an amplitude u0/u_ins lies outside (0, 1).
+        """
+        require_finite("release_amplitude", release_amplitude)
+        x0 = np.asarray(release_amplitude, dtype=float)
+        require((x0 > 0) & (x0 < 1), "release_amplitude", x0, "greater than 0 and less than 1")
+        return 4 * np.arccosh(1 / (1 - x0)) / self.frequency_parameter
+
+    def rigid_force(self, u: ArrayLike) -> NDArray[np.float64]:
+        """The rigid bi-linear law f_bi(u) = F0 - K0 u for u > 0, odd in u, zero beyond u_ins. [N]"""
+        magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(u), 0.0)
+        return np.sign(u) * magnitude
+
+
+@dataclass(frozen=True)
+class Wall(_Mechanism):
+    """Vertically spanning strip wall: two rigid bodies, supports that move together (Sections 2 and 4.1).
+
+    Quantities may be arrays that broadcast against each other. The displacement u is at the hinge.
+
+    Parameters
+    ----------
+    thickness, height : float or ndarray
+        t and h. [m]
+    width : float or ndarray
+        Length of the strip. [m]
+    density : float or ndarray
+        Of the masonry. [kg m-3]
+    hinge_ratio : float or ndarray
+        r = h1/h, in (0, 1); h1 is the height of the lower body. [-]
+    overburden_ratio : float or ndarray
+        O/W, >= 0. [-]
+    eccentricity : float or ndarray
+        Of the overburden from mid-thickness, positive towards the top contact corner; reverses with u. [m]
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> wall = rd.Wall(thickness=0.3, height=4.5)
+    >>> round(float(wall.instability_displacement), 4)  # without overburden the thickness itself
+    0.3
+    >>> rd.Wall(thickness=0.3, height=[3.0, 4.5]).slenderness
+    array([10., 15.])
+    """
+
+    thickness: Quantity
+    height: Quantity
+    width: Quantity = 1.0
+    density: Quantity = 1800.0
+    hinge_ratio: Quantity = 0.7
+    overburden_ratio: Quantity = 0.0
+    eccentricity: Quantity = 0.0
+
+    def __post_init__(self) -> None:
+        self._check()
+        require_finite("hinge_ratio (h1/h)", self.hinge_ratio)
+        r = np.asarray(self.hinge_ratio, dtype=float)
+        require((r > 0) & (r < 1), "hinge_ratio (h1/h)", r, "between 0 and 1, both excluded")
+        self._check_arithmetic()
+
+    @property
+    def lower_height(self) -> NDArray[np.float64]:
+        """h1, the height of the hinge. [m]"""
+        return np.multiply(self.hinge_ratio, self.height)
+
+    @property
+    def upper_height(self) -> NDArray[np.float64]:
+        """h2 = h - h1. [m]"""
+        return self.height - self.lower_height
+
+    @property
+    def rigid_strength(self) -> NDArray[np.float64]:
+        """F0, Eq. (5). [N]"""
+        t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
+        return (
+            2 * (self.weight + self.overburden) * t / self.lower_height
+            + self.overburden * (t + 2 * ecc) / self.upper_height
+        )
+
+    @property
+    def rigid_stiffness(self) -> NDArray[np.float64]:
+        """K0, the denominator of Eq. (6). [N m-1]"""
+        return 2 * (self.weight + self.overburden) / self.lower_height + 2 * self.overburden / self.upper_height
+
+    @property
+    def restitution(self) -> NDArray[np.float64]:
+        """e_an of Eq. (7), total angular momentum about the new base pivot kept; ignores the top support's impulse."""
+        product = self.lower_height * (self.lower_height + self.height)
+        return (product - 3 * np.square(self.thickness)) / (product + 3 * np.square(self.thickness))
+
+    @property
+    def restitution_impulsive(self) -> NDArray[np.float64]:
+        """e with the impulse of every support: momentum before projected on the motion admissible after."""
+        r = np.asarray(self.hinge_ratio)
+        q = 1 / self.slenderness**2
+        return (2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * (r**2 * (1 - r) + (3 - 2 * r) * q))
+
+
+@dataclass(frozen=True)
+class Parapet(_Mechanism):
+    """One block that rocks on its base; the displacement u is at its top. Parameters as for `Wall`.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> parapet = rd.Parapet(thickness=0.3, height=1.5)
+    >>> round(float(parapet.restitution), 3)
+    0.942
+    """
+
+    thickness: Quantity
+    height: Quantity
+    width: Quantity = 1.0
+    density: Quantity = 1800.0
+    overburden_ratio: Quantity = 0.0
+    eccentricity: Quantity = 0.0
+
+    def __post_init__(self) -> None:
+        self._check()
+        self._check_arithmetic()
+
+    @property
+    def rigid_strength(self) -> NDArray[np.float64]:
+        """F0 = [W t + O (t + 2 ecc)]/h. [N]"""
+        t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
+        return (self.weight * t + self.overburden * (t + 2 * ecc)) / self.height
+
+    @property
+    def rigid_stiffness(self) -> NDArray[np.float64]:
+        """K0 = (W + 2 O)/h. [N m-1]"""
+        return (self.weight + 2 * self.overburden) / self.height
+
+    @property
+    def restitution(self) -> NDArray[np.float64]:
+        """Housner's e = 1 - 3/2 sin^2(alpha), tan(alpha) = t/h (doi:10.1785/BSSA0530020403)."""
+        return 1 - 1.5 / (1 + self.slenderness**2)
+
+    @property
+    def restitution_impulsive(self) -> NDArray[np.float64]:
+        """The same as `restitution`: with one body and one contact the two principles coincide."""
+        return self.restitution

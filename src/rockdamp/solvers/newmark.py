@@ -1,0 +1,341 @@
+"""The batched solver: any number of walls, dampers and releases advance together through the compiled kernel."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp import kernels
+from rockdamp.broadcasting import is_named
+from rockdamp.errors import InputError, require, require_finite
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+
+COMPLETED, COLLAPSED = 0, 1
+OUTCOMES = ("completed", "collapsed")
+SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
+CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3)  # as `parameters` returns them
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Histories that Eq. (17) compares with, while the kernel runs, so that no other history is stored.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (cases, steps + 1)
+        u/u_ins at each step of the solver. [-]
+    case : ndarray of int, broadcasts to the lanes
+        Which row each lane is compared with.
+    checkpoints : sequence of int, ascending
+        Steps up to which the error is summed.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 3200}
+    >>> decay = rd.solve(curve, rd.Damping.cr(0.85), store_every=1, **run)
+    >>> reference = rd.Reference(decay.displacement[None], case=0, checkpoints=[3200])
+    >>> error = rd.solve(curve, rd.Damping("CDR", [0.03, 0.045, 0.06]), reference=reference, **run).error
+    >>> error.argmin().item()
+    1
+    """
+
+    displacement: Array
+    case: ArrayLike
+    checkpoints: ArrayLike
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a batch of time histories ended with; `shape` is what the inputs broadcast to.
+
+    Attributes
+    ----------
+    outcome : ndarray of int, shape
+        `COMPLETED`, or `COLLAPSED` where `|u|` went beyond u3 and the run ended. [-]
+    outcome_tau : ndarray, shape
+        Dimensionless time of the end: of the last step, or of the step that collapsed. [-]
+    peak, peak_tau : ndarray, shape
+        Largest |u|/u_ins at the steps, and its time. [-]
+    impacts : ndarray of int, shape
+        Crossings of u = 0, whatever the damper. [-]
+    error : ndarray, shape (checkpoints, ...), or None
+        Eq. (17) at each checkpoint; infinite for a collapsed lane. [-]
+    displacement, velocity : ndarray, shape (..., stored), or None
+        u/u_ins and its derivative by tau; NaN after a collapse. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> response = rd.solve(curve, rd.Damping.cr(0.8), release_amplitude=0.5, step=0.0025, steps=4000)
+    >>> response.outcome.item(), response.peak.item(), response.displacement is None
+    (0, 0.5, True)
+    """
+
+    outcome: NDArray[np.int8]
+    outcome_tau: Array
+    peak: Array
+    peak_tau: Array
+    impacts: NDArray[np.int64]
+    error: Array | None = None
+    displacement: Array | None = None
+    velocity: Array | None = None
+
+
+def stable_step(curve: TrilinearCurve) -> Array:
+    """Stability limit of the explicit scheme, 2/w1, in tau. [-]"""
+    return np.asarray(2.0 / curve.initial_frequency)
+
+
+def solve(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    step: ArrayLike,
+    steps: int,
+    release_amplitude: ArrayLike = 0.0,
+    release_velocity: ArrayLike = 0.0,
+    load_factor: ArrayLike = 0.0,
+    ground_acceleration: ArrayLike = (),
+    substeps: int = 1,
+    reference: Reference | None = None,
+    store_every: int = 0,
+    scheme: str = "newmark",
+    threads: int | None = None,
+) -> Response:
+    """Integrate Eq. (16), or its undamped form with Eq. (8), for every lane of a batch.
+
+    Everything is dimensionless: displacements over u_ins, times tau = p t. Arguments that say so broadcast together;
+    what they broadcast to is the batch.
+
+    Parameters
+    ----------
+    curve, damping : TrilinearCurve, Damping
+        Broadcast. One model for the whole batch.
+    step : float or ndarray
+        Step in tau, broadcasts. Below the stability limit; without damping the corners of the curve feed energy in
+        from a fifth of the limit on, so keep to a twentieth of it. [-]
+    steps : int
+        Number of steps.
+    release_amplitude, release_velocity : float or ndarray
+        Displacement and velocity at the start, broadcast. [-]
+    load_factor : float or ndarray
+        Factor that makes `ground_acceleration` the load: `Wall.load_factor`, broadcasts. [s2 m-1]
+    ground_acceleration : ndarray, shape (samples,)
+        Shared record, linear between its samples; empty for a free decay. [m s-2]
+    substeps : int
+        Steps of the solver per sample of the record.
+    reference : Reference, optional
+        Sum Eq. (17) against it.
+    store_every : int
+        Store the histories at every this many steps; 0 stores none.
+    scheme : {"newmark", "paper"}
+        Explicit Newmark with located impacts, second order for every damper; or the paper's linear acceleration
+        without iteration, with impacts at the end of the step.
+    threads : int, optional
+        Threads to use; by default those that the process may use.
+
+    Returns
+    -------
+    Response
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, a release is at or beyond a3, or the step is beyond the stability limit.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 8000}
+    >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).displacement.shape
+    (2, 81)
+    """
+    kind = damping.kind(scheme)
+    given = {
+        "cracked_stiffness_ratio": curve.cracked_stiffness_ratio, "the damping's parameter": damping.parameter,
+        "step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity,
+        "load_factor": load_factor,
+    }  # fmt: skip
+    _refuse_names(given)
+    ground = np.ascontiguousarray(ground_acceleration, dtype=float)
+    _check_record(ground, steps, substeps, store_every)
+    h, x0, v0, g = _check_start(curve, step, release_amplitude, release_velocity, load_factor)
+    case = 0 if reference is None else reference.case
+    batch = _Batch(
+        np.broadcast_shapes(
+            curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, np.shape(case)
+        )
+    )  # fmt: skip
+    start = _start_acceleration(curve, damping, x0, v0, g, ground)
+    work = batch.pack(
+        {
+            kernels.X: x0, kernels.V: v0, kernels.H: h, kernels.G: g, kernels.E: 1.0,
+            kernels.A: start, kernels.ALIVE: 1.0, kernels.PEAK: np.abs(x0),
+            **dict(zip(CURVE_ROWS, curve.parameters())), **damping.terms(curve),
+        }
+    )  # fmt: skip
+    compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
+    stored = steps // store_every + 1 if store_every else 0
+    displacement, velocity = (batch.histories(stored) for _ in range(2))
+
+    def advance(part: slice) -> None:
+        kernels.march(
+            kind, work[part], ground, substeps, steps, compared, case_of_lane[part], checkpoints, error[part],
+            max(store_every, 1), displacement[part], velocity[part],
+        )  # fmt: skip
+
+    _in_threads(advance, batch.blocks, threads)
+
+    ended = {
+        row: batch.unpack(work, row)
+        for row in (kernels.ALIVE, kernels.END, kernels.PEAK, kernels.PEAK_AT, kernels.CROSSINGS)
+    }
+    collapsed = ended[kernels.ALIVE] == 0.0
+    return Response(
+        outcome=collapsed.astype(np.int8),
+        outcome_tau=ended[kernels.END] * h,
+        peak=ended[kernels.PEAK],
+        peak_tau=ended[kernels.PEAK_AT] * h,
+        impacts=ended[kernels.CROSSINGS].astype(np.int64),
+        error=None if reference is None else np.where(collapsed, np.inf, batch.by_checkpoint(error)),
+        displacement=batch.trim(displacement) if store_every else None,
+        velocity=batch.trim(velocity) if store_every else None,
+    )
+
+
+def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
+    """Raise `InputError` for arrays with named dimensions, which would be taken by position."""
+    for name in (name for name, value in given.items() if is_named(value)):
+        raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
+
+
+def _check_record(ground: Array, steps: int, substeps: int, store_every: int) -> None:
+    for name, count, least in (("steps", steps, 1), ("substeps", substeps, 1), ("store_every", store_every, 0)):
+        whole = isinstance(count, (int, np.integer)) and count >= least
+        require(whole, name, count, f"a whole number, at least {least}")
+    require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
+    require_finite("ground_acceleration", ground)
+    if ground.size and steps > (ground.size - 1) * substeps:
+        raise InputError(f"steps is {steps}; it must be at most {(ground.size - 1) * substeps}, the record's length")
+
+
+def _check_start(
+    curve: TrilinearCurve, step: ArrayLike, amplitude: ArrayLike, velocity: ArrayLike, load_factor: ArrayLike
+) -> tuple[Array, Array, Array, Array]:
+    """Return step, displacement, velocity and load factor as arrays."""
+    given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity, "load_factor": load_factor}
+    for name, value in given.items():
+        require_finite(name, value)
+    h, x0, v0, g = (np.asarray(value, dtype=float) for value in given.values())
+    require(h > 0, "step", h, "greater than 0")
+    require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
+    limit = stable_step(curve)
+    beyond = np.broadcast_to(limit, np.broadcast_shapes(h.shape, limit.shape))[~(h < limit)]
+    allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
+    require(h < limit, "step", h, allowed)
+    require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
+    return h, x0, v0, g
+
+
+def _start_acceleration(
+    curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load_factor: Array, ground: Array
+) -> Array:
+    """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        load = load_factor * ground[0] if ground.size else 0.0
+        start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0) * v0)
+    require_finite("the acceleration at the start, of load, curve and damper", start)
+    return start
+
+
+class _Batch:
+    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.shape = shape
+        self.lanes = int(np.prod(shape))
+        self.blocks = -(-self.lanes // kernels.LANES)
+
+    def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
+        flat = target.reshape(-1)
+        flat[: self.lanes].reshape(self.shape)[...] = value
+        flat[self.lanes :] = flat[self.lanes - 1] if self.lanes else 0.0
+
+    def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
+        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
+        work = np.zeros((kernels.ROWS, self.blocks, kernels.LANES))
+        for row, value in rows.items():
+            self._fill(work[row // kernels.LANES], value)
+        return np.ascontiguousarray(work.swapaxes(0, 1)).reshape(self.blocks, kernels.ROWS * kernels.LANES)
+
+    def unpack(self, work: Array, row: int) -> Array:
+        """Return one row in the batch's shape."""
+        return work[:, row : row + kernels.LANES].reshape(-1)[: self.lanes].reshape(self.shape)
+
+    def compare(
+        self, reference: Reference | None, steps: int
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
+        """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
+        case_of_lane = np.zeros((self.blocks, kernels.LANES), dtype=np.int64)
+        if reference is None:
+            return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
+        checkpoints = np.ascontiguousarray(reference.checkpoints, dtype=np.int64)
+        compared = np.ascontiguousarray(reference.displacement, dtype=float)
+        case = np.asarray(reference.case, dtype=np.int64)
+        within = (checkpoints >= 1) & (checkpoints <= steps)
+        require_finite("the reference's displacement", compared)
+        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
+        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
+        require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
+        if compared.shape[1] <= steps:
+            raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
+        require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
+        self._fill(case_of_lane, case)
+        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, kernels.LANES))
+
+    def by_checkpoint(self, error: Array) -> Array:
+        """Return sums, shape (blocks, checkpoints, LANES), in the shape (checkpoints, *shape)."""
+        count = error.shape[1]
+        return error.swapaxes(0, 1).reshape(count, -1)[:, : self.lanes].reshape(count, *self.shape)
+
+    def histories(self, stored: int) -> Array:
+        """Return room for `stored` values of each lane, NaN until they are reached."""
+        return np.full((self.blocks if stored else 0, kernels.LANES, stored), np.nan)
+
+    def trim(self, histories: Array) -> Array:
+        """Return histories in the shape (*shape, stored)."""
+        stored = histories.shape[-1]
+        return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
+
+
+def _in_threads(advance: Callable[[slice], None], blocks: int, threads: int | None) -> None:
+    """Call `advance` on slices of the blocks, at once on as many threads as are allowed; the slices do not matter."""
+    threads = min(threads or available_threads(), blocks)
+    if threads <= 1:
+        advance(slice(0, blocks))
+        return
+    chunks = min(blocks, 4 * threads)  # a few each, so that no thread idles at the end
+    edges = np.linspace(0, blocks, chunks + 1).astype(int)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(advance, (slice(start, stop) for start, stop in zip(edges[:-1], edges[1:]))))
+
+
+def available_threads() -> int:
+    """Threads this process may use: NUMBA_NUM_THREADS where set, else the processors it may run on."""
+    stated = os.environ.get("NUMBA_NUM_THREADS")
+    if stated and stated.isdigit() and int(stated) > 0:
+        return int(stated)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,244 @@
+"""Check datasets against the registry, and write and open them as NetCDF.
+
+`python -m rockdamp.storage.dataset` prints the data dictionary.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.storage import yaml_file
+from rockdamp.storage.atomic import replacing
+from rockdamp.storage.provenance import config_digest
+from rockdamp.vocabulary import STUDIES
+
+CONVENTIONS = "CF-1.11"
+PAPER = (
+    "Energy dissipation involved in the out-of-plane response of unreinforced masonry walls (conference paper); "
+    "equation and figure numbers are its own"
+)
+LARGE = 10_000  # values; smaller variables are not worth compressing
+ATTRIBUTES = ("units", "long_name", "symbol")
+
+
+class DatasetError(ValueError):
+    """A dataset that is not what the registry says, or a file that cannot be read."""
+
+
+@cache
+def registry() -> dict[str, Any]:
+    """Return the registry, variables.yaml, with the common attributes filled in."""
+    raw = yaml_file.load(files("rockdamp.storage").joinpath("variables.yaml").read_text(encoding="utf-8"))
+    for entry in raw["datasets"].values():
+        entry["variables"] = {name: {**raw["common"].get(name, {}), **own} for name, own in entry["variables"].items()}
+    return raw
+
+
+def kinds() -> tuple[str, ...]:
+    """Return the kinds of dataset that the registry knows."""
+    return tuple(registry()["datasets"])
+
+
+def variables(kind: str, parameter: str | None = None) -> dict[str, dict[str, Any]]:
+    """Return the registered variables of `kind`; `parameter` takes the place of STUDY."""
+    if kind not in kinds():
+        raise DatasetError(f"dataset kind is {kind!r}; it must be one of {', '.join(kinds())}")
+    found = {}
+    for name, entry in registry()["datasets"][kind]["variables"].items():
+        if "STUDY" in (name, *entry["dims"]):
+            if parameter is None:
+                raise DatasetError(f"{kind} has the dimension of a study, one of {', '.join(STUDIES.values())}")
+            entry = {**entry, "dims": [parameter if dim == "STUDY" else dim for dim in entry["dims"]]}
+            if name == "STUDY":
+                name, entry = parameter, {**registry()["common"][parameter], **entry}
+        found[name] = entry
+    return found
+
+
+def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
+    """Return the registered variables of a dataset, or raise `DatasetError` where it differs from them."""
+    parameter = next((dim for dim in STUDIES.values() if dim in dataset.dims), None)
+    expected = variables(kind, parameter)
+    unknown = sorted(set(map(str, dataset.variables)) - set(expected))
+    missing = sorted(
+        name for name, entry in expected.items() if name not in dataset.variables and not entry.get("optional")
+    )
+    if unknown or missing:
+        raise DatasetError(f"{kind}: not in the registry: {unknown}; missing: {missing}")
+    for name in map(str, dataset.variables):
+        dims = tuple(expected[name]["dims"])
+        if dataset[name].dims != dims:
+            raise DatasetError(f"{kind}: {name} has the dimensions {dataset[name].dims}; the registry says {dims}")
+    return expected
+
+
+def write(
+    dataset: xr.Dataset,
+    path: str | os.PathLike[str],
+    kind: str,
+    *,
+    config: Mapping[str, Any],
+    code_version: str,
+) -> None:
+    """Write a dataset as NetCDF-4 under CF-1.11, complete or not at all.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    path : path
+        Replaced only when the new file is complete.
+    kind : str
+        Of the registry.
+    config : dict
+        The part of the config that the dataset depends on.
+    code_version : str
+        Version and digest of the modules that it depends on, `provenance.code_version`.
+
+    Raises
+    ------
+    DatasetError
+        If the dataset is not what the registry says, or the file cannot be written.
+    """
+    expected = check(dataset, kind)
+    dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
+    encoding: dict[str, dict[str, Any]] = {}
+    for name in map(str, dataset.variables):
+        entry, variable = expected[name], dataset[name]
+        variable.attrs = {key: entry[key] for key in ATTRIBUTES if key in entry}
+        encoding[name] = _encoding(variable, entry, is_coordinate=name in dataset.coords)
+    dataset.attrs = {
+        **dataset.attrs,
+        "title": registry()["datasets"][kind]["title"],
+        "source": "rockdamp: numerical simulation",
+        "references": PAPER,
+        "Conventions": CONVENTIONS,
+        "config_sha256": config_digest(config),
+        "code_version": code_version,
+    }
+    try:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
+            dataset.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    except (OSError, RuntimeError) as error:  # netCDF calls a full disk "HDF error", a RuntimeError
+        reason = getattr(error, "strerror", None) or error
+        allowed = "its folder must be writable and the disk not full"
+        raise DatasetError(f"{os.fspath(path)} cannot be written ({reason}); {allowed}") from error
+
+
+def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: bool) -> dict[str, Any]:
+    # With a checksum a damaged file is an error, not other numbers. HDF5 has none for single values.
+    encoding: dict[str, Any] = {"fletcher32": True} if variable.ndim else {}
+    if variable.dtype.kind in "UO":
+        # Characters, not strings: the CF checker cannot compare strings.
+        return encoding | {"dtype": "S1"}
+    if is_coordinate or variable.dtype.kind != "f":
+        encoding["_FillValue"] = None  # CF allows none on coordinates
+    if "dtype" in entry:
+        encoding["dtype"] = entry["dtype"]
+    if variable.size > LARGE:
+        encoding |= {"zlib": True, "complevel": 1, "shuffle": True}
+    return encoding
+
+
+def open(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a dataset whole into memory.
+
+    Raises
+    ------
+    DatasetError
+        If the file is missing, truncated or no NetCDF.
+    """
+    with _opened(path) as dataset:
+        return dataset.load()
+
+
+def connect(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Open a dataset without reading its values: each variable is read when it is first used.
+
+    Raises
+    ------
+    DatasetError
+        As `open`.
+    """
+    try:
+        return xr.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError) as error:
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
+    try:
+        with connect(path) as dataset:
+            yield dataset
+    except DatasetError:
+        raise
+    except (OSError, ValueError, RuntimeError) as error:
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
+
+
+def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """Return the datasets below a folder, in order of their names: ``file``, ``title`` and the sizes of ``dimensions``.
+
+    Raises
+    ------
+    DatasetError
+        If there is no such folder, it holds no dataset, or a file in it cannot be read.
+    """
+    found = []
+    for path in sorted(Path(folder).rglob("[!.]*.nc")):
+        with _opened(path) as dataset:
+            sizes = {str(dim): size for dim, size in dataset.sizes.items()}
+            name = path.relative_to(folder).as_posix()
+            found.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
+    if not found:
+        raise DatasetError(f"{os.fspath(folder)} has no dataset; it must be a folder with NetCDF files in it")
+    return found
+
+
+def dictionary() -> Iterator[str]:
+    """Yield the lines of the data dictionary, results/README.md."""
+    yield from (
+        "# Data dictionary",
+        "",
+        "Generated from `src/rockdamp/storage/variables.yaml` by `python -m rockdamp.storage.dataset`. Files are",
+        f"NetCDF-4 under {CONVENTIONS}; each opens with `xarray.open_dataset`. `STUDY` stands for the",
+        "dimension that a study varies:",
+        "",
+        "| `{study}` | dimension |",
+        "|---|---|",
+        *(f"| `{study}` | `{parameter}` |" for study, parameter in STUDIES.items()),
+        "",
+        "Every file also has the attributes `title`, `source`, `references`, `Conventions`, `config_sha256` (digest",
+        "of the part of the config that it depends on) and `code_version` (version and digest of the modules that it",
+        "depends on).",
+    )
+    for entry in registry()["datasets"].values():
+        used = f" Used by {entry['used_by']}." if entry["used_by"] else ""
+        used += f" Not built: `{entry['written_by']}` writes such a file." if "written_by" in entry else ""
+        yield from ("", f"## `{entry['file']}`", "", f"{entry['title']}.{used}", "")
+        yield from ("| variable | dimensions | units | meaning | symbol |", "|---|---|---|---|---|")
+        for name, variable in entry["variables"].items():
+            dims = ", ".join(f"`{dim}`" for dim in variable["dims"]) or "(none)"
+            some = " (some studies)" if variable.get("optional") else ""
+            meaning = "the study's parameter" if name == "STUDY" else variable["long_name"] + some
+            symbol = variable.get("symbol", "")
+            yield f"| `{name}` | {dims} | {variable.get('units', '')} | {meaning} | {symbol} |"
+
+
+def text_values(dataset: xr.Dataset, name: str) -> list[str]:
+    """Return a text coordinate as Python strings."""
+    return [str(value) for value in np.asarray(dataset[name].values)]
+
+
+if __name__ == "__main__":
+    print("\n".join(dictionary()))

@@ -1,0 +1,168 @@
+"""Which sources and which part of the config a result depends on, so that both can be stored with it and watched.
+
+The sources are read, not run: imports are followed through the syntax tree, wherever in a module they stand. A file
+of the package that a module names in a string (``"variables.yaml"``) belongs to that module.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+PACKAGE = __name__.partition(".")[0]
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def modules_of(*names: str) -> dict[str, Path]:
+    """Return the modules of the package that `names` import, directly or not, themselves included.
+
+    The package's own ``__init__`` runs too, but it only passes names on: it counts where a module takes such a name
+    from it, not otherwise.
+
+    Parameters
+    ----------
+    *names : str
+        Full names, e.g. ``rockdamp.studies.decays``.
+
+    Returns
+    -------
+    dict of str to Path
+        Module name to its file, sorted by name.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If the package has no such module.
+    """
+    found: dict[str, Path] = {}
+    waiting = list(names)
+    while waiting:
+        name = waiting.pop()
+        if name in found:
+            continue
+        path = _file_of(name)
+        if path is None:
+            raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
+        found[name] = path
+        waiting += _imports(name, path)
+    return dict(sorted(found.items()))
+
+
+def files_of(*names: str) -> list[Path]:
+    """Return the files that `names` depend on: their modules and the files of the package that those name."""
+    files = set()
+    for path in modules_of(*names).values():
+        files |= {path, *_data_files(path)}
+    return sorted(files)
+
+
+def code_version(*names: str) -> str:
+    """Return the version of the package and a digest of every file that `names` depend on.
+
+    The digest covers names and contents, so it is the same wherever the package lies.
+    """
+    digest = hashlib.sha256()
+    for path in files_of(*names):
+        content = path.read_bytes()
+        digest.update(f"{path.relative_to(ROOT).as_posix()}\0{len(content)}\0".encode() + content)
+    return f"{version(PACKAGE)}+{digest.hexdigest()[:16]}"
+
+
+def config_digest(config: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a part of the config; the order of its keys does not matter.
+
+    Raises
+    ------
+    ValueError
+        If the config holds what JSON cannot: NaN, an infinity, a date.
+    """
+    try:
+        text = json.dumps(config, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    except TypeError as error:
+        raise ValueError(f"the config cannot be digested: {error}") from None
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def constant(module: str, name: str) -> Any:
+    """Return a literal constant of a module without importing it, as compiled modules take long to import.
+
+    Raises
+    ------
+    LookupError
+        If the module assigns no literal to that name.
+    """
+    path = modules_of(module)[module]
+    for node in _tree(path).body:
+        if isinstance(node, ast.Assign) and [ast.unparse(target) for target in node.targets] == [name]:
+            return ast.literal_eval(node.value)
+    raise LookupError(f"{module} has no constant {name}")
+
+
+def _file_of(name: str) -> Path | None:
+    place = ROOT.joinpath(*name.split(".")[1:])
+    for path in (place / "__init__.py", place.with_suffix(".py")):
+        if name.split(".")[0] == PACKAGE and path.is_file():
+            return path
+    return None
+
+
+@cache
+def _imports(name: str, path: Path) -> frozenset[str]:
+    """The package's modules that one module imports, the packages in between included."""
+    here = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    found = set()
+    for node in _nodes(path):
+        if isinstance(node, ast.Import):
+            wanted = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(here.split(".")[: len(here.split(".")) - node.level + 1]) if node.level else ""
+            base = ".".join(part for part in (base, node.module) if part)
+            # `from package import name` takes a module where there is one, else what the package's __init__ defines.
+            wanted = [_module_or_owner(base, alias.name) for alias in node.names]
+        else:
+            continue
+        for target in wanted:
+            if target.split(".")[0] == PACKAGE and _file_of(target):
+                found |= {target, *_parents(target)}
+    return frozenset(found)
+
+
+def _module_or_owner(base: str, name: str) -> str:
+    return f"{base}.{name}" if _file_of(f"{base}.{name}") else base
+
+
+def _parents(name: str) -> Iterator[str]:
+    """The packages that are run on the way to a module, without the outermost."""
+    parts = name.split(".")
+    for end in range(2, len(parts)):
+        yield ".".join(parts[:end])
+
+
+@cache
+def _data_files(path: Path) -> frozenset[Path]:
+    strings = {node.value for node in _nodes(path) if isinstance(node, ast.Constant)}
+    names = {text for text in strings if isinstance(text, str) and re.fullmatch(r"[\w./-]*\.\w+", text)}
+    named = {folder / name for folder in (ROOT, path.parent) for name in names}
+    return frozenset(file.resolve() for file in named if file.suffix != ".py" and _inside(file))
+
+
+def _inside(path: Path) -> bool:
+    return path.is_file() and path.resolve().is_relative_to(ROOT)
+
+
+@cache
+def _nodes(path: Path) -> tuple[ast.AST, ...]:
+    """Those of the syntax tree that name something: imports and constants."""
+    return tuple(node for node in ast.walk(_tree(path)) if isinstance(node, ast.Import | ast.ImportFrom | ast.Constant))
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_bytes(), filename=str(path))

@@ -1,0 +1,238 @@
+"""Energy audit: what impacts and dampers take equals what leaves the wall, to the order of the scheme; in joules.
+
+Dimensionless as in the kernels, a wall has the energy v^2/2 + V(x). An impact takes (1 - e^2) v^2/2, Eq. (13); a damper
+takes the integral of C v^2 by tau, Eq. (14); the load does the work of its product with v.
+
+**Joules.** Times K0 u_ins^2 these are 1/2 m_eff u'^2 + integral F du: energies of the generalised coordinate, *twice*
+the mechanical ones. The lower body turns about its base at u'/h1 and the upper one about its top at u'/h2; slender
+bodies have m_i h_i^2/3 about their ends, so
+
+    T = 1/2 (m1 h1^2/3) (u'/h1)^2 + 1/2 (m2 h2^2/3) (u'/h2)^2 = 1/2 (m/3) u'^2 = 1/2 (1/2 m_eff u'^2),
+
+as m_eff = 2 m/3. Likewise the weights' work is the integral of F/2: Eq. (1) counts forces double, as its load shows,
+lambda m_eff = m, where a load m a_g spread over the face does work over the mean displacement u/2. A parapet with u at
+its top has 1/2 (m h^2/3) (u'/h)^2: the same half. Eq. (13), with moments of inertia and velocities of the centres, is
+mechanical as it is printed; Eq. (14), of C u' du, is generalised, and takes the factor 1/2 to be compared with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from operator import itemgetter
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
+from rockdamp.studies.damping_loops import loops as run_loops
+from rockdamp.studies.decays import Config, describe, make_wall
+
+Array = NDArray[np.float64]
+
+MECHANICAL_SHARE = 0.5  # mechanical over generalised energy
+HALF_CYCLES = 6  # of which the loss is given in joules
+AUDITED = ("reference", "Fig. 8")
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Where the energy of histories is; every array has the histories' shape, time last. [-]
+
+    Attributes
+    ----------
+    energy : ndarray
+        v^2/2 + V(x), over K0 u_ins^2.
+    lost : ndarray
+        Taken by impacts and dampers since the start.
+    work : ndarray
+        Done by the load since the start.
+    """
+
+    energy: Array
+    lost: Array
+    work: Array
+
+    @property
+    def residual(self) -> Array:
+        """Energy that left and was not lost: zero but for the scheme's error. [-]"""
+        return self.energy[..., :1] + self.work - self.lost - self.energy
+
+    @property
+    def largest_residual(self) -> Array:
+        """Largest |residual| of each history over the most energy that it was given until then. [-]"""
+        given = (self.energy[..., :1] + self.work).max(axis=-1)
+        return np.abs(self.residual).max(axis=-1) / given
+
+
+def balance(
+    curve: TrilinearCurve,
+    damping: Damping,
+    displacement: ArrayLike,
+    velocity: ArrayLike,
+    step: float,
+    load: ArrayLike = 0.0,
+) -> Balance:
+    """Add up the energy of stored histories, from their displacements and velocities alone.
+
+    The damper's integral is the trapezoidal sum; the load's is its mean over a step times the change of x, as x has no
+    jump at an impact. Each is second order in the step, as is the velocity at an impact: see `_impact_loss`.
+
+    Parameters
+    ----------
+    curve, damping : TrilinearCurve, Damping
+        Broadcast against the histories without their last axis.
+    displacement, velocity : ndarray, shape (..., n)
+        u/u_ins and its derivative by tau at each step. [-]
+    step : float
+        In tau. [-]
+    load : ndarray, broadcasts to (..., n)
+        Dimensionless load at each step, linear between. [-]
+    """
+    x, v = np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float)
+    p = np.broadcast_to(np.asarray(load, dtype=float), x.shape)
+    each = curve.map(lambda parameter: parameter[..., None])
+    if damping.model == "CR":
+        lost = _impact_loss(each, np.asarray(damping.parameter)[..., None], x, v, p, step)
+    else:
+        own = Damping(damping.model, np.asarray(damping.parameter)[..., None], np.asarray(damping.exponent)[..., None])
+        rate = own.coefficient(each, x) * v**2
+        lost = step * (rate[..., 1:] + rate[..., :-1]) / 2
+    work = (p[..., 1:] + p[..., :-1]) / 2 * np.diff(x, axis=-1)
+    return Balance(v**2 / 2 + each.energy(x), _since_start(lost), _since_start(work))
+
+
+def _since_start(parts: Array) -> Array:
+    total = np.zeros((*parts.shape[:-1], parts.shape[-1] + 1))
+    np.cumsum(parts, axis=-1, out=total[..., 1:])
+    return total
+
+
+def _impact_loss(curve: TrilinearCurve, restitution: Array, x: Array, v: Array, load: Array, step: float) -> Array:
+    """(1 - e^2) v^2/2 in each step in which x reaches or passes zero, v being the velocity there; zero elsewhere. [-]
+
+    The time to the impact is that of the parabola from the step's start, and v follows from the mean of the
+    acceleration there and at the impact, where the restoring force is zero and the load's is all.
+    """
+    before, after, speed = x[..., :-1], x[..., 1:], v[..., :-1]
+    hit = (np.sign(before) != 0) & (np.sign(before) != np.sign(after))
+    acceleration = load[..., :-1] - curve.force(before)
+    away = np.where(before > 0, speed, -speed)
+    root = np.sqrt(np.maximum(speed**2 - 2 * acceleration * before, 0.0))
+    span = np.where(hit, root - away, 1.0)
+    time = np.clip(np.where(hit, 2 * np.abs(before), 0.0) / np.where(span > 0, span, 1.0), 0.0, step)
+    there = load[..., :-1] + (load[..., 1:] - load[..., :-1]) * time / step
+    arriving = speed + time * (acceleration + there) / 2
+    return np.where(hit, (1 - restitution**2) * arriving**2 / 2, 0.0)
+
+
+def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
+    """Index of the release and of the sample before each change of the velocity's sign: the peaks of one history.
+
+    An impact does not count: it scales the velocity and keeps its sign.
+    """
+    back = np.asarray(velocity, dtype=float) < 0
+    turns = 1 + np.flatnonzero(back[1:-1] != back[2:])  # the release is at rest: its own sign says nothing
+    return np.concatenate([[0], turns])
+
+
+def joules(wall: Wall | Parapet, energy: ArrayLike) -> Array:
+    """Mechanical energy of a dimensionless one, MECHANICAL_SHARE K0 u_ins^2 times it. [J]"""
+    scale = wall.rigid_stiffness * np.square(wall.instability_displacement)
+    return MECHANICAL_SHARE * scale * np.asarray(energy, dtype=float)
+
+
+def lost_per_half_cycle(curve: TrilinearCurve, damping: Damping, x: Array, v: Array, step: float, count: int) -> Array:
+    """What one free history loses from each peak to the next, the first `count` of them; NaN where it has fewer. [-]
+
+    Eq. (13) for CR, whose half cycles hold one impact each, and Eq. (14) for dampers.
+    """
+    turns = turning_points(v)
+    found = np.diff(balance(curve, damping, x, v, step).lost[turns])[:count]
+    return np.concatenate([found, np.full(count - found.size, np.nan)])
+
+
+# --- the stage's parts ----------------------------------------------------------------------------------------------
+
+
+def residuals(config: Config, ensemble: Ensemble) -> xr.Dataset:
+    """Audit the ensemble at steps down to half the solver's: median and largest residual, and the median's order."""
+    steps = ensemble.steps[ensemble.steps > 0.4 * float(config["solver"]["step"])]
+    found = np.empty((len(EXCITATIONS), len(MODELS), steps.size, ensemble.factor.size))
+    for x, m, k in np.ndindex(found.shape[:-1]):
+        step = float(steps[k])
+        load = ensemble.load_at(step) if EXCITATIONS[x] == "forced" else 0.0
+        histories = ensemble.histories(MODELS[m], EXCITATIONS[x], step, 1)
+        sums = balance(ensemble.curve, ensemble.damping(MODELS[m]), *histories, step, load)
+        found[x, m, k] = sums.largest_residual.ravel()
+    median = np.median(found, axis=-1)
+    dims = ("excitation", "damping_model")
+    return xr.Dataset(
+        {
+            "energy_residual": ((*dims, "audit_step"), median),
+            "largest_energy_residual": ((*dims, "audit_step"), found.max(axis=-1)),
+            "energy_order": (dims, fitted_order(steps, median)),
+        },
+        coords={"excitation": list(EXCITATIONS), "damping_model": list(MODELS), "audit_step": steps},
+    )
+
+
+def stored(config: Config, loops: xr.Dataset, decays: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Audit every history in `loops.nc`, and every decay of the studies, as they were stored: largest residuals."""
+    curve, step = TrilinearCurve(**config["curve"]).map(np.atleast_1d), float(config["solver"]["step"])
+    of_loops = []
+    for model in MODELS:
+        one = loops.sel(damping_model=model)
+        damping = Damping(model, float(loops["restitution"] if model == "CR" else one["damping_ratio"]))
+        sums = balance(curve, damping, one["displacement"].values[None], one["velocity"].values[None], step)
+        of_loops.append(float(sums.largest_residual[0]))
+    of_decays = []
+    for name, decay in decays.items():
+        study, damping = describe(name, config), Damping.cr(decay["restitution"].values)
+        worst = 0.0
+        for i in range(study.values.size):  # one wall at a time, for the memory's sake
+            own = study.curve.map(itemgetter(slice(i, i + 1)))
+            sums = balance(own, damping, decay["displacement"].values[i], decay["velocity"].values[i], step)
+            worst = max(worst, float(sums.largest_residual.max()))
+        of_decays.append(worst)
+    return xr.Dataset(
+        {"loops_energy_residual": ("damping_model", of_loops), "decay_energy_residual": ("study", of_decays)},
+        coords={"damping_model": list(MODELS), "study": list(decays)},
+    )
+
+
+def losses(config: Config, loops: xr.Dataset) -> xr.Dataset:
+    """Energy in joules that each half cycle loses, for the reference wall and the wall of Fig. 8, matched by Eq. (17).
+
+    The reference wall's histories are those of `loops.nc`; the other's are released and matched in the same way.
+    """
+    found = np.empty((len(AUDITED), len(MODELS), HALF_CYCLES))
+    release, ratio, e = np.empty(len(AUDITED)), np.empty(found.shape[:2]), np.empty(len(AUDITED))
+    test = config["validation"]
+    theirs = {"curve": test["curve"], "loops": {**config["loops"], "restitution": test["restitution"]}}
+    runs = [(config["wall"], config["curve"], loops), (test["wall"], test["curve"], run_loops({**config, **theirs}))]
+    for w, (section, shape, histories) in enumerate(runs):
+        wall, curve, step = make_wall(section), TrilinearCurve(**shape), float(config["solver"]["step"])
+        e[w] = float(test["restitution"] if w else loops["restitution"])
+        release[w] = joules(wall, curve.energy(float(config["release_amplitude"])))
+        for m, model in enumerate(MODELS):
+            one = histories.sel(damping_model=model)
+            ratio[w, m] = float(one["damping_ratio"])
+            damping = Damping(model, e[w] if model == "CR" else ratio[w, m])
+            x, v = one["displacement"].values, one["velocity"].values
+            found[w, m] = joules(wall, lost_per_half_cycle(curve, damping, x, v, step, HALF_CYCLES))
+    return xr.Dataset(
+        {
+            "energy_lost": (("audited_wall", "damping_model", "half_cycle"), found),
+            "release_energy": ("audited_wall", release),
+            "audited_damping_ratio": (("audited_wall", "damping_model"), ratio),
+            "audited_restitution": ("audited_wall", e),
+        },
+        coords={
+            "audited_wall": list(AUDITED), "damping_model": list(MODELS), "half_cycle": np.arange(1, HALF_CYCLES + 1),
+        },
+    )  # fmt: skip

@@ -1,0 +1,174 @@
+"""The walls of the studies as an ensemble, free and forced: what accuracy is measured on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.equivalence.matching import response_length
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.solvers.newmark import COMPLETED, Response, solve
+from rockdamp.studies.decays import Config, describe, step_count
+
+EXCITATIONS = ("free", "forced")
+LOAD_SAMPLE = 0.2  # in tau, about: a tenth of the load's shortest period
+LOAD_FREQUENCIES = (0.3, 3.0)  # over p: the load's band
+ROUNDING = 1e-9  # a length that is a whole number of samples but for rounding is one
+FACTORS = np.geomspace(0.02, 2.0, 40)  # of the load's peak over F0 that are tried
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Walls that differ in tau, at a few e, with their published damping ratios and a load.
+
+    Attributes
+    ----------
+    curve : TrilinearCurve
+        Parameters of shape (cases, 1).
+    release_amplitude : ndarray, shape (cases, 1)
+        u0/u_ins of the free decays. [-]
+    restitution : ndarray, shape (e,)
+    ratio : dict of ndarray, shape (cases, e)
+        Published damping ratio of each viscous model. [-]
+    load : ndarray, shape (cases, samples)
+        Of the forced responses, which start from rest at x = 0: of unit peak, linear between samples. [-]
+    sample, length : float
+        Spacing of the samples, and length of all histories, in tau. [-]
+    factor : ndarray, shape (cases, e)
+        Of the load, over F0. [-]
+    steps : ndarray
+        At which errors are measured, in tau, coarsest first; the solver's own is among them. [-]
+    scheme : str
+        Of `newmark.solve`.
+    """
+
+    curve: TrilinearCurve
+    release_amplitude: Array
+    restitution: Array
+    ratio: Mapping[str, Array]
+    load: Array
+    sample: float
+    length: float
+    factor: Array
+    steps: Array
+    scheme: str
+
+    def damping(self, model: str) -> Damping:
+        """Return the damping of every lane, shape (cases, e) or a shape that broadcasts to it."""
+        return Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model])
+
+    def histories(self, model: str, excitation: str, step: float, store_every: int) -> tuple[Array, Array]:
+        """Run every lane with the pipeline's solver: displacements and velocities, shape (cases, e, stored). [-]"""
+        if excitation == "free":
+            found = [self._solve(model, slice(None), step, store_every, release_amplitude=self.release_amplitude)]
+        else:
+            found = [self._forced(model, case, step, self.factor[case], store_every) for case in range(len(self.load))]
+        displacement = [response.displacement for response in found if response.displacement is not None]
+        velocity = [response.velocity for response in found if response.velocity is not None]
+        return np.concatenate(displacement), np.concatenate(velocity)
+
+    def forced_peaks(self, model: str, step: float, factor: Array) -> Array:
+        """Return the largest |u|/u_ins under `factor` of the loads, shape (..., cases, e); infinite if it collapsed."""
+        each = [self._forced(model, case, step, factor[..., case, :]) for case in range(len(self.load))]
+        return np.stack([np.where(one.outcome == COMPLETED, one.peak, np.inf) for one in each], axis=-2)
+
+    def _forced(self, model: str, case: int, step: float, factor: Array, store_every: int = 0) -> Response:
+        own = slice(case, case + 1) if store_every else case
+        return self._solve(model, own, step, store_every, load_factor=factor, ground_acceleration=self.load[case])
+
+    def _solve(self, model: str, case: int | slice, step: float, store_every: int, **options: Any) -> Response:
+        substeps = step_count(self.sample, step)
+        damping = Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model][case])
+        return solve(
+            self.curve.map(itemgetter(case)),
+            damping,
+            step=step,
+            substeps=substeps,
+            steps=(self.load.shape[-1] - 1) * substeps,
+            store_every=store_every,
+            scheme=self.scheme,
+            **options,
+        )
+
+    def load_at(self, step: float) -> Array:
+        """Return the load of the forced responses at each step, shape (cases, e, steps + 1). [-]"""
+        samples = np.arange(self.load.shape[-1])
+        fine = np.arange((samples.size - 1) * step_count(self.sample, step) + 1) * step / self.sample
+        return self.factor[..., None] * np.stack([np.interp(fine, samples, load) for load in self.load])[:, None]
+
+
+def collect(config: Config, matches: Mapping[str, xr.Dataset]) -> Ensemble:
+    """Draw the ensemble from the studies: each curve and release once, as slenderness and overburden change neither.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses what `decay.describe` uses, ``solver``, ``matching.window`` and ``accuracy``.
+    matches : dict of xarray.Dataset
+        By study, from `matching_studies.match`.
+    """
+    section = config["accuracy"]
+    rows: dict[tuple[float, ...], Array] = {}
+    for name, match in matches.items():
+        study = describe(name, config)
+        e = match["restitution"].values
+        chosen = np.unique(np.round(np.linspace(0, e.size - 1, section["restitutions"])).astype(int))
+        ratio = match["damping_ratio"].transpose(study.parameter, "damping_model", "restitution")
+        for i, x0 in enumerate(study.release_amplitude):
+            own = study.curve.map(itemgetter(i))
+            key = (*map(float, (own.cracked_stiffness_ratio, own.plateau_ratio, own.ultimate_ratio)), float(x0))
+            rows.setdefault(key, ratio.values[i][:, chosen])
+    a1, b1, a3, x0 = (np.array(column)[:, None] for column in zip(*rows))
+    models = [str(model) for model in match["damping_model"].values]
+    own_step = float(config["solver"]["step"])
+    coarsest = own_step * 2 ** section["doublings"]
+    sample = coarsest * max(1, round(LOAD_SAMPLE / coarsest))
+    length = response_length(config)
+    drawn = Ensemble(
+        TrilinearCurve(a1, b1, a3, config["curve"]["softening"]),
+        x0,
+        e[chosen],
+        {model: np.stack([row[m] for row in rows.values()]) for m, model in enumerate(models)},
+        band_limited(section["seed"], len(rows), int(length / sample + ROUNDING) + 1, sample),
+        sample,
+        length,
+        np.ones((len(rows), chosen.size)),
+        coarsest / 2.0 ** np.arange(section["doublings"] + section["halvings"] + 1),
+        config["solver"]["scheme"],
+    )
+    return replace(drawn, factor=strong_loads(drawn, own_step))
+
+
+def band_limited(seed: int, loads: int, samples: int, sample: float) -> Array:
+    """Return seeded sums of twelve sinusoids within `LOAD_FREQUENCIES`, of unit peak, shape (loads, samples). [-]"""
+    rng = np.random.default_rng(seed)
+    frequency, phase = rng.uniform(*LOAD_FREQUENCIES, (loads, 12, 1)), rng.uniform(0, 2 * np.pi, (loads, 12, 1))
+    load = np.sin(frequency * sample * np.arange(samples) + phase).sum(axis=1)
+    return load / np.abs(load).max(axis=1, keepdims=True)
+
+
+def strong_loads(ensemble: Ensemble, step: float) -> Array:
+    """Return the largest of `FACTORS` under which no model's peak exceeds the release of the free decay. [-]
+
+    So the forced responses are nearly as large as the free ones, and none collapses.
+    """
+    trial = FACTORS[:, None, None] * np.ones_like(ensemble.factor)
+    peak = np.max([ensemble.forced_peaks(model, step, trial) for model in MODELS], axis=0)
+    number = np.arange(FACTORS.size)[:, None, None]
+    return FACTORS[np.where(peak <= ensemble.release_amplitude, number, 0).max(axis=0)]
+
+
+def fitted_order(steps: ArrayLike, error: ArrayLike) -> Array:
+    """Return the slope of log(error) against log(step), fitted over the last axis. [-]"""
+    logs = np.log(np.asarray(error, dtype=float))
+    slope = np.polyfit(np.log(np.asarray(steps, dtype=float)), logs.reshape(-1, logs.shape[-1]).T, 1)[0]
+    return np.asarray(slope.reshape(logs.shape[:-1]))

@@ -1,0 +1,149 @@
+"""Where small rotations and the mass of slender bodies, 2/3 m, start to matter: rigid rocking, slender and not."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.mechanics import rigid_bodies
+from rockdamp.mechanics.wall import Wall
+from rockdamp.progress import track
+from rockdamp.studies.decays import Config
+
+Array = NDArray[np.float64]
+
+FEATURES = ("first impact", "peaks", "p")
+TOLERANCES = (0.01, 0.05)
+SAMPLES = 400  # of a history per unit of tau; its features are found by parabolas between them
+REFERENCES = ("slender", "large rotation")
+
+
+def features(times: ArrayLike, displacement: ArrayLike, peaks: int) -> Array:
+    """Return the time of the first impact and the sizes of the first `peaks` peaks after it; NaN where there are fewer.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Uniform, from the release at rest. [-]
+    displacement : ndarray, shape (n,)
+        [-]
+    peaks : int
+
+    Returns
+    -------
+    ndarray, shape (1 + peaks,)
+    """
+    tau, x = np.asarray(times, dtype=float), np.asarray(displacement, dtype=float)
+    found = np.full(1 + peaks, np.nan)
+    after = np.flatnonzero(np.diff(np.sign(x)) != 0) + 1
+    if after.size:
+        k = after[0]  # the line goes on from before the impact, where the velocity jumps
+        found[0] = tau[k - 1] + (tau[k - 1] - tau[k - 2]) * x[k - 1] / (x[k - 2] - x[k - 1])
+    for n, (start, stop) in enumerate(zip(after[:peaks], after[1:])):
+        size = np.abs(x[start:stop])
+        top = int(size.argmax())
+        if 0 < top < size.size - 1:
+            left, middle, right = size[top - 1 : top + 2]
+            found[1 + n] = middle + (right - left) ** 2 / (8 * (2 * middle - left - right))
+    return found
+
+
+def frequency_difference(wall: Wall) -> float:
+    """p of the whole mass at u = 0 over that of 2/3 m, less one: the stiffness is the slender limit's for both. [-]"""
+    slender = float(wall.mass) / 3  # of the hinge's coordinate; half of 2/3 m, see `rigid.TwoBodies`
+    return float(np.sqrt(slender / rigid_bodies.TwoBodies(wall).inertia(0.0)) - 1)
+
+
+def differences(wall: Wall, restitution: float, release_amplitude: float, peaks: int) -> Array:
+    """Compare the large rotations with the slender limit: relative difference of each of `FEATURES`.
+
+    Of the peaks it is the one of largest size. [-]
+    """
+    energy = release_amplitude * (2 - release_amplitude)
+    kept = np.sqrt(1 - energy * restitution ** (2 * np.arange(peaks + 1)))
+    quarters = np.arccosh(1 / kept)  # of the slender limit: times from each peak to u = 0
+    end = 1.5 * (quarters[0] + 2 * quarters[1:].sum())  # half as long again, lest slow walls have too few peaks
+    times = np.linspace(0.0, end, int(SAMPLES * end) + 1)
+    small = features(times, rigid_bodies.slender_decay(times, wall, restitution, release_amplitude), peaks)
+    large = features(times, rigid_bodies.large_rotation_decay(times, wall, restitution, release_amplitude), peaks)
+    return np.array([*compared(large, small), frequency_difference(wall)])
+
+
+def compared(found: Array, reference: Array) -> tuple[float, float]:
+    """Relative differences of the first impact's time, and of the peak that differs most. [-]"""
+    ratio = found / reference - 1
+    return float(ratio[0]), float(ratio[1:][np.nanargmax(np.abs(ratio[1:]))])
+
+
+def least_slenderness(slenderness: ArrayLike, difference: ArrayLike, tolerance: float) -> float:
+    """Slenderness beyond which |difference| stays within `tolerance`, by power laws between the values. [-]
+
+    NaN where the last value is not within it; the first value where all are.
+    """
+    h, d = np.asarray(slenderness, dtype=float), np.abs(np.asarray(difference, dtype=float))
+    beyond = np.flatnonzero(~(d <= tolerance))
+    if not beyond.size:
+        return float(h[0])
+    last = beyond[-1]
+    if last == h.size - 1:
+        return float("nan")
+    pair = slice(last, last + 2)
+    # np.interp wants ascending abscissae, and the difference falls.
+    return float(np.exp(np.interp(np.log(tolerance), np.log(d[pair])[::-1], np.log(h[pair])[::-1])))
+
+
+def rotations(config: Config, loops: xr.Dataset) -> xr.Dataset:
+    """Compare rigid rocking with and without small rotations over slenderness; and Fig. 4a with both.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``loops.rigid`` and ``accuracy.rigid``.
+    loops : xarray.Dataset
+        What `loops.loops` returned.
+    """
+    section, fig4 = config["accuracy"]["rigid"], config["loops"]["rigid"]
+    thickness, e, peaks = float(fig4["thickness"]), float(fig4["restitution"]), int(section["peaks"])
+    axes = [
+        np.unique(np.asarray(section[key], dtype=float)) for key in ("hinge_ratio", "release_amplitude", "slenderness")
+    ]
+    shape = [axis.size for axis in axes]
+    found = np.empty((len(FEATURES), *shape))
+    for index in track(list(np.ndindex(*shape)), "rotations"):
+        r, x0, slenderness = (axis[i] for axis, i in zip(axes, index))
+        wall = Wall(thickness, slenderness * thickness, hinge_ratio=r)
+        found[:, *index] = differences(wall, e, x0, peaks)
+    least = [
+        [least_slenderness(axes[2], row, tolerance) for tolerance in TOLERANCES]
+        for row in found.reshape(-1, axes[2].size)
+    ]
+    dims = ("rocking_feature", "hinge_ratio", "rocking_release_amplitude")
+    return xr.Dataset(
+        {
+            "rocking_difference": ((*dims, "slenderness"), found),
+            "least_slenderness": ((*dims, "tolerance"), np.reshape(least, (*found.shape[:-1], len(TOLERANCES)))),
+            "fig4_difference": (("rocking_reference", "rocking_feature"), _fig4(config, loops, peaks)),
+        },
+        coords={
+            "rocking_feature": list(FEATURES),
+            "rocking_reference": list(REFERENCES),
+            "hinge_ratio": axes[0],
+            "rocking_release_amplitude": axes[1],
+            "slenderness": axes[2],
+            "tolerance": list(TOLERANCES),
+            "rocking_restitution": e,
+        },
+    )
+
+
+def _fig4(config: Config, loops: xr.Dataset, peaks: int) -> Array:
+    """Differences of Fig. 4a's tri-linear wall, whose mass is 2/3 m, from each reference."""
+    section, tau = config["loops"]["rigid"], loops["tau"].values
+    wall = Wall(section["thickness"], section["height"], hinge_ratio=section["hinge_ratio"])
+    each = {
+        str(name): features(tau, loops["rocking_displacement"].sel(rocking_model=name).values, peaks)
+        for name in loops["rocking_model"].values
+    }
+    of_p = {"slender": 0.0, "large rotation": 1 / (1 + frequency_difference(wall)) - 1}
+    return np.array([[*compared(each["tri-linear"], each[name]), of_p[name]] for name in REFERENCES])

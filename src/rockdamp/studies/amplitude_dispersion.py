@@ -1,0 +1,331 @@
+"""How far the equivalent damping ratio depends on the amplitude, for each damper, by three measures of equivalence.
+
+Peaks: over the half cycle after the release the damper loses exactly what an impact takes, V(x1) = e^2 V(x0).
+Err: Eq. (17). Closed form: first order in the loss; and with the energy in the middle of the half cycle, second order
+(docs/theory.md derives both). The exponent n whose closed form depends least on the amplitude is found too.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import elementwise
+
+from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
+from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
+from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS, Damping
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import solve
+from rockdamp.studies.decays import Config, step_count
+
+BEST = "POWER"  # the general exponent, at the best n of each curve
+DAMPERS = (*PAPER_MODELS, BEST, *(model for model in VISCOUS_MODELS if model not in PAPER_MODELS))
+EXPONENTS_TRIED = (0.8, 1.3, 2.0)  # where the search for the best one starts
+PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
+SOURCES = {"error": "damping_ratio", "peaks": "damping_ratio_peaks", "energy": "damping_ratio_energy"}
+ROOM = 1e-9  # a plateau shorter than this is none
+HALF_CYCLE_STEPS = 5000  # the damping ratio of ECD from peaks, whose exact value is known, is then within 0.04 %
+LONGER = 1.7  # bounds what a half cycle lasts under damping, over its undamped duration
+BRACKET = (0.25, 4.0)  # of the damping ratio from peaks, over the closed form's
+TOLERANCES = {"xrtol": 1e-9, "fatol": 1e-12}
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Curves with one variant of the last branch, of shape (cases,), and their names."""
+
+    name: list[str]
+    curve: TrilinearCurve
+
+
+def groups(config: Config) -> list[Group]:
+    """Return the curves of the study: steeper (and, for a3 = 1, without a variant), then translated.
+
+    They are those of the cracked stiffness study's plateau at the a1 of the config, and Doherty's presets; each at
+    a3 = 1 and at the config's a3 in both variants, the translated one where it leaves room for a plateau.
+    """
+    section = config["dispersion"]
+    beyond = config["studies"]["cracked_stiffness"]["plateau_ratio_beyond"]
+    plateaus = (config["curve"]["plateau_ratio"], beyond["plateau_ratio"])
+    shapes = [
+        (f"a1 = {a1:g}", a1, plateaus[a1 >= beyond["cracked_stiffness_ratio"]])
+        for a1 in section["cracked_stiffness_ratio"]
+    ]
+    shapes += [(name, a1, b1) for name, (b1, a1) in PRESETS.items()]
+    a3 = float(section["ultimate_ratio"])
+    steeper = [(*shape, 1.0) for shape in shapes] + [(*shape, a3) for shape in shapes]
+    translated = [(*shape, a3) for shape in shapes if shape[1] + shape[2] < a3]
+    return [_group(cases, softening) for cases, softening in zip((steeper, translated), SOFTENING) if cases]
+
+
+def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Group:
+    names, *parameters = zip(*cases)
+    a1, b1, a3 = (np.array(values, dtype=float) for values in parameters)
+    curve = TrilinearCurve(a1, b1, a3, softening)
+    return Group([name if end == 1 else f"{name}, {softening}" for name, end in zip(names, a3)], curve)
+
+
+def dispersion(config: Config) -> xr.Dataset:
+    """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``solver``, ``curve.plateau_ratio``, ``studies.cracked_stiffness.plateau_ratio_beyond``,
+        ``matching`` and ``dispersion``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``damping_ratio`` (Err) with its uncertainty, ``damping_ratio_peaks``, ``damping_ratio_energy`` and
+        ``damping_ratio_middle`` (damping_model, case, release_share, restitution); ``spread`` of each over the
+        amplitudes, the standard deviation of the logarithm; ``best_exponent`` (case); and the best exponent and the
+        spreads of the closed form over a map of curves.
+    """
+    share = np.asarray(config["dispersion"]["release_share"], dtype=float)
+    restitution = np.asarray(config["dispersion"]["restitution"], dtype=float)
+    parts = [_compare(group, share, restitution, config) for group in groups(config)]
+    dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
+    return dataset.merge(exponent_map(config, share)).assign_coords(window=response_length(config))
+
+
+def _compare(group: Group, share: Array, restitution: Array, config: Config) -> xr.Dataset:
+    """All measures for the curves of a group."""
+    shape = (len(group.name), share.size, restitution.size)
+    exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
+    case, share_at, e_at = (index.ravel() for index in np.indices(shape))
+    curve, n, ultimate = group.curve.map(lambda p: p[case]), exponent[case], np.asarray(group.curve.ultimate_ratio)
+    amplitude, e = share[share_at] * ultimate[case], restitution[e_at]
+    step, refinement = float(config["solver"]["step"]), int(config["dispersion"]["refinement"])
+    steps = step_count(response_length(config), step)
+    decays = refined(Cases(curve, amplitude, e, np.empty((e.size, 0)), step, n), steps, 1, config["solver"]["scheme"])
+    found: dict[str, list[Array]] = {}
+    for model in track(DAMPERS, f"dispersion, {len(group.name)} curves"):
+        ratio, uncertainty = matched(decays, model, steps, refinement, config)
+        values = {
+            "damping_ratio": ratio,
+            "damping_ratio_uncertainty": uncertainty,
+            "damping_ratio_peaks": damping_ratio_peaks(curve, model, e, amplitude, n),
+            "damping_ratio_energy": damping_ratio_energy(curve, model, e, amplitude, n),
+            "damping_ratio_middle": damping_ratio_middle(curve, model, e, amplitude, n),
+        }
+        for key, value in values.items():
+            found.setdefault(key, []).append(value.reshape(shape))
+    dims = ("damping_model", "case", "release_share", "restitution")
+    dataset = xr.Dataset(
+        {key: (dims, np.stack(value)) for key, value in found.items()},
+        coords={
+            "damping_model": list(DAMPERS),
+            "case": group.name,
+            "release_share": share,
+            "restitution": restitution,
+            **{name: ("case", np.asarray(getattr(group.curve, name))) for name in PARAMETERS},
+            "softening": ("case", [group.curve.softening if a3 < 1 else "none" for a3 in ultimate]),
+            "release_amplitude": (("case", "release_share"), share * ultimate[:, None]),
+        },
+    )
+    dataset["best_exponent"] = ("case", exponent)
+    for source, key in SOURCES.items():
+        dataset[f"spread_{source}"] = xr.apply_ufunc(np.log, dataset[key]).std("release_share")
+    return dataset
+
+
+def matched(decays: Cases, model: str, steps: int, refinement: int, config: Config) -> tuple[Array, Array]:
+    """Damping ratio at the global minimum of Err, and its uncertainty, as in `matching_studies.match`."""
+    scheme = config["solver"]["scheme"]
+    best = match_cases(decays, model, [steps], config["matching"]["scan"], scheme).damping_ratio[0]
+    coarser, finest = (refined(decays, steps, many, scheme) for many in (refinement / 2, refinement))
+    before, _ = follow(coarser, model, best, scheme)
+    ratio, _ = follow(finest, model, before, scheme)
+    return ratio, 2 * np.abs(ratio - before)
+
+
+# --- peaks -----------------------------------------------------------------------------------------------------------
+
+
+def damping_ratio_peaks(
+    curve: TrilinearCurve,
+    damping_model: str,
+    restitution: ArrayLike,
+    release_amplitude: ArrayLike,
+    exponent: ArrayLike = 0.0,
+) -> Array:
+    """Damping ratio with which the half cycle after a release at rest ends at CR's peak, V(x1) = e^2 V(x0). [-]
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Broadcasts.
+    damping_model : str
+        A viscous model, or ``"POWER"``.
+    restitution, release_amplitude, exponent : float or ndarray
+        e, in (0, 1); x0, in (0, a3); n of the general exponent. Broadcast. [-]
+
+    Raises
+    ------
+    InputError
+        If a damping ratio lies outside `BRACKET` times the closed form's.
+    """
+    guess = damping_ratio_energy(curve, damping_model, restitution, release_amplitude, exponent)
+    shape = guess.shape
+
+    def flat(value: ArrayLike) -> Array:
+        return np.broadcast_to(np.asarray(value, dtype=float), shape).ravel()
+
+    curves = curve.map(flat)
+    delta, x0, n = -np.log(flat(restitution)), flat(release_amplitude), flat(exponent)
+
+    def excess(xi: Array, at: Array) -> Array:
+        case = at.astype(np.int64)
+        some = curves.map(lambda p: p[case])
+        return decrement(some, Damping(damping_model, xi, n[case]), x0[case]) - delta[case]
+
+    low, high = (factor * guess.ravel() for factor in BRACKET)
+    found = elementwise.find_root(excess, (low, high), args=(np.arange(x0.size, dtype=float),), tolerances=TOLERANCES)
+    if not found.success.all():
+        bad = int(np.flatnonzero(~found.success)[0])
+        raise InputError(
+            f"the damping ratio of {damping_model} from the first peak at u0/u_ins = {x0[bad]:.6g} and"
+            f" e = {np.exp(-delta[bad]):.6g} is not within {BRACKET} times the closed form's, {guess.ravel()[bad]:.6g}"
+        )
+    return found.x.reshape(shape)
+
+
+def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array) -> Array:
+    """ln sqrt(V(x0)/V(x1)) over the half cycle that begins at rest at x0; each argument of shape (lanes,). [-]"""
+    step = LONGER * curve.period(release_amplitude) / 2 / HALF_CYCLE_STEPS
+    response = solve(
+        curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS, store_every=1
+    )
+    assert response.displacement is not None and response.velocity is not None
+    returning = response.velocity[:, 1:] >= 0
+    if not returning.any(axis=-1).all():
+        raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")
+    after = 1 + returning.argmax(axis=-1)
+    lane = np.arange(after.size)
+    x, v = response.displacement[lane, after - 1], response.velocity[lane, after - 1]
+    # At the turn x is quadratic in time: it is v s/2 beyond x, s the time to the turn at a constant acceleration.
+    x1 = x + 0.5 * step * v * v / (v - response.velocity[lane, after])
+    return 0.5 * np.log(curve.energy(release_amplitude) / curve.energy(x1))
+
+
+# --- the exponent ----------------------------------------------------------------------------------------------------
+
+
+def spread(curve: TrilinearCurve, damping: Damping, share: Array) -> Array:
+    """Standard deviation over the amplitudes, the last axis, of the logarithm of the closed form's factor g. [-]
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Of shape (..., 1).
+    damping : Damping
+        A viscous model; broadcasts with the curve.
+    share : ndarray, shape (amplitudes,)
+        u0/u3.
+    """
+    factor = equivalence_factor(curve, damping, share * np.asarray(curve.ultimate_ratio))
+    return np.log(factor).std(axis=-1)
+
+
+def best_exponent(curve: TrilinearCurve, share: Array) -> Array:
+    """Return the exponent n with the least `spread`, for curves of shape (cases, 1). [-]"""
+    count = int(np.prod(curve.shape))
+    curves = curve.map(lambda p: p.reshape(-1, 1))
+
+    def of_exponent(n: Array, at: Array) -> Array:
+        case = at.astype(np.int64)
+        return spread(curves.map(lambda p: p[case]), Damping.power(n[:, None], 1.0), share)
+
+    low, middle, high = (np.full(count, n) for n in EXPONENTS_TRIED)
+    args = (np.arange(count, dtype=float),)
+    bracket = elementwise.bracket_minimum(of_exponent, middle, xl0=low, xr0=high, xmin=0.0, args=args)
+    found = elementwise.find_minimum(of_exponent, bracket.bracket, args=args, tolerances={"xrtol": 1e-6})
+    if not (bracket.success & found.success).all():
+        bad = int(np.flatnonzero(~(bracket.success & found.success))[0])
+        raise InputError(f"no exponent n has the least dispersion on the curve {curves.map(lambda p: p[bad])}")
+    return found.x
+
+
+def exponent_map(config: Config, share: Array) -> xr.Dataset:
+    """Best exponent and spreads of the closed form over a1 and b1, without and with both variants of the last branch.
+
+    NaN where a1 and b1 leave no room for the plateau or for the variant.
+    """
+    section = config["dispersion"]
+    a1, b1 = (np.asarray(section["map"][key], dtype=float) for key in PARAMETERS[:2])
+    variants = ("none", *SOFTENING)
+    shape = (len(variants), b1.size, a1.size)
+    best, spreads = np.full(shape, np.nan), np.full((len(DAMPERS), *shape), np.nan)
+    for index, variant in enumerate(track(variants, "exponents")):
+        a3 = 1.0 if variant == "none" else float(section["ultimate_ratio"])
+        translated = variant == "translated"
+        b, a = (grid.ravel() for grid in np.meshgrid(b1, a1, indexing="ij"))
+        room = a + b < (a3 if translated else 1.0) - ROOM
+        curve = TrilinearCurve(a[room][:, None], b[room][:, None], a3, variant if variant in SOFTENING else "steeper")
+        n = best_exponent(curve, share)
+        best[index].reshape(-1)[room] = n
+        for row, model in enumerate(DAMPERS):
+            damping = Damping(model, 1.0, n[:, None] if model == BEST else 0.0)
+            spreads[row, index].reshape(-1)[room] = spread(curve, damping, share)
+    dims = ("map_softening", "map_plateau_ratio", "map_cracked_stiffness_ratio")
+    return xr.Dataset(
+        {"map_best_exponent": (dims, best), "map_spread": (("damping_model", *dims), spreads)},
+        coords={
+            "damping_model": list(DAMPERS),
+            dims[0]: list(variants),
+            dims[1]: b1,
+            dims[2]: a1,
+        },
+    )
+
+
+# --- what it says ----------------------------------------------------------------------------------------------------
+
+
+def table(dataset: xr.Dataset) -> list[str]:
+    """Return, as a table in Markdown, each damper's spreads and the closed form's largest differences, in %.
+
+    Spreads are those of the middle e, over all curves; differences are the largest of either sign over curves and
+    amplitudes, one for each e.
+    """
+    e = dataset["restitution"].values
+    differences = {
+        "closed form less peaks": ("damping_ratio_energy", "damping_ratio_peaks"),
+        "middle energy less peaks": ("damping_ratio_middle", "damping_ratio_peaks"),
+        "closed form less Err": ("damping_ratio_energy", "damping_ratio"),
+        "middle energy less Err": ("damping_ratio_middle", "damping_ratio"),
+    }
+    head = ["model", *(f"spread, {name}" for name in ("closed form", "peaks", "Err")), *differences]
+    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for model in map(str, dataset["damping_model"].values):
+        one = dataset.sel(damping_model=model)
+        middle = one.isel(restitution=e.size // 2)
+        cells = ["best n" if model == BEST else model]
+        for source in ("energy", "peaks", "error"):
+            percent = 100 * middle[f"spread_{source}"].values
+            cells.append(f"{percent.min():.1f} to {percent.max():.1f}")
+        for first, second in differences.values():
+            difference = 100 * (one[first] / one[second] - 1)
+            cells.append(" / ".join(_largest(difference.isel(restitution=i).values) for i in range(e.size)))
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _largest(percent: Array) -> str:
+    """Return the value furthest from zero, as text with its sign; a zero has none."""
+    text = f"{percent.ravel()[np.abs(percent).argmax()]:+.1f}"
+    return "0.0" if float(text) == 0 else text
+
+
+if __name__ == "__main__":
+    with xr.open_dataset(sys.argv[1]) as opened:
+        print("\n".join(table(opened)))

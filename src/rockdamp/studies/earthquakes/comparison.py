@@ -1,0 +1,260 @@
+"""What the natural ground motions say of each damper: peaks against CR's, collapses, fragilities, and CR's own floor.
+
+Every headline number is bootstrapped over the stations of the records, both components of a station together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.progress import track
+from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
+from rockdamp.studies.decays import Config
+
+Array = NDArray[np.float64]
+
+FRACTILES = (0.16, 0.50, 0.84)
+BOUND = ("lower", "upper")
+
+# Statistics of the ratio of a peak to CR's, in this order.
+RATIO = ("median_ratio", "log_dispersion", "log_error", "pairs")
+
+
+def compare(config: Config, natural: xr.Dataset) -> xr.Dataset:
+    """Compare every damper, and CR with small changes of its own, with CR.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``natural.bands`` and ``natural.bootstrap``.
+    natural : xarray.Dataset
+        Of `natural.gather`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over all records, scales and the walls that have a damping ratio from every source: ``median_ratio``,
+        ``log_dispersion`` (standard deviation of the logarithm), ``log_error`` (root mean square of the logarithm) and
+        ``pairs`` of the peaks over CR's where neither collapses, by band of CR's peak (the first band is all of them);
+        ``false_safe_rate`` (of CR's collapses) and ``false_collapse_rate`` (of its survivals); ``median_intensity``,
+        ``dispersion`` and ``median_intensity_ratio`` of the fragilities. Names with ``_interval`` are 95 % bootstrap
+        intervals, those with ``varied_`` are CR's own under small changes. For each wall: ``wall_median_intensity``,
+        ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks.
+    """
+    section = config["natural"]
+    weights = resample(natural["station"].values, int(section["bootstrap"]["replicates"]),
+                       int(section["bootstrap"]["seed"]))  # fmt: skip
+    edges = np.asarray(section["bands"], dtype=float)
+    pooled = natural.isel(wall=_complete(natural))
+    damper = _Alternatives(pooled, "peak_displacement", "collapsed", ("damping_model", "damping_ratio_source"))
+    varied = _Alternatives(pooled, "varied_peak", "varied_collapsed", ("variation",))
+    found = xr.merge(
+        [
+            damper.ratios(edges, weights, ""), damper.collapses(weights, ""),
+            varied.ratios(edges, weights, "varied_"), varied.collapses(weights, "varied_"),
+            damper.fragility(weights), _per_wall(natural, weights), _misfit(pooled),
+        ],
+        join="exact",
+    )  # fmt: skip
+    kept = ("damping_model", "damping_ratio_source", "variation", "restitution", "wall", "scale")
+    settled = natural["settled"].where(natural["settled"] >= 0)
+    return found.assign(
+        settled_share=settled.mean(), records=natural.sizes["record"], stations=np.unique(natural["station"]).size,
+        pooled=("wall", _complete(natural).astype(np.int8)),
+        relative_uncertainty=("share", _uncertainty(natural)),
+    ).assign_coords({name: natural[name].values for name in kept} | {
+        "bound": list(BOUND), "probability": list(FRACTILES), "share": [0.5, 0.9, 0.99, 1.0],
+        "band": np.arange(edges.size), "band_start": ("band", np.r_[edges[0], edges[:-1]]),
+        "band_end": ("band", np.r_[edges[-1], edges[1:]]),
+    })  # fmt: skip
+
+
+def _complete(natural: xr.Dataset) -> NDArray[np.bool_]:
+    """Walls that have a damping ratio from every source: sources can only be compared on the same walls."""
+    defined = natural["damping_ratio"].notnull().sel(damping_model=natural["damping_model"] != "CR")
+    complete = defined.all(("restitution", "damping_model", "damping_ratio_source")).values
+    return complete if complete.any() else np.ones_like(complete)
+
+
+def _uncertainty(natural: xr.Dataset) -> Array:
+    """Fractiles of the bound of the peaks' error, in parts of the peak."""
+    bound = (natural["peak_displacement_uncertainty"] / natural["peak_displacement"]).values
+    known = bound[np.isfinite(bound)]
+    return np.quantile(known, [0.5, 0.9, 0.99, 1.0]) if known.size else np.full(4, np.nan)
+
+
+@dataclass(frozen=True)
+class _Alternatives:
+    """Alternatives to CR with their peaks and collapses; `dims` are those of the alternatives."""
+
+    natural: xr.Dataset
+    peak: str
+    collapsed: str
+    dims: tuple[str, ...]
+
+    def _arrays(self) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray, xr.DataArray]:
+        """CR's peak and collapse, and those of the alternatives, dimensions of histories first."""
+        cr = self.natural.sel(damping_model="CR").isel(damping_ratio_source=0)
+        order = ("record", "scale", "wall", "restitution")
+        return (
+            cr["peak_displacement"].transpose(*order), cr["collapsed"].transpose(*order),
+            self.natural[self.peak].transpose(*order, *self.dims),
+            self.natural[self.collapsed].transpose(*order, *self.dims),
+        )  # fmt: skip
+
+    def _each(self, values: Callable[..., Mapping[str, Any]], dims: Mapping[str, tuple[str, ...]]) -> xr.Dataset:
+        """Collect what `values(restitution index, alternative's index)` returns for each of them."""
+        shape = (self.natural.sizes["restitution"], *(self.natural.sizes[dim] for dim in self.dims))
+        cells: dict[str, list[Any]] = {name: [] for name in dims}
+        for index in track(list(product(*map(range, shape))), f"Statistics of {self.peak}"):
+            for name, value in values(*index).items():
+                cells[name].append(value)
+        lead = ("restitution", *self.dims)
+        return xr.Dataset(
+            {
+                name: ((*lead, *of), np.array(cells[name]).reshape(*shape, *np.shape(cells[name][0])))
+                for name, of in dims.items()
+            }
+        )
+
+    def ratios(self, edges: Array, weights: Array, prefix: str) -> xr.Dataset:
+        """Statistics of the ratios of peaks, over all bands and in each."""
+        reference, fell, peaks, collapsed = (array.values for array in self._arrays())
+        record = np.broadcast_to(np.arange(reference.shape[0])[:, None, None], reference.shape[:3])
+        bands = [(edges[0], edges[-1]), *zip(edges[:-1], edges[1:])]
+
+        def values(e: int, *alternative: int) -> dict[str, Any]:
+            at: Any = (..., e, *alternative)
+            stand = (fell[..., e] == 0) & (collapsed[at] == 0)
+            parts = [stand & (reference[..., e] >= low) & (reference[..., e] < high) for low, high in bands]
+            results = [
+                _ratio_statistics(np.log(peaks[at][part] / reference[..., e][part]), record[part], weights)
+                for part in parts
+            ]
+            return {prefix + name: np.array([one[name] for one in results]) for name in results[0]}
+
+        dims: dict[str, tuple[str, ...]] = {prefix + name: ("band",) for name in RATIO}
+        dims |= {f"{prefix}{name}_interval": ("band", "bound") for name in RATIO[:3]}
+        return self._each(values, dims)
+
+    def collapses(self, weights: Array, prefix: str) -> xr.Dataset:
+        """Collapses that only one of both has, in parts of CR's collapses and survivals."""
+        _, fell, _, collapsed = (array.values for array in self._arrays())
+
+        def values(e: int, *alternative: int) -> dict[str, Any]:
+            at: Any = (..., e, *alternative)
+            down, other = fell[..., e] == 1, collapsed[at]
+            found: dict[str, Any] = {}
+            for name, wrong, of in (("safe", down & (other == 0), down), ("collapse", ~down & (other == 1), ~down)):
+                counts = wrong.sum(axis=(1, 2)).astype(float), of.sum(axis=(1, 2)).astype(float)
+                found[f"{prefix}false_{name}"] = int(counts[0].sum())
+                found[f"{prefix}false_{name}_rate"] = _divide(counts[0].sum(), counts[1].sum())
+                found[f"{prefix}false_{name}_rate_interval"] = interval(
+                    _divide(weights @ counts[0], weights @ counts[1])
+                )
+            return found
+
+        dims: dict[str, tuple[str, ...]] = {}
+        for name in ("safe", "collapse"):
+            dims |= {f"{prefix}false_{name}": (), f"{prefix}false_{name}_rate": ()}
+            dims[f"{prefix}false_{name}_rate_interval"] = ("bound",)
+        return self._each(values, dims)
+
+    def fragility(self, weights: Array) -> xr.Dataset:
+        """Fragilities over all walls together, and the ratio of their medians to CR's."""
+        order = ("record", "restitution", *self.dims, "scale")
+        collapsed = (self.natural["collapsed"] == 1).sum("wall").transpose(*order).values.astype(float)
+        runs = float(self.natural.sizes["wall"])
+        scale = self.natural["scale"].values
+        whole = fit(scale, collapsed.sum(axis=0), runs * collapsed.shape[0])
+        drawn = fit(scale, np.tensordot(weights, collapsed, 1), runs * collapsed.shape[0])
+        cr = self.natural["damping_model"].values.tolist().index("CR")
+        ratio, drawn_ratio = (one / one[..., cr : cr + 1, :] for one in (whole.median, drawn.median))
+        lead = ("restitution", *self.dims)
+        return xr.Dataset(
+            {
+                "median_intensity": (lead, whole.median),
+                "dispersion": (lead, whole.dispersion),
+                "median_intensity_ratio": (lead, ratio),
+                "median_intensity_interval": ((*lead, "bound"), interval(drawn.median)),
+                "dispersion_interval": ((*lead, "bound"), interval(drawn.dispersion)),
+                "median_intensity_ratio_interval": ((*lead, "bound"), interval(drawn_ratio)),
+            }
+        )
+
+
+def _ratio_statistics(logarithm: Array, record: NDArray[np.int64], weights: Array) -> dict[str, Any]:
+    """Statistics of logarithms of ratios, and their bootstrap intervals by the weights of their records."""
+    statistics = [logarithm[None], np.ones((1, logarithm.size))], [logarithm[None], weights[:, record]]
+    whole, drawn = (_moments(*given) for given in statistics)
+    found: dict[str, Any] = {name: values[0] for name, values in whole.items()}
+    return {**found, "pairs": logarithm.size, **{f"{name}_interval": interval(drawn[name]) for name in drawn}}
+
+
+def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
+    total = weight.sum(axis=1)
+    mean, square = (_divide(weight @ logarithm[0] ** power, total) for power in (1, 2))
+    return {
+        "median_ratio": np.exp(weighted_quantile(logarithm[0], weight, 0.5)),
+        "log_dispersion": np.sqrt(np.maximum(square - mean**2, 0.0)),
+        "log_error": np.sqrt(square),
+    }
+
+
+def _divide(one: Any, other: Any) -> Any:
+    """Quotient; NaN of nothing."""
+    return np.divide(one, other, out=np.full(np.shape(one), np.nan), where=np.asarray(other) > 0)
+
+
+# --- each wall, and the decay -----------------------------------------------------------------------------------------
+
+
+def _per_wall(natural: xr.Dataset, weights: Array) -> xr.Dataset:
+    """Fragility of each wall with its interval, the share of records that collapse it, and fractiles of the peaks."""
+    order = ("record", "wall", "restitution", "damping_model", "damping_ratio_source", "scale")
+    stored = natural["collapsed"].transpose(*order)
+    run = (stored >= 0).values.astype(float)
+    collapsed = (stored == 1).values.astype(float)
+    scale = natural["scale"].values
+    whole = fit(scale, collapsed.sum(axis=0), run.sum(axis=0))
+    lead = order[1:-1]
+    medians, dispersions = [], []
+    for row in track(range(natural.sizes["wall"]), "Fragilities of the walls"):
+        drawn = fit(scale, np.tensordot(weights, collapsed[:, row], 1), np.tensordot(weights, run[:, row], 1))
+        medians.append(interval(drawn.median))
+        dispersions.append(interval(drawn.dispersion))
+    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, natural["peak_displacement"].transpose(*order), np.nan))
+    fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
+    count = run.sum(axis=0)
+    return xr.Dataset(
+        {
+            "wall_median_intensity": (lead, whole.median),
+            "wall_dispersion": (lead, whole.dispersion),
+            "wall_median_intensity_interval": ((*lead, "bound"), np.stack(medians)),
+            "wall_dispersion_interval": ((*lead, "bound"), np.stack(dispersions)),
+            "collapse_fraction": ((*lead, "scale"), _divide(collapsed.sum(axis=0), count)),
+            "fractile": (("probability", *lead, "scale"), np.where(np.isfinite(fractiles), fractiles, np.nan)),
+        }
+    )
+
+
+def _misfit(natural: xr.Dataset) -> xr.Dataset:
+    """Median over records and walls of the misfit over the decay, at each scale."""
+    median = natural["decay_misfit"].median(("record", "wall"))
+    return xr.Dataset({
+        "median_decay_misfit": median.transpose("restitution", "damping_model", "damping_ratio_source", "scale")
+    })  # fmt: skip
+
+
+def best(compared: xr.Dataset, restitution: float) -> tuple[str, str]:
+    """Return the damper and the source of its damping ratio whose peaks err least from CR's, over all bands."""
+    error = compared["log_error"].sel(restitution=restitution).isel(band=0).drop_sel(damping_model="CR")
+    at = np.unravel_index(int(np.nanargmin(error.values)), error.shape)
+    return str(error["damping_model"].values[at[0]]), str(error["damping_ratio_source"].values[at[1]])

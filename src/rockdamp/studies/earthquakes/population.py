@@ -1,0 +1,286 @@
+"""A population of walls under earthquakes: fragility with restitution and with every damper, and what it depends on.
+
+The walls are a Latin hypercube over the distributions of the config. Each is run under every record, scaled to the
+same peak ground velocities. Jobs take shares of the walls; what they store is counted up without being held at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+from scipy.stats import qmc
+
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.wall import Wall
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import measures
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import COLLAPSED, solve
+from rockdamp.statistics.fragility import fit, interval, resample
+from rockdamp.studies.decays import Config
+
+Array = NDArray[np.float64]
+
+PARAMETERS = (
+    "thickness", "slenderness", "overburden_ratio", "hinge_ratio", "cracked_stiffness_ratio", "plateau_ratio",
+    "restitution",
+)  # fmt: skip
+HARMONICS = 10  # of RBD-FAST, the usual number
+FEWEST = 100  # walls: of fewer the indices are noise
+SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall
+
+
+# --- the walls --------------------------------------------------------------------------------------------------------
+
+
+def walls(config: Config) -> xr.Dataset:
+    """Sample the walls.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``population`` and ``release_amplitude``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The parameters (wall), what they make of the wall, and ``damping_ratio`` (wall, damping_model) of the closed
+        form; NaN for CR.
+    """
+    section = config["population"]
+    values = sample(section)
+    wall, curve = _mechanics(values)
+    ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
+    for column, model in enumerate(VISCOUS_MODELS, start=1):
+        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], config["release_amplitude"])
+    of_wall: dict[str, Array] = {
+        **values,
+        "instability_displacement": wall.instability_displacement,
+        "frequency_parameter": wall.frequency_parameter,
+        "initial_period": 2 * np.pi / (wall.frequency_parameter * curve.initial_frequency),
+    }
+    return xr.Dataset(
+        {**{name: ("wall", value) for name, value in of_wall.items()},
+         "damping_ratio": (("wall", "damping_model"), ratio)},
+        coords={"wall": np.arange(wall.thickness.size), "damping_model": list(MODELS)},
+    )  # fmt: skip
+
+
+def sample(section: Config) -> dict[str, Array]:
+    """Draw a Latin hypercube of the distributions, each correlated with the others as the config says.
+
+    The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
+    Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
+
+    Raises
+    ------
+    InputError
+        If the correlations contradict each other.
+    """
+    count, parameters = int(section["walls"]), section["parameters"]
+    drawn = qmc.LatinHypercube(len(PARAMETERS), rng=np.random.default_rng(int(section["seed"]))).random(count)
+    correlation = np.eye(len(PARAMETERS))
+    for one, others in section["correlations"].items():
+        for other, value in others.items():
+            at = PARAMETERS.index(one), PARAMETERS.index(other)
+            correlation[at] = correlation[at[::-1]] = value
+    try:
+        factor = np.linalg.cholesky(correlation)
+    except np.linalg.LinAlgError:
+        raise InputError(
+            f"population.correlations are {section['correlations']}; no parameters can have all of them at once"
+        ) from None
+    scores = stats.norm.ppf(drawn) @ factor.T
+    uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
+    return {
+        name: _quantile(parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)
+    }  # fmt: skip
+
+
+def _quantile(distribution: Config, probability: Array) -> Array:
+    """Return quantiles of a distribution between ``low`` and ``high``."""
+    low, high, kind = float(distribution["low"]), float(distribution["high"]), distribution["distribution"]
+    if kind == "uniform":
+        return low + (high - low) * probability
+    if kind == "loguniform":
+        return np.asarray(low * (high / low) ** probability)
+    mean, deviation = float(distribution["mean"]), float(distribution["standard_deviation"])
+    a, b = (low - mean) / deviation, (high - mean) / deviation
+    return np.asarray(stats.truncnorm.ppf(probability, a, b, loc=mean, scale=deviation))
+
+
+def _mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
+    wall = Wall(
+        thickness=values["thickness"], height=values["thickness"] * values["slenderness"],
+        hinge_ratio=values["hinge_ratio"], overburden_ratio=values["overburden_ratio"],
+    )  # fmt: skip
+    return wall, TrilinearCurve(values["cracked_stiffness_ratio"], values["plateau_ratio"])
+
+
+# --- a share of the walls ---------------------------------------------------------------------------------------------
+
+
+def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
+    """Run one job's share of the walls under every record.
+
+    Parameters
+    ----------
+    number : str
+        Of the job, from 0.
+    config : dict
+        Validated; uses ``population``.
+    walls : xarray.Dataset
+        Of `walls`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``peak_displacement`` and ``collapsed`` (wall, record, intensity, damping_model), and their counts:
+        ``collapses`` (record, intensity, damping_model) and ``vulnerability`` (wall, damping_model).
+    """
+    section = config["population"]
+    size = int(section["walls_per_job"])
+    mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
+    intensity = intensities(section)
+    motions = catalogue.load(section["records"])
+    runs = [run(motion, mine, intensity, section) for motion in track(motions, f"Walls {int(number) + 1}")]
+    peak, collapsed = (np.stack([one[i] for one in runs], axis=1) for i in range(2))
+    dims = ("wall", "record", "intensity", "damping_model")
+    return xr.Dataset(
+        {
+            "peak_displacement": (dims, peak),
+            "collapsed": (dims, collapsed.astype(np.int8)),
+            "collapses": (dims[1:], collapsed.sum(axis=0)),
+            "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),
+        },
+        coords={
+            "wall": mine["wall"].values, "intensity": intensity, "damping_model": list(MODELS),
+            "record": [motion.name for motion in motions], "station": ("record", [motion.group for motion in motions]),
+        },
+    )  # fmt: skip
+
+
+def intensities(section: Config) -> Array:
+    """Return the peak ground velocities. [m s-1]"""
+    grid = section["intensity"]
+    return np.geomspace(grid["start"], grid["stop"], int(grid["count"]))
+
+
+def run(motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, section: Config) -> tuple[Array, Any]:
+    """Run walls under one record at every intensity; peaks and collapses, shape (walls, intensities, models)."""
+    values = {name: walls[name].values for name in PARAMETERS}
+    wall, curve = _mechanics(values)
+    factor = intensity / measures(motion.record).pgv
+    rest = np.zeros(int(np.ceil(float(section["tail"]) / motion.record.step)))
+    ground = np.concatenate([motion.record.ground_acceleration, rest])
+    sampling = wall.frequency_parameter * motion.record.step
+    needed = sampling * curve.initial_frequency / float(section["step"])
+    substeps = SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)
+    shape = (walls.sizes["wall"], intensity.size, len(MODELS))
+    peak, collapsed = np.empty(shape), np.empty(shape, dtype=bool)
+    for many in np.unique(substeps):
+        some = np.flatnonzero(substeps == many)
+        own = curve.map(lambda parameter, some=some: parameter[some, None])  # type: ignore[misc]
+        for column, model in enumerate(MODELS):
+            parameter = values["restitution"] if model == "CR" else walls["damping_ratio"].values[:, column]
+            response = solve(
+                own, Damping(model, parameter[some, None]), step=sampling[some, None] / many,
+                steps=int(many) * (ground.size - 1), load_factor=wall.load_factor[some, None] * factor,
+                ground_acceleration=ground, substeps=int(many),
+            )  # fmt: skip
+            peak[some, :, column], collapsed[some, :, column] = response.peak, response.outcome == COLLAPSED
+    return peak, collapsed
+
+
+# --- all of them ------------------------------------------------------------------------------------------------------
+
+
+def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+    """Count up the shares: fragility of the population, and the sensitivity of collapse to each parameter.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``population.bootstrap``.
+    walls, *shares : xarray.Dataset
+        Of `walls` and `share`; of the shares the counts alone are read.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``collapse_fraction`` (intensity, damping_model), ``median_intensity``, ``dispersion`` and the ratio of the
+        medians to CR's (damping_model) with intervals over the stations; ``vulnerability`` (wall, damping_model), the
+        share of records and intensities that collapse the wall, and its first-order ``sensitivity`` (parameter,
+        damping_model), NaN of fewer than `FEWEST` walls.
+    """
+    bootstrap = config["population"]["bootstrap"]
+    collapses = sum_of(one["collapses"] for one in shares)
+    vulnerability = np.concatenate([one["vulnerability"].values for one in shares])
+    first = shares[0]
+    count, intensity = walls.sizes["wall"], first["intensity"].values
+    by_model = collapses.transpose("record", "damping_model", "intensity").values.astype(float)
+    weights = resample(first["station"].values, int(bootstrap["replicates"]), int(bootstrap["seed"]))
+    whole = fit(intensity, by_model.sum(axis=0), float(count * len(by_model)))
+    drawn = fit(intensity, np.tensordot(weights, by_model, 1), float(count * len(by_model)))
+    sensitivity, confidence = _sensitivity(walls, vulnerability, int(bootstrap["seed"]))
+    fraction = collapses.sum("record").transpose("intensity", "damping_model") / (count * len(by_model))
+    model = ("damping_model",)
+    return xr.Dataset(
+        {
+            "collapse_fraction": (("intensity", *model), fraction.values),
+            "median_intensity": (model, whole.median),
+            "median_intensity_interval": ((*model, "bound"), interval(drawn.median)),
+            "dispersion": (model, whole.dispersion),
+            "dispersion_interval": ((*model, "bound"), interval(drawn.dispersion)),
+            "median_intensity_ratio": (model, whole.median / whole.median[0]),
+            "median_intensity_ratio_interval": ((*model, "bound"), interval(drawn.median / drawn.median[..., :1])),
+            "vulnerability": (("wall", *model), vulnerability),
+            "sensitivity": (("parameter", *model), sensitivity),
+            "sensitivity_confidence": (("parameter", *model), confidence),
+            "records": len(by_model),
+            **{name: walls[name] for name in PARAMETERS},
+        },
+        coords={
+            "wall": walls["wall"].values, "intensity": intensity, "damping_model": list(MODELS),
+            "bound": ["lower", "upper"], "parameter": list(PARAMETERS),
+        },
+    )  # fmt: skip
+
+
+def sum_of(counts: Iterable[xr.DataArray]) -> xr.DataArray:
+    """Add arrays one after the other, so that no more than two are in memory."""
+    total: xr.DataArray | None = None
+    for one in counts:
+        total = one.load() if total is None else total + one.load()
+    assert total is not None
+    return total
+
+
+def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Array, Array]:
+    """First-order indices, the part of the variance that a parameter explains on its own, and their confidence.
+
+    RBD-FAST (Tarantola et al. 2006, doi:10.1016/j.ress.2005.06.003; Plischke 2010) takes any sample, so the walls that
+    were run serve. Of correlated parameters each has what it shares with the others.
+    """
+    from SALib.analyze import rbd_fast
+
+    names = list(PARAMETERS)
+    x = np.column_stack([walls[name].values for name in names])
+    bounds = [[float(low), float(high)] for low, high in zip(x.min(axis=0), x.max(axis=0))]
+    problem = {"num_vars": len(names), "names": names, "bounds": bounds}
+    columns: list[tuple[ArrayLike, ArrayLike]] = []
+    for y in vulnerability.T:
+        if np.ptp(y) == 0 or len(y) < FEWEST:
+            columns.append((np.full(len(names), np.nan),) * 2)
+            continue
+        found = rbd_fast.analyze(problem, x, y, M=HARMONICS, num_resamples=100, seed=seed)
+        columns.append((found["S1"], found["S1_conf"]))
+    return np.column_stack([one for one, _ in columns]), np.column_stack([other for _, other in columns])

@@ -1,0 +1,69 @@
+"""Curves of Fig. 2: the rigid bi-linear law and the tri-linear ones built on it; restitution and slenderness."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.mechanics.curve import PRESETS, TrilinearCurve
+from rockdamp.mechanics.wall import Wall
+from rockdamp.studies.decays import Config, make_wall
+
+POINTS = 1001
+# ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.
+DRAWN_ULTIMATE_RATIO = 0.93
+# Section 2 gives 0.5 to 0.7 for the height of the hinge. ASSUME: the range of slenderness, that of the studies.
+HINGE_RATIOS = np.array([0.5, 0.6, 0.7])
+SLENDERNESSES = np.arange(10.0, 31.0)
+
+
+def mechanism(config: Config) -> xr.Dataset:
+    """Tabulate f/F0 against u/u_ins for the curves that Fig. 2 and the presets draw, and the wall of Fig. 1.
+
+    Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``wall`` and ``curve``.
+    """
+    options = dict(config["curve"])
+    shape = (options["cracked_stiffness_ratio"], options["plateau_ratio"])
+    curves = {
+        "tri-linear": TrilinearCurve(**options),
+        "steeper": TrilinearCurve(*shape, ultimate_ratio=DRAWN_ULTIMATE_RATIO, softening="steeper"),
+        # translated softening needs a3 > a1 + b1: a lower plateau where the config's leaves no room
+        "translated": TrilinearCurve(
+            shape[0],
+            min(shape[1], DRAWN_ULTIMATE_RATIO - 1.5 * shape[0]),
+            ultimate_ratio=DRAWN_ULTIMATE_RATIO,
+            softening="translated",
+        ),
+        **{name: TrilinearCurve.preset(name) for name in PRESETS},
+    }
+    corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
+    x = np.unique(np.concatenate([np.linspace(0, 1, POINTS), corners]))
+    force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
+    parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
+    plateau = np.array([np.nan, *(float(curve.plateau_ratio) for curve in curves.values())])
+    wall = make_wall(config["wall"])
+    walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
+    return xr.Dataset(
+        {
+            "force": (("curve_name", "displacement"), force),
+            "cracked_stiffness_ratio": ("curve_name", parameters[:, 0]),
+            "plateau_end_ratio": ("curve_name", parameters[:, 1]),
+            "ultimate_ratio": ("curve_name", parameters[:, 2]),
+            "plateau_ratio": ("curve_name", plateau),
+            "thickness": float(np.asarray(wall.thickness)),
+            "height": float(np.asarray(wall.height)),
+            "hinge_ratio": float(np.asarray(wall.hinge_ratio)),
+            "instability_displacement": float(wall.instability_displacement),
+            "restitution_analytical": (("hinge_height_ratio", "slenderness"), walls.restitution),
+            "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
+        },
+        coords={
+            "curve_name": ["bi-linear", *curves], "displacement": x,
+            "hinge_height_ratio": HINGE_RATIOS, "slenderness": SLENDERNESSES,
+        },
+    )  # fmt: skip

@@ -1,0 +1,227 @@
+"""Does a damper that is equivalent in free decay hold under pulses? CR against every viscous model, a first answer.
+
+A pulse of angular frequency w is the load l b1 s(w t): s has the peak 1, so that l = 1 is what the plateau just
+stands when it is applied slowly. Everything is dimensionless: w over p, time as tau = p t.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.motions.synthetic_test import ricker
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import COLLAPSED, Response, solve
+from rockdamp.studies.decays import Config, step_count
+
+PULSES = ("Ricker", "sine")
+SOURCES = ("closed form", "error")
+RICKER_HALF_LENGTH = 1.5  # periods before and after the peak, where the wavelet is 1e-8 of it
+
+Array = NDArray[np.float64]
+
+
+def pulse(name: str, frequency: float, step: float) -> Array:
+    """Return a pulse of peak 1 and angular frequency w/p, sampled every `step` in tau; it ends at zero."""
+    period = 2 * np.pi / frequency
+    if name == "Ricker":
+        half = step_count(RICKER_HALF_LENGTH * period, step)
+        return ricker(step * np.arange(-half, half + 1), 1 / period, 1.0)
+    tau = step * np.arange(int(np.ceil(period / step)) + 1)
+    return np.where(tau < period, np.sin(frequency * tau), 0.0)
+
+
+def damping_ratios(config: Config) -> Array:
+    """Damping ratio of each viscous model for each e, by the closed form and by Err; (source, model, e).
+
+    Both at the release amplitude of the config, since the amplitude that a pulse will cause is not known before.
+    """
+    curve, e = TrilinearCurve(**config["curve"]), np.asarray(config["pulses"]["restitution"], dtype=float)
+    curves = curve.map(lambda p: np.full(e.size, p))
+    amplitude, step = np.full(e.size, float(config["release_amplitude"])), float(config["solver"]["step"])
+    steps = step_count(response_length(config), step)
+    decays = refined(Cases(curves, amplitude, e, np.empty((e.size, 0)), step), steps, 1)
+    finer, found = refined(decays, steps, 2), np.empty((len(SOURCES), len(VISCOUS_MODELS), e.size))
+    for row, model in enumerate(VISCOUS_MODELS):
+        found[0, row] = damping_ratio_energy(curves, model, e, amplitude)
+        best = match_cases(decays, model, [steps], config["matching"]["scan"]).damping_ratio[0]
+        found[1, row] = follow(finer, model, best)[0]
+    return found
+
+
+def geometric(section: dict[str, float]) -> Array:
+    """Return the values that a config section states by start, stop and count, in a geometric sequence."""
+    return np.geomspace(section["start"], section["stop"], int(section["count"]))
+
+
+def pulses(config: Config) -> xr.Dataset:
+    """Run CR and every viscous model under pulses of every frequency and load.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``solver.step``, ``curve``, ``release_amplitude``, ``matching`` and ``pulses``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``peak_displacement`` and ``collapsed`` of CR (``reference_...``) and of each model (source, damping_model,
+        pulse, pulse_frequency, load_ratio, restitution), and what `compare` makes of them.
+    """
+    section = config["pulses"]
+    frequency, load = geometric(section["frequency"]), geometric(section["load"])
+    e = np.asarray(section["restitution"], dtype=float)
+    xi = damping_ratios(config)
+    shape = (len(PULSES), frequency.size, load.size, e.size)
+    reference = np.empty((3, *shape))
+    found = np.empty((2, *xi.shape[:2], *shape))
+    for i, name in enumerate(PULSES):
+        for j, w in enumerate(track(frequency, f"{name} pulses")):
+            run = _Run(config, name, float(w), load)
+            response = run(Damping.cr(e), store=1)
+            reference[0, i, j], reference[1, i, j] = response.peak, response.outcome == COLLAPSED
+            reference[2, i, j] = _impacts_before_peak(response, run.step)
+            for row, model in enumerate(VISCOUS_MODELS):
+                response = run(Damping(model, xi[:, row, None, :]))
+                found[0, :, row, i, j], found[1, :, row, i, j] = response.peak, response.outcome == COLLAPSED
+    dims = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+    by_model = ("damping_ratio_source", "damping_model")
+    dataset = xr.Dataset(
+        {
+            "damping_ratio": ((*by_model, "restitution"), xi),
+            "reference_peak": (dims, reference[0]),
+            "reference_collapsed": (dims, reference[1].astype(np.int8)),
+            "impacts_before_peak": (dims, reference[2].astype(np.int32)),
+            "peak_displacement": ((*by_model, *dims), found[0]),
+            "collapsed": ((*by_model, *dims), found[1].astype(np.int8)),
+        },
+        coords={
+            "damping_ratio_source": list(SOURCES),
+            "damping_model": list(VISCOUS_MODELS),
+            "pulse": list(PULSES),
+            "pulse_frequency": frequency,
+            "load_ratio": load,
+            "restitution": e,
+        },
+    )
+    return dataset.merge(compare(dataset, np.asarray(section["bands"], dtype=float))).assign_coords(
+        release_amplitude=float(config["release_amplitude"])
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A pulse of one frequency at every load, for the dampers that are asked for."""
+
+    config: Config
+    name: str
+    frequency: float
+    load: Array
+
+    @property
+    def step(self) -> float:
+        return float(self.config["pulses"]["step"])
+
+    def __call__(self, damping: Damping, store: int = 0) -> Response:
+        """Dampers of shape (..., e) give a batch (..., load, e)."""
+        shape = pulse(self.name, self.frequency, self.step)
+        rest = np.zeros(step_count(float(self.config["pulses"]["tail"]), self.step))
+        ground = np.concatenate([shape, rest])
+        curve = TrilinearCurve(**self.config["curve"])
+        return solve(
+            curve, damping, load_factor=float(curve.plateau_ratio) * self.load[:, None], ground_acceleration=ground,
+            step=self.step, steps=ground.size - 1, store_every=store,
+        )  # fmt: skip
+
+
+def _impacts_before_peak(response: Response, step: float) -> NDArray[np.int64]:
+    """Sign changes of the displacement before the largest one (for a collapse: before its end)."""
+    assert response.displacement is not None
+    sign = np.sign(response.displacement[..., 1:])  # the start is at rest at 0
+    crossed = (sign[..., 1:] * sign[..., :-1] < 0) | (sign[..., 1:] == 0)
+    before = step * np.arange(2, sign.shape[-1] + 1) <= response.peak_tau[..., None]
+    return (crossed & before).sum(axis=-1)
+
+
+# --- what it says ----------------------------------------------------------------------------------------------------
+
+
+def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
+    """Peaks over CR's where neither collapses, by band of CR's peak; and the collapses that only one of both has.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The peaks and collapses of `pulses`.
+    edges : ndarray, shape (bands + 1,)
+        Of the bands of CR's u/u_ins, ascending.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``median_ratio``, ``log_dispersion`` (standard deviation of the logarithm) and ``pairs`` (source, model, e,
+        band), the first two over all bands as well; ``median_ratio_before_impact`` and ``pairs_before_impact`` of
+        CR's peaks in any band that no impact comes before; ``false_safe`` (CR collapses, the model does not),
+        ``false_collapse``, and how often CR collapses and survives (source, model, e).
+    """
+    cells = ("pulse", "pulse_frequency", "load_ratio")
+    fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
+    ratio = (dataset["peak_displacement"] / peak).where(~fell & ~reference)
+    logarithm = xr.apply_ufunc(np.log, ratio)
+    in_bands = [logarithm.where((peak >= low) & (peak < high)) for low, high in zip(edges[:-1], edges[1:])]
+    by_band = xr.concat(in_bands, "band").assign_coords(
+        band=np.arange(edges.size - 1), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
+    )
+    inside = (peak >= edges[0]) & (peak < edges[-1])
+    before_impact = logarithm.where(inside & (dataset["impacts_before_peak"] == 0))
+    in_all = logarithm.where(inside)
+    found = xr.Dataset(
+        {
+            "median_ratio_all": np.exp(in_all.median(cells)),
+            "log_dispersion_all": in_all.std(cells),
+            "median_ratio": np.exp(by_band.median(cells)),
+            "log_dispersion": by_band.std(cells),
+            "pairs": by_band.count(cells),
+            "median_ratio_before_impact": np.exp(before_impact.median(cells)),
+            "pairs_before_impact": before_impact.count(cells),
+            "false_safe": (reference & ~fell).sum(cells),
+            "false_collapse": (~reference & fell).sum(cells),
+            "reference_collapses": reference.sum(cells),
+            "reference_survivals": (~reference).sum(cells),
+        }
+    )
+    return found.transpose("damping_ratio_source", "damping_model", "restitution", "band")
+
+
+def table(dataset: xr.Dataset) -> list[str]:
+    """Return the comparison at the middle e, damping ratios from the closed form, as a table in Markdown."""
+    e = dataset["restitution"].values
+    one = dataset.isel(damping_ratio_source=0, restitution=e.size // 2)
+    bands = [f"{start:g}-{end:g}" for start, end in zip(one["band_start"].values, one["band_end"].values)]
+    head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
+    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for model in one["damping_model"].values:
+        row = one.sel(damping_model=model)
+        medians = [row["median_ratio_all"].values, *row["median_ratio"].values]
+        scatters = [row["log_dispersion_all"].values, *row["log_dispersion"].values]
+        ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters)]
+        before = f"{float(row['median_ratio_before_impact']):.2f}"
+        false = [f"{int(row['false_safe'])} of {int(row['reference_collapses'])}"]
+        false.append(f"{int(row['false_collapse'])} of {int(row['reference_survivals'])}")
+        lines.append(
+            "| " + " | ".join([str(model), f"{float(row['damping_ratio']):.4f}", *ratios, before, *false]) + " |"
+        )
+    return lines
+
+
+if __name__ == "__main__":
+    with xr.open_dataset(sys.argv[1]) as opened:
+        print("\n".join(table(opened)))

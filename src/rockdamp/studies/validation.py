@@ -1,0 +1,184 @@
+"""The damping models against a measured test: Fig. 8, with numbers for what the figure shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.errors import InputError, require
+from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
+from rockdamp.histories.under_a_record import (
+    free_phase_start,
+    measured_displacement,
+    record_attributes,
+    respond,
+    rest_samples,
+)
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.motions.records import Record
+from rockdamp.solvers.newmark import COLLAPSED, Response
+from rockdamp.studies.decays import Config, make_wall
+
+Array = NDArray[np.float64]
+
+
+def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Dataset:
+    """Compare the response to the record's measured motion, under each damping model, with the measured response.
+
+    Parameters
+    ----------
+    config : dict
+        Validated; uses ``validation``.
+    record : Record
+        With a measured displacement, at rest before the motion.
+    equivalence : xarray.Dataset
+        With ``coefficient`` (damping_model, cracked_stiffness_ratio, degree) of the polynomials xi(e).
+
+    Returns
+    -------
+    xarray.Dataset
+        Histories, the matched half cycles of the decay, and the misfits of each model.
+
+    Raises
+    ------
+    InputError
+        If the record has no measured displacement, no rest before the motion or no free decay after it, or the
+        polynomials do not reach the config's e or a1.
+    """
+    section = config["validation"]
+    wall, curve, e = (
+        make_wall(section["wall"]),
+        TrilinearCurve(**section["curve"]),
+        float(section["restitution"]),
+    )
+    ratios = damping_ratios(equivalence, e, section["fit_cracked_stiffness_ratios"])
+    rest = rest_samples(record)
+    measured, zero = measured_displacement(record)
+    u_ins = float(wall.instability_displacement)
+    free = free_phase_start(record, wall, curve)
+    threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
+    decay = half_cycles(record.elapsed, measured, threshold)
+    first = np.flatnonzero(decay.start >= free)
+    if not first.size:
+        raise InputError(
+            f"the record has no half cycle beyond {threshold:.3g} m after {free:.3g} s; it must hold a decay"
+        )
+    decay = decay[slice(int(first[0]), None)]
+
+    runs = []
+    for model in MODELS:
+        damping = Damping.cr(e) if model == "CR" else Damping(model, ratios[model])
+        response = respond(record, wall, curve, damping, float(section["step"]))
+        runs.append(_compare(record.elapsed, response, u_ins, measured, decay, rest))
+    per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}
+    peak = float(np.abs(measured).max())
+    return xr.Dataset(
+        {
+            **{name: (("damping_model", *dims), values) for name, (dims, values) in per_model.items()},
+            "peak_ratio_to_measured": ("damping_model", per_model["peak_displacement"][1] / peak),
+            "damping_ratio": ("damping_model", np.array([ratios.get(model, np.nan) for model in MODELS])),
+            "measured": ("elapsed", measured),
+            "ground_acceleration": ("elapsed", record.ground_acceleration),
+            "measured_decay_peak": ("half_cycle", np.abs(decay.peak)),
+            "measured_decay_peak_elapsed": ("half_cycle", decay.peak_elapsed),
+            "measured_half_cycle_duration": ("half_cycle", decay.duration),
+            "measured_log_decrement": _log_decrement(np.abs(decay.peak)),
+            "measured_peak_displacement": peak,
+            "restitution": e,
+            "instability_displacement": u_ins,
+            "free_phase_start": free,
+            "sensor_zero": zero,
+        },
+        coords={
+            "damping_model": list(MODELS), "elapsed": record.elapsed, "half_cycle": np.arange(1, decay.peak.size + 1)
+        },
+        attrs=record_attributes(record),
+    )  # fmt: skip
+
+
+def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Sequence[float]) -> dict[str, float]:
+    """Evaluate the polynomials xi(e) of each viscous model: the mean over the given a1, linear in a1 between the fits.
+
+    The paper averages its fits at two values of a1 around the wall's.
+
+    Raises
+    ------
+    InputError
+        If e or an a1 lies outside the range of the fits.
+    """
+    e, a1 = (np.sort(equivalence[name].values) for name in ("restitution", "cracked_stiffness_ratio"))
+    allowed = f"within the range of the fits, {e[0]:g} to {e[-1]:g}"
+    require(
+        (e[0] <= np.asarray(restitution)) & (np.asarray(restitution) <= e[-1]),
+        "restitution",
+        restitution,
+        allowed,
+    )
+    wanted = np.asarray(ratios, dtype=float)
+    allowed = f"within the range of the fits, {a1[0]:g} to {a1[-1]:g}"
+    require((a1[0] <= wanted) & (wanted <= a1[-1]), "fit_cracked_stiffness_ratios", wanted, allowed)
+    fits = equivalence["coefficient"].sortby("cracked_stiffness_ratio")
+    powers = restitution ** fits["degree"]
+    at_fits = (fits * powers).sum("degree")
+    return {
+        model: float(np.interp(wanted, a1, at_fits.sel(damping_model=model).values).mean()) for model in VISCOUS_MODELS
+    }
+
+
+# --- one model against the measurement ------------------------------------------------------------------------------
+
+
+def _compare(
+    elapsed: Array, response: Response, u_ins: float, measured: Array, decay: HalfCycles, rest: int
+) -> Mapping[str, tuple[tuple[str, ...], Any]]:
+    """Misfits of one response; NaN where the wall collapsed or a half cycle has no match. Values by name with dims."""
+    assert response.displacement is not None
+    displacement = u_ins * response.displacement
+    collapsed = int(response.outcome) == COLLAPSED
+    peaks, times, durations = (np.full(decay.peak.size, np.nan) for _ in range(3))
+    count = 0
+    if not collapsed:
+        matched = _match(half_cycles(elapsed, displacement, LEAST * u_ins), decay)
+        count = matched.peak.size
+        peaks[:count], times[:count] = np.abs(matched.peak), matched.peak_elapsed
+        durations[:count] = matched.duration
+    amplitude, both = np.abs(decay.peak), np.isfinite(durations) & np.isfinite(decay.duration)
+    nothing = np.nan
+    decrement = _log_decrement(peaks[:count])
+    return {
+        "displacement": (("elapsed",), displacement),
+        "collapsed": ((), np.int8(collapsed)),
+        "peak_displacement": ((), u_ins * float(response.peak)),
+        "rms_misfit": ((), np.sqrt(np.mean((displacement - measured)[rest:] ** 2))),
+        "matched_half_cycles": ((), count),
+        "decay_peak": (("half_cycle",), peaks),
+        "decay_peak_elapsed": (("half_cycle",), times),
+        "half_cycle_duration": (("half_cycle",), durations),
+        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[:count] ** 2)) if count else nothing),
+        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[:count]) if count else nothing),
+        "log_decrement": ((), decrement),
+        "period_drift": (
+            (),
+            durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else nothing,
+        ),
+    }
+
+
+def _log_decrement(peaks: Array) -> float:
+    """Mean logarithm of the ratio of one peak to the next; NaN of fewer than two. [-]"""
+    return float(np.log(peaks[0] / peaks[-1]) / (peaks.size - 1)) if peaks.size > 1 else np.nan
+
+
+def _match(computed: HalfCycles, measured: HalfCycles) -> HalfCycles:
+    """Match successive half cycles, from the computed one on the first's side whose peak is nearest to it in time."""
+    same_side = np.flatnonzero(np.sign(computed.peak) == np.sign(measured.peak[0]))
+    if not same_side.size:
+        return computed[slice(0, 0)]
+    nearest = np.argmin(np.abs(computed.peak_elapsed[same_side] - measured.peak_elapsed[0]))
+    start = int(same_side[nearest])
+    return computed[slice(start, start + measured.peak.size)]

@@ -1,0 +1,322 @@
+"""The command line: `wall`, `equivalent`, `presets`, `datasets`, completion, and what all commands share."""
+
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+import xarray as xr
+from click.shell_completion import ShellComplete
+from click.testing import CliRunner
+from repository import ROOT
+
+import rockdamp as rd
+from rockdamp.cli import main, options, shells
+from rockdamp.figures import rocking
+from rockdamp.mechanics import curve, damping
+from rockdamp.mechanics.wall import SORRENTINO_RATIO
+from rockdamp.storage import dataset
+
+RECORD = ROOT / "data/sin-03-00-synthetic.csv"
+WALL = ("--thickness", 0.3, "--height", 4.5)
+CURVE = ("--a1", 0.04, "--b1", 0.85)
+CONTRACT = [
+    "weight", "effective_mass", "excitation_factor", "rigid_strength", "rigid_stiffness", "instability_displacement",
+    "frequency_parameter", "restitution", "restitution_impulsive",
+]  # fmt: skip
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def refused(*arguments):
+    """Standard error of a command that must end with status 2, print nothing and show no traceback."""
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert isinstance(result.exception, SystemExit)
+    assert result.stdout == ""
+    assert "Error:" in result.stderr and "Traceback" not in result.stderr
+    return result.stderr
+
+
+def examples(command):
+    text = run(command, "--help").stdout
+    joined = text.split("Example:")[1].replace("\\\n", " ")
+    return [shlex.split(line) for line in joined.splitlines() if line.strip().startswith("rockdamp ")]
+
+
+# --- equivalent -----------------------------------------------------------------------------------------------------
+
+
+def test_equivalent_prints_json_and_nothing_else():
+    result = run("equivalent", "--restitution", 0.85, *CURVE, "--json")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout) == rd.equivalent(0.85, 0.04, 0.85)
+
+
+def test_equivalent_prints_a_table_to_read():
+    result = run("equivalent", "--restitution", 0.85, "--a1", 0.17, "--b1", 0.75)
+    lines = result.stdout.splitlines()
+    assert lines[0].split() == list(rd.equivalent(0.85, 0.17, 0.75)[0])
+    assert lines[2].split()[1] == "CDR"
+    assert "outside the range" in result.stderr
+
+
+def test_readme_shows_what_the_command_prints():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, command, table = text.partition("$ .venv/bin/rockdamp equivalent")
+    arguments, *shown = table.partition("```")[0].splitlines()
+    printed = run("equivalent", *arguments.split()).stdout.splitlines()
+    assert command and shown[0] == printed[0] and len(shown) == len(printed) == 5
+    for told, row in zip(shown[1:], printed[1:]):
+        assert told.split()[:2] == row.split()[:2]
+        # Another processor may turn the last digits.
+        assert np.array(told.split()[2:], float) == pytest.approx(np.array(row.split()[2:], float), rel=1e-4)
+
+
+def test_equivalent_passes_every_option_on():
+    result = run(
+        "equivalent", "--restitution", 0.8, "--a1", 0.05, "--b1", 0.7, "--a3", 0.9, "--softening", "translated",
+        "--release", 0.4, "--window", 12, "--json",
+    )  # fmt: skip
+    assert json.loads(result.stdout) == rd.equivalent(0.8, 0.05, 0.7, 0.9, "translated", 0.4, 12.0)
+
+
+def test_a_range_of_restitutions_gives_rows_for_each_without_noise():
+    rows = json.loads(run("equivalent", "--restitution", "0.80:0.90:0.05,0.95", *CURVE, "--json").stdout)
+    assert [row["restitution"] for row in rows[::4]] == [0.8, 0.85, 0.9, 0.95]
+    assert rows == rd.equivalent([0.8, 0.85, 0.9, 0.95], 0.04, 0.85)
+
+
+def test_a_preset_stands_for_its_a1_and_b1():
+    by_name = run("equivalent", "--restitution", 0.85, "--preset", "severe", "--json")
+    b1, a1 = curve.PRESETS["severe"]
+    assert json.loads(by_name.stdout) == rd.equivalent(0.85, a1, b1)
+
+
+# --- wall -----------------------------------------------------------------------------------------------------------
+
+
+def test_wall_gives_the_wall_of_the_package_under_the_agreed_keys():
+    values = json.loads(run("wall", *WALL, "--overburden-ratio", 2, "--json").stdout)
+    made = rd.Wall(0.3, 4.5, overburden_ratio=2)
+    assert values == {key: float(getattr(made, key)) for key in CONTRACT}
+
+
+def test_wall_knows_parapets():
+    result = run("wall", "--thickness", 0.3, "--height", 2, "--parapet", "--json")
+    assert json.loads(result.stdout)["restitution"] == float(rd.Parapet(0.3, 2.0).restitution)
+    text = run("wall", "--thickness", 0.3, "--height", 2, "--parapet").stdout
+    assert "Housner" in text and "0.90" not in text
+
+
+def test_the_walls_table_has_restitution_by_each_formula_and_periods():
+    text = run("wall", *WALL, "--preset", "moderate").stdout
+    made = rd.Wall(0.3, 4.5)
+    for e in (made.restitution, made.restitution_impulsive, SORRENTINO_RATIO * made.restitution):
+        assert f"{float(e):.5g}" in text
+    lines = [line.split() for line in text.splitlines()]
+    header = lines.index(["amplitude", "displacement", "rigid_period", "period"])
+    half = next(line for line in lines[header:] if line[:1] == ["0.5"])
+    period = rd.TrilinearCurve.preset("moderate").period(0.5) / made.frequency_parameter
+    assert half[2:] == [f"{float(made.rigid_period(0.5)):.5g}", f"{float(period):.5g}"]
+
+
+def test_the_walls_json_holds_the_periods_that_are_asked_for():
+    values = json.loads(run("wall", *WALL, *CURVE, "--amplitude", "0.3,0.6", "--json").stdout)
+    assert list(values) == [*CONTRACT, "periods"]
+    assert [row["amplitude"] for row in values["periods"]] == [0.3, 0.6]
+
+
+def test_amplitudes_beyond_the_curve_are_left_out_unless_asked_for():
+    reduced = (*WALL, "--a1", 0.04, "--b1", 0.85, "--a3", 0.55)
+    assert "0.6" not in [line.split()[0] for line in run("wall", *reduced).stdout.splitlines() if line]
+    assert "release_amplitude is 0.6" in refused("wall", *reduced, "--amplitude", 0.6)
+
+
+def test_units_are_taken_where_people_have_them():
+    plain = run("wall", "--thickness", 0.102, "--height", 2.75, "--width", 1.2192, "--density", 1800, "--json")
+    units = run(
+        "wall", "--thickness", "102mm", "--height", "275 cm", "--width", "4ft", "--density", "1.8t/m^3", "--json"
+    )  # fmt: skip
+    for key, value in json.loads(units.stdout).items():
+        assert value == pytest.approx(json.loads(plain.stdout)[key], rel=1e-12)
+
+
+# --- presets, datasets ----------------------------------------------------------------------------------------------
+
+
+def test_presets_are_those_of_the_package():
+    rows = json.loads(run("presets", "--json").stdout)
+    found = {row["preset"]: (row["plateau_ratio"], row["cracked_stiffness_ratio"]) for row in rows}
+    assert found == curve.PRESETS
+    assert "moderate" in run("presets").stdout
+
+
+def test_datasets_lists_what_is_built_with_its_dimensions(tmp_path):
+    (tmp_path / "below").mkdir()
+    made = xr.Dataset({"x": (("a", "b"), np.zeros((2, 3)))}, coords={"a": ["p", "q"]}, attrs={"title": "Two by three"})
+    made.to_netcdf(tmp_path / "below/made.nc", encoding={"a": {"dtype": "S1"}})
+    (tmp_path / ".made.nc.12.part.nc").write_text("half", encoding="utf-8")
+    rows = json.loads(run("datasets", tmp_path, "--json").stdout)
+    assert rows == [{"file": "below/made.nc", "title": "Two by three", "dimensions": {"a": 2, "b": 3}}]
+    assert "a 2, b 3" in run("datasets", tmp_path).stdout
+
+
+def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
+    assert "has no dataset" in refused("datasets", tmp_path)
+    (tmp_path / "broken.nc").write_bytes(b"CDF")
+    assert "broken.nc cannot be read" in refused("datasets", tmp_path)
+
+
+# --- bad input ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        (("equivalent", "--restitution", 1.85, *CURVE), "restitution (e) is 1.85"),
+        (("equivalent", "--restitution", "x", *CURVE), "'x' is no number or range"),
+        (("equivalent", "--restitution", "0.9:0.8:0.01", *CURVE), "'0.9:0.8:0.01' does not rise"),
+        (("equivalent", "--restitution", "0.8:0.9:0", *CURVE), "does not rise"),
+        (("equivalent", "--restitution", "0.8:0.9", *CURVE), "no range of three"),
+        (("equivalent", "--restitution", "0.8:0.9:1e-9", *CURVE), "more than 1000 values"),
+        (("equivalent", "--restitution", "0:nan:0.1", *CURVE), "no range of three finite numbers"),
+        (("equivalent", *CURVE), "--restitution"),
+        (("equivalent", "--restitution", 0.85, "--b1", 0.85), "--a1 is missing"),
+        (("equivalent", "--restitution", 0.85, *CURVE, "--preset", "new"), "--preset stands for --a1 and --b1"),
+        (("equivalent", "--restitution", 0.85, "--preset", "old"), "'old'"),
+        (("equivalent", "--restitution", 0.85, *CURVE, "--release", "nan"), "release_amplitude is nan"),
+        (("equivalent", "--restitution", 0.85, "--a1", "1e-300", "--b1", 0.85), "a1 = 1e-300"),
+        (("wall", "--thickness", 0, "--height", 4.5), "thickness is 0.0"),
+        (("wall", *WALL, "--a3", 0.9), "--a3 must be given with --a1 and --b1, or --preset"),
+        (("wall", *WALL, "--hinge-ratio", 1), "hinge_ratio (h1/h) is 1.0"),
+        (("wall", *WALL, "--eccentricity", "20cm"), "eccentricity is 0.2"),
+        (("wall", *WALL, "--amplitude", "0.5,1"), "release_amplitude is 1.0"),
+        (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
+        (("wall", "--thickness", "9**9**9", "--height", 4.5), "'9**9**9' is no quantity"),
+        (("wall", "--thickness", "0.3 foo", "--height", 4.5), "unknown unit, foo"),
+        (("wall", "--thickness", "1/m", "--height", 4.5), "'1/m' is no quantity"),
+        (("wall", "--thickness", "nan", "--height", 4.5), "'nan' is not finite"),
+        (("wall", "--thickness", "1e400", "--height", 4.5), "not finite"),
+        (("wall", "--thickness", 1e300, "--height", 1e300), "its sizes are out of all scale"),
+        (("wall", *WALL, "--density", "1800m"), "'1800m' is in m; it must be a number in kg m-3"),
+        (("datasets", "no-such-folder"), "no-such-folder"),
+        (("nonsense",), "nonsense"),
+    ],
+)
+def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):
+    assert named in refused(*arguments)
+
+
+def test_a_full_disk_is_an_error_and_no_traceback(monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device", "results/decay.nc")
+
+    monkeypatch.setattr(dataset, "listing", full)
+    assert "results/decay.nc: No space left on device" in refused("datasets", ".")
+
+
+def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):
+    def broken(*_):
+        raise ValueError("a fault")
+
+    monkeypatch.setattr(dataset, "listing", broken)
+    assert isinstance(run("datasets", ".").exception, ValueError)
+
+
+# --- help, completion, what is loaded -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", list(main.commands))
+def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(rocking, "MOST_FRAMES", 3)
+    shutil.copy(RECORD, "record.csv")
+    Path("results").mkdir()
+    xr.Dataset({"x": ("a", [1.0])}).to_netcdf("results/made.nc")
+    found = examples(name)
+    assert found
+    for example in found:
+        result = CliRunner().invoke(main, example[1:])
+        assert result.exit_code == 0, (example, result.output)
+        for word in example:
+            if Path(word).suffix in (".nc", ".png", ".pdf", ".gif"):
+                assert Path(word).is_file()
+
+
+def test_help_names_the_values_of_the_package():
+    assert options.MODELS == damping.MODELS
+    assert options.PRESETS == tuple(curve.PRESETS)
+    assert options.SOFTENING == curve.SOFTENING
+
+
+@pytest.mark.parametrize("name", ["main", *main.commands])
+def test_every_option_is_described(name):
+    command = main if name == "main" else main.commands[name]
+    assert command.help
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert parameter.help, parameter.name
+
+
+def test_the_version_is_the_packages():
+    assert rd.__version__ in run("--version").stdout
+
+
+def test_commands_and_options_are_completed():
+    complete = ShellComplete(main, {}, "rockdamp", shells.VARIABLE)
+    assert [item.value for item in complete.get_completions([], "re")] == ["respond"]
+    assert "--damping-model" in [item.value for item in complete.get_completions(["respond"], "--damping")]
+    models = complete.get_completions(["respond", "--damping-model"], "C")
+    assert [item.value for item in models] == ["CR", "CDC", "CDR"]
+    assert [item.type for item in complete.get_completions(["respond", "--plot"], "pic")] == ["file"]
+
+
+@pytest.mark.parametrize("shell", shells.SHELLS)
+def test_the_completion_script_is_that_of_the_shell(shell, monkeypatch):
+    monkeypatch.setattr("click.shell_completion.BashComplete._check_version", lambda *_: None)
+    script = run("completion", shell).stdout
+    assert f"{shells.VARIABLE}={shell}_complete" in script
+
+
+def loaded(*arguments):
+    """Modules that a run of the command loads, in a new process."""
+    code = (
+        "import json, sys\n"
+        "from rockdamp.cli import main\n"
+        f"main({[str(argument) for argument in arguments]!r}, standalone_mode=False)\n"
+        "print(json.dumps(sorted(sys.modules)), file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
+    return set(json.loads(done.stderr.splitlines()[-1]))
+
+
+def test_the_help_loads_nothing_heavy():
+    for arguments in (["--help"], ["respond", "--help"]):
+        assert not {"numpy", "numba", "scipy", "xarray", "pandas", "matplotlib", "pint"} & loaded(*arguments)
+
+
+def test_equivalent_loads_only_what_it_computes_with():
+    modules = loaded("equivalent", "--restitution", 0.85, *CURVE)
+    assert "numba" in modules
+    assert not {"xarray", "pandas", "matplotlib", "netCDF4", "pint", "tqdm"} & modules
+
+
+def test_units_are_loaded_for_a_text_with_a_unit_alone():
+    assert "pint" not in loaded("wall", "--thickness", 0.3, "--height", 4.5)
+    assert "pint" in loaded("wall", "--thickness", "30cm", "--height", 4.5)
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run(
+        [sys.executable, "-m", "rockdamp.cli", "presets", "--json"], capture_output=True, text=True, check=True
+    )
+    assert len(json.loads(done.stdout)) == len(curve.PRESETS)

@@ -1,0 +1,385 @@
+"""`decay`, `respond` and `calibrate` at the command line: what they print and what they write."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from PIL import Image
+from repository import ROOT
+
+import rockdamp as rd
+from rockdamp.cli import main
+from rockdamp.figures import rocking
+from rockdamp.histories import side_by_side
+from rockdamp.mechanics.damping import MODELS
+from rockdamp.storage import dataset
+from rockdamp.studies import calibration
+
+RECORD = ROOT / "data/sin-03-00-synthetic.csv"
+CURVE = ("--a1", 0.04, "--b1", 0.8)
+WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overburden-ratio", 6.2)
+CDR = ("--damping-model", "CDR", "--damping-ratio", 0.05)
+KEYS = ["peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def printed(*arguments):
+    result = run(*arguments, "--json")
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def refused(*arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert isinstance(result.exception, SystemExit) and result.stdout == ""
+    return result.stderr
+
+
+@pytest.fixture
+def record(tmp_path):
+    """A second of a pulse, sampled at 100 Hz."""
+    elapsed = 0.01 * np.arange(100)
+    motion = np.where(elapsed < 0.4, 3 * np.sin(2 * np.pi * elapsed / 0.4), 0.0)
+    path = tmp_path / "pulse.csv"
+    rows = "\n".join(f"{t:.2f},{a:.6f}" for t, a in zip(elapsed, motion))
+    path.write_text(f"# specimen: none\n# synthetic: yes\nelapsed_s,ground_acceleration_m_s2\n{rows}\n")
+    return path
+
+
+def respond(record, *arguments):
+    return ("respond", "--record", record, *WALL, *CURVE, *arguments)
+
+
+# --- decay ----------------------------------------------------------------------------------------------------------
+
+
+def test_decay_gives_the_peak_of_each_half_cycle():
+    rows = printed("decay", *CURVE, "--damping-model", "CR", "--restitution", 0.9, "--release", 0.4)
+    assert [row["half_cycle"] for row in rows] == list(range(len(rows)))
+    assert rows[0]["peak_ratio"] == 0.4 and rows[0]["tau"] == 0.0
+    curve = rd.TrilinearCurve(0.04, 0.8)
+    energy = curve.energy([row["peak_ratio"] for row in rows])
+    np.testing.assert_allclose(energy[1:6] / energy[:5], 0.9**2, rtol=1e-3)  # Eq. (8)
+
+
+def test_a_decay_of_a_wall_is_in_seconds_and_metres_too():
+    plain = printed("decay", *CURVE, *CDR, "--length", 10)
+    wall = rd.Wall(0.3, 4.5)
+    seconds = 10 / float(wall.frequency_parameter)
+    rows = printed("decay", *CURVE, *CDR, "--length", f"{seconds!r}s", "--thickness", "30cm", "--height", 4.5)
+    for ours, theirs in zip(rows, plain, strict=True):
+        assert ours["peak_ratio"] == pytest.approx(theirs["peak_ratio"], rel=1e-9)
+        assert ours["elapsed"] == pytest.approx(theirs["tau"] / wall.frequency_parameter)
+        assert ours["peak_displacement"] == pytest.approx(theirs["peak_ratio"] * wall.instability_displacement)
+
+
+def test_decays_are_compared_with_every_equivalent_damper():
+    arguments = ("decay", *CURVE, "--compare", "--restitution", 0.85, "--length", 6)
+    rows = printed(*arguments)
+    assert list(dict.fromkeys(row["damping_model"] for row in rows)) == list(MODELS)
+    lines = [line.split() for line in run(*arguments).stdout.splitlines()]
+    assert lines[0] == ["half_cycle", *MODELS]
+    assert lines[1] == ["0"] + ["0.5"] * len(MODELS)
+
+
+def test_a_decay_without_a_half_cycle_says_so():
+    result = run("decay", *CURVE, *CDR, "--length", 0.1)
+    assert result.exit_code == 0 and result.stdout == "" and "no half cycle" in result.stderr
+    assert printed("decay", *CURVE, *CDR, "--length", 0.1) == []
+
+
+def test_the_decay_is_written_with_units_and_origin(tmp_path):
+    path = tmp_path / "decay.nc"
+    result = run("decay", *CURVE, *CDR, *WALL, "--output", path)
+    assert result.exit_code == 0 and "decay.nc written" in result.stderr
+    found = dataset.open(path)
+    dataset.check(found, "free_decay")
+    assert float(found["damping_ratio"].sel(damping_model="CDR")) == 0.05
+    assert np.isnan(found["restitution"]).all()
+    assert {"title", "source", "references", "Conventions", "config_sha256", "code_version"} <= set(found.attrs)
+    assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
+    np.testing.assert_allclose(found["elapsed"], found["tau"] / found["frequency_parameter"])
+
+
+# --- respond --------------------------------------------------------------------------------------------------------
+
+
+def test_respond_gives_the_agreed_keys_and_the_packages_numbers(record):
+    values = printed(*respond(record, *CDR, "--scale", 2, "--tail", 1))
+    assert list(values) == KEYS
+    wall = rd.Wall(0.102, 2.754, hinge_ratio=0.57, overburden_ratio=6.2)
+    found = rd.respond(
+        wall, rd.TrilinearCurve(0.04, 0.8), rd.Damping("CDR", 0.05), rd.read_record(record), scale=2, tail=1
+    )
+    for key in KEYS:
+        assert values[key] == found[key].item()
+    assert values["peak_ratio"] == pytest.approx(values["peak_displacement"] / wall.instability_displacement)
+    assert values["outcome"] == "completed"
+    assert values["outcome_elapsed"] == pytest.approx(0.99 + 1.0)
+
+
+def test_a_model_may_be_written_in_small_letters(record):
+    small = ("--damping-model", "cdr", "--damping-ratio", 0.05)
+    assert printed(*respond(record, *small)) == printed(*respond(record, *CDR))
+
+
+def test_a_collapse_is_an_outcome_with_its_time(record, tmp_path):
+    path = tmp_path / "out.nc"
+    arguments = respond(record, "--damping-model", "CR", "--restitution", 0.85, "--scale", 30, "--output", path)
+    values = printed(*arguments)
+    assert values["outcome"] == "collapsed"
+    assert 0 < values["outcome_elapsed"] < 0.99
+    assert values["peak_ratio"] > 1
+    found = dataset.open(path).isel(damping_model=0)
+    alive = found["elapsed"].values < values["outcome_elapsed"]
+    np.testing.assert_array_equal(np.isfinite(found["displacement"]), alive)
+    assert "collapsed" in run(*arguments).stdout
+
+
+def test_a_comparison_has_a_row_for_each_model(record):
+    arguments = respond(record, "--compare", "--restitution", 0.85)
+    rows = printed(*arguments)
+    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.04, 0.8)}
+    assert {row["damping_model"]: row["damping_ratio"] for row in rows} == {"CR": None, **matched}
+    alone = printed(*respond(record, "--damping-model", "CR", "--restitution", 0.85))
+    assert {key: rows[0][key] for key in KEYS} == alone
+    assert run(*arguments).stdout.splitlines()[0].split() == ["damping_model", "damping_ratio", *KEYS]
+
+
+def test_an_at2_file_is_read_in_units_of_g(record, tmp_path):
+    values = rd.read_record(record).ground_acceleration / 9.80665
+    lines = "\n".join(f"{value:.9E}" for value in values)
+    at2 = tmp_path / "pulse.AT2"
+    at2.write_text(f"PEER\npulse\nACCELERATION IN UNITS OF G\nNPTS= {values.size}, DT= .01 SEC\n{lines}\n")
+    peak = printed(*respond(at2, *CDR))["peak_displacement"]
+    assert peak == pytest.approx(printed(*respond(record, *CDR))["peak_displacement"], rel=1e-6)
+
+
+def test_the_response_is_written_with_units_and_origin(record, tmp_path):
+    path = tmp_path / "response.nc"
+    path.write_text("an earlier file, which is replaced", encoding="utf-8")
+    run(*respond(record, *CDR, "--tail", "500ms", "--output", path))
+    found = dataset.open(path)
+    dataset.check(found, "response")
+    assert found.attrs["record_synthetic"] == "yes"
+    assert found.sizes == {"damping_model": 1, "elapsed": 150}
+    assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
+    assert [file.name for file in sorted(tmp_path.iterdir())] == ["pulse.csv", "response.nc"]
+
+
+def test_the_digest_of_the_options_follows_the_record_and_not_its_place(record, tmp_path):
+    def digest(name, *more):
+        run(*respond(tmp_path / name, *CDR, "--output", tmp_path / "out.nc", *more))
+        return dataset.open(tmp_path / "out.nc").attrs["config_sha256"]
+
+    (tmp_path / "copy.csv").write_bytes(record.read_bytes())
+    assert digest("copy.csv") == digest("pulse.csv")
+    assert digest("copy.csv", "--scale", 2) != digest("pulse.csv")
+    (tmp_path / "copy.csv").write_bytes(record.read_bytes() + b"1.0,0.0\n")
+    assert digest("copy.csv") != digest("pulse.csv")
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf"])
+def test_pictures_are_drawn_of_decays_and_responses(record, tmp_path, suffix):
+    path = tmp_path / f"picture.{suffix}"
+    for arguments in (("decay", *CURVE, *CDR, *WALL), respond(record, "--damping-model", "CR", "--restitution", 0.8)):
+        assert run(*arguments, "--plot", path).exit_code == 0
+        assert path.read_bytes()[:4] == {"png": b"\x89PNG", "pdf": b"%PDF"}[suffix]
+        path.unlink()
+
+
+@pytest.mark.parametrize("shape", [(), ("--parapet",)])
+def test_the_rocking_bodies_are_animated(record, tmp_path, shape, monkeypatch):
+    monkeypatch.setattr(rocking, "MOST_FRAMES", 4)
+    path = tmp_path / "wall.gif"
+    assert run(*respond(record, *CDR, *shape, "--scale", 0.5, "--animate", path)).exit_code == 0
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+    assert [file.name for file in sorted(tmp_path.iterdir())] == ["pulse.csv", "wall.gif"]
+
+
+# --- calibrate ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A calibration that is there already: what it computes is tested elsewhere."""
+    names = ["cracked_stiffness_ratio", "plateau_ratio", "restitution"]
+    one, elapsed = np.array([0.03, 0.8, 0.85]), 0.01 * np.arange(5)
+    made = xr.Dataset(
+        {
+            "estimate": ("parameter", one),
+            "standard_error": ("parameter", 0.01 * one),
+            "true_value": ("parameter", np.array([np.nan, np.nan, np.nan])),
+            "covariance": (("parameter", "parameter_other"), np.diag((0.01 * one) ** 2)),
+            "standard_error_by_motion": ("parameter", 0.005 * one),
+            "measured": ("elapsed", 0.001 * np.arange(5.0)),
+            "displacement": ("elapsed", 0.0011 * np.arange(5.0)),
+            **dict.fromkeys(["residual_deviation", "rest_deviation", "sensor_offset", "sensor_drift"], 1e-4),
+            "bandwidth": 3, "local_minima": 2,
+        },
+        coords={"parameter": names, "parameter_other": names, "elapsed": elapsed},
+        attrs={"record_synthetic": "no", "record_specimen": "a wall"},
+    )  # fmt: skip
+    given = {}
+
+    def calibrate(record, wall, **options):
+        given.update(record=record, wall=wall, **options)
+        return made
+
+    monkeypatch.setattr(calibration, "calibrate", calibrate)
+    return given, made
+
+
+def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
+    given, made = quick
+    output, plot = tmp_path / "fit.nc", tmp_path / "fit.png"
+    arguments = ("calibrate", "--record", record, *WALL, "--a3", 0.9, "--softening", "translated")
+    rows = printed(*arguments, "--output", output, "--plot", plot)
+    assert [row["parameter"] for row in rows] == list(made["parameter"].values)
+    assert [row["estimate"] for row in rows] == list(made["estimate"].values)
+    assert [row["standard_error"] for row in rows] == list(made["standard_error"].values)
+    assert all(row["true_value"] is None for row in rows)
+    assert given["wall"] == rd.Wall(0.102, 2.754, hinge_ratio=0.57, overburden_ratio=6.2)
+    assert (given["ultimate_ratio"], given["softening"]) == (0.9, "translated")
+    dataset.check(dataset.open(output), "calibration")
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert run(*arguments).stdout.splitlines()[0].split() == ["parameter", "estimate", "standard_error"]
+
+
+def test_calibrate_names_the_record_that_it_cannot_use(record):
+    assert f"{record}: the record has no column displacement_m" in refused("calibrate", "--record", record, *WALL)
+
+
+# --- bad input ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        ((), "--damping-model is missing"),
+        (("--damping-model", "CDR"), "--damping-ratio is missing; --damping-model CDR must have it"),
+        (("--damping-model", "CR"), "--restitution is missing; --damping-model CR must have it"),
+        (("--damping-model", "CR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to viscous models"),
+        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "--restitution belongs to CR"),
+        (("--damping-model", "POWER", "--damping-ratio", 0.1), "'POWER'"),
+        (("--compare", *CDR, "--restitution", 0.9), "--compare finds every model's damping ratio"),
+        (("--compare",), "--restitution is missing; --compare must have it"),
+        (("--compare", "--restitution", 0.9, "--animate", "wall.gif"), "--animate shows one model"),
+        (("--damping-model", "CDR", "--damping-ratio", -0.1), "damping_ratio (xi) is -0.1"),
+        (("--damping-model", "CR", "--restitution", "nan"), "restitution (e) is nan"),
+        ((*CDR, "--scale", "nan"), "scale is nan"),
+        ((*CDR, "--tail", -1), "tail is -1.0"),
+        ((*CDR, "--tail", "3m"), "'3m' is in m; it must be a number in s"),
+        ((*CDR, "--tail", 1e9), "tail is 1e+09, and the history would take"),
+        ((*CDR, "--scale", 1e309), "scale is inf"),
+        ((*CDR, "--output", "no/such/folder.nc"), "which is no folder"),
+        ((*CDR, "--output", "response.txt"), "must end in .nc"),
+        ((*CDR, "--plot", "plot.jpeg"), "must end in .png or .pdf or .svg"),
+        ((*CDR, "--output", "folder.nc"), "is a folder"),
+        ((*CDR, "--output", "x" * 300 + ".nc"), "is no file name"),
+    ],
+)
+def test_bad_input_is_named_and_nothing_is_written(arguments, named, record, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.nc").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    assert named in refused(*respond(record, *arguments, *(() if "--output" in arguments else ("--output", "out.nc"))))
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        (("--release", 1), "release_amplitude is 1.0"),
+        (("--release", 0), "release_amplitude is 0.0"),
+        (("--length", "5s"), "--length in seconds needs --thickness and --height"),
+        (("--length", -1), "length is -1.0"),
+        (("--length", 1e12), "length is 1e+12, and the history would take"),
+        (("--length", "long"), "'long' is no quantity"),
+        (("--thickness", 0.3), "--thickness and --height must be given together"),
+        (("--parapet",), "--parapet must be given with --thickness and --height"),
+    ],
+)
+def test_bad_input_of_a_decay_is_named(arguments, named):
+    assert named in refused("decay", *CURVE, *CDR, *arguments)
+
+
+@pytest.mark.parametrize(
+    "content, named",
+    [(None, "there is no such file"), ("", "is empty"), ("elapsed_s\n0\n", "is missing"), ("\xff\xfe", "is not text")],
+)
+@pytest.mark.parametrize("command", ["respond", "calibrate"])
+def test_a_record_that_cannot_be_read_is_named(command, content, named, tmp_path):
+    path = tmp_path / "bad.csv"
+    if content is not None:
+        path.write_bytes(content.encode("latin-1"))
+    arguments = (command, "--record", path, *WALL)
+    message = refused(*(respond(path, *CDR) if command == "respond" else arguments))
+    assert str(path) in message and named in message
+
+
+def test_a_file_that_cannot_be_written_is_named(record, tmp_path, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    message = refused(*respond(record, *CDR, "--output", tmp_path / "out.nc"))
+    assert "out.nc cannot be written (No space left on device)" in message
+    assert list(tmp_path.iterdir()) == [record]
+
+
+# --- the functions behind it ----------------------------------------------------------------------------------------
+
+
+def test_a_response_that_is_no_number_is_an_error_and_not_completed():
+    rising = rd.Record(0.01 * np.arange(50), 1e200 * (np.arange(50) > 0))
+    curve, wall = rd.TrilinearCurve(0.04, 0.8), rd.Wall(0.1, 2.0)
+    with pytest.raises(rd.InputError, match="the response under CDC is beyond"), np.errstate(all="ignore"):
+        side_by_side.responses(rising, wall, curve, [rd.Damping("CDC", 0.05)], scale=1e150)
+
+
+def test_small_displacements_are_enlarged_by_a_round_factor_and_large_ones_are_not():
+    assert rocking.enlargement(0.2, 0.3) == rocking.enlargement(0.0, 0.3) == 1.0
+    assert rocking.enlargement(0.001, 0.3) == 200.0
+    assert rocking.enlargement(0.1, 0.3) == 2.0
+
+
+@pytest.mark.parametrize("offset", [-0.2, -0.01, 0.0, 0.05, 0.3])
+def test_the_drawn_bodies_keep_their_shape_and_touch_at_the_hinge(offset):
+    lower, upper = rocking.wall_corners(0.3, 4.0, 0.7, offset)
+    for corners, height in ((lower, 2.8), (upper, 1.2)):
+        sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+        np.testing.assert_allclose(sides, [0.3, height, 0.3, height])
+    np.testing.assert_allclose(lower[3], upper[3], atol=1e-12)  # the hinge
+    side = -1 if offset < 0 else 1
+    np.testing.assert_allclose(lower[3, 0], -0.15 * side + offset)
+    np.testing.assert_allclose(lower[1], [0.15 * side, 0.0], atol=1e-12)  # the base corner that it turns about
+    np.testing.assert_allclose(upper[1, 0], 0.15 * side, atol=1e-12)  # the support holds the top
+
+
+def test_a_parapet_is_drawn_as_one_body():
+    (block,) = rocking.wall_corners(0.3, 2.0, float("nan"), -0.1)
+    np.testing.assert_allclose(block[3, 0], 0.15 - 0.1)
+
+
+def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, capfd):
+    text = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{0.01 * i:.2f},{300 * (i % 2)}\n" for i in range(50))
+    path = tmp_path / "gal.csv"
+    path.write_text(text, encoding="utf-8")
+    options = "--thickness 0.25 --height 3 --preset new --damping-model CDR --damping-ratio 0.05 --json"
+    process = subprocess.run(
+        [sys.executable, "-m", "rockdamp.cli", "respond", "--record", str(path), *options.split()],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert process.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 20")
+    assert "cm s-2 (3 m s-2)" in process.stderr and "Traceback" not in process.stderr
+    assert json.loads(process.stdout)["outcome"] == "collapsed"

@@ -1,0 +1,102 @@
+"""The documents: they build without a warning, read without a network, and show the workflow as it is."""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+
+import nbformat
+import pytest
+import yaml
+from nbclient import NotebookClient
+from repository import ROOT
+
+from rockdamp.config.schema import dotted
+
+NOTEBOOK = ROOT / "docs/notebooks/explore.ipynb"
+
+
+def load(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The documents as HTML; every broken reference and link within them is an error."""
+    folder = tmp_path_factory.mktemp("site")
+    options = ["-W", "--keep-going", "--quiet", "-D", "nb_execution_mode=off", "-d", str(folder / "doctrees")]
+    run = subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, "-b", "html", "docs", str(folder / "html")], cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout + run.stderr
+    return folder / "html"
+
+
+def test_no_page_loads_anything_from_the_network(site):
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 15
+    for page in pages:
+        html = page.read_text(encoding="utf-8")
+        loaded = re.findall(r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', html)
+        assert not [address for address in loaded if re.match(r"(?:https?:)?//", address)], page
+
+
+def test_formulas_are_markup_that_browsers_draw(site):
+    html = (site / "theory.html").read_text(encoding="utf-8")
+    assert html.count("<math ") > 100
+    assert "\\frac" not in html and "\\int" not in html
+
+
+def test_every_key_of_the_config_is_on_its_page_with_its_value(site):
+    page = (site / "reference/config.html").read_text(encoding="utf-8")
+    text = re.sub(r"<[^>]+>", "", page)
+
+    def keys(config, path=()):
+        for name, value in config.items():
+            yield from keys(value, (*path, name)) if isinstance(value, dict) else [(*path, name)]
+
+    for path in keys(yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))):
+        # where the keys are names of the user's, the mapping is one value
+        assert dotted(path) in text or (dotted(path[:-2]) in text and str(path[-1]) in text), path
+
+
+def test_every_command_and_public_name_is_on_its_page(site):
+    from rockdamp import _HOME
+    from rockdamp.cli import main
+
+    python, shell = (
+        (site / f"reference/{page}.html").read_text(encoding="utf-8") for page in ("python", "cli")
+    )  # fmt: skip
+    assert all(f'id="rockdamp.{name}"' in python for name in _HOME)
+    assert all(f'id="rockdamp-{name}"' in shell for name in main.commands)
+
+
+def test_the_notebook_runs_on_the_datasets(small_results, monkeypatch):
+    """In `docs/notebooks` beside a `results` folder, as its readers run it; what it draws is checked to be figures."""
+    place = small_results.parent / "docs/notebooks"
+    place.mkdir(parents=True, exist_ok=True)
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    monkeypatch.setenv("PYTHONWARNINGS", "error::FutureWarning")
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(place)}}).execute()
+    drawn = [
+        output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
+    ]
+    assert len(drawn) == 2
+
+
+def test_the_notebook_is_kept_without_outputs():
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    assert all(not cell.get("outputs") and cell.get("execution_count") is None for cell in notebook.cells)
+
+
+@pytest.mark.workflow
+def test_the_graph_in_readme_is_that_of_the_workflow():
+    """After a change of the rules: `make rulegraph`."""
+    rulegraph, text = load(ROOT / "docs/rulegraph.py"), (ROOT / "README.md").read_text(encoding="utf-8")
+    assert rulegraph.replaced(text, rulegraph.drawn(rulegraph.ask())) == text

@@ -1,0 +1,54 @@
+"""Every example that stands in a docstring, the README or the documents' first page, run as it stands."""
+
+import doctest
+import os
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pkgutil import walk_packages
+
+import pytest
+from repository import ROOT
+
+import rockdamp as rd
+
+MODULES = ["rockdamp", *sorted(module.name for module in walk_packages(rd.__path__, "rockdamp."))]
+MODULES = [name for name in MODULES if not name.endswith(".__main__")]  # which would run
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_the_examples_of_a_module_print_what_they_say(name):
+    failed, _ = doctest.testmod(import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert failed == 0
+
+
+@pytest.mark.parametrize("name", list(rd._HOME))
+def test_every_public_name_has_an_example(name):
+    assert doctest.DocTestFinder(recurse=False).find(getattr(rd, name), name)[0].examples
+
+
+def test_every_public_name_is_on_the_reference_page():
+    page = (ROOT / "docs/reference/python.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"^\.\. auto(?:class|function|exception):: (\w+)$", page, flags=re.MULTILINE))
+    assert named == set(rd._HOME)
+
+
+def python_blocks():
+    for page in ("README.md", "docs/index.md"):
+        blocks = re.findall(
+            r"^```python\n(.*?)^```$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+        )
+        yield from (pytest.param(block, id=f"{page} {number}") for number, block in enumerate(blocks, 1))
+
+
+@pytest.mark.parametrize("block", list(python_blocks()))
+def test_the_python_of_a_page_runs(block, small_results):
+    """In an interpreter of its own, where nothing is imported yet."""
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", block], cwd=small_results.parent, env={**os.environ, "MPLBACKEND": "agg"},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    if "print" in block:
+        assert re.search(r"\d\.\d+", run.stdout)

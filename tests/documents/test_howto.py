@@ -1,0 +1,85 @@
+"""The how-tos, word by word: the commands of each page are read from it and run in a copy of the tree."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+import workflow_tree
+import xarray as xr
+import yaml
+from repository import ROOT
+
+pytestmark = pytest.mark.workflow
+
+
+def blocks(page, language):
+    text = (ROOT / f"docs/howto/{page}.md").read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the tree in which `.venv/bin` has the commands of this environment."""
+    tree = workflow_tree.Tree(tmp_path_factory.mktemp("howto") / "tree")
+    bin = tree.place / ".venv/bin"
+    bin.mkdir(parents=True)
+    commands = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp.cli"}
+    for name, arguments in commands.items():
+        (bin / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n', encoding="utf-8")
+        (bin / name).chmod(0o755)
+    return tree
+
+
+def follow(tree, page):
+    """Run the commands of a page with coarser steps than the config's; return what they print."""
+    printed = ""
+    for block in blocks(page, "sh"):
+        command = block.replace("--configfile ", "--configfile config/minimal.yaml ")
+        run = subprocess.run(
+            ["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True
+        )
+        assert run.returncode == 0, block + run.stdout + run.stderr
+        printed += run.stdout
+    return printed
+
+
+@pytest.mark.parametrize("name", ["my-test", "my-wall", "my-records"])
+def test_the_page_shows_the_example_as_it_is_shipped_in_ten_lines(name):
+    shipped = (ROOT / f"examples/{name}.yaml").read_text(encoding="utf-8")
+    assert blocks(name.replace("my", "your"), "yaml") == [shipped]
+    assert len(shipped.splitlines()) <= 10
+
+
+def test_your_own_test_becomes_parameters_dampers_and_a_figure(tree):
+    printed = follow(tree, "your-test")
+    results = tree.place / "results/my-test"
+    config = yaml.safe_load((tree.place / "examples/my-test.yaml").read_text(encoding="utf-8"))
+    with xr.open_dataset(results / "calibration.nc") as fitted, xr.open_dataset(results / "validation.nc") as compared:
+        told = [float(number) for number in re.findall(r"\d\.\d+", printed)]
+        for value in fitted["estimate"].values:
+            assert any(abs(number - value) < 1e-5 for number in told), value
+        assert float(compared["restitution"]) == config["validation"]["restitution"]
+        assert set(compared["damping_model"].values) >= {"CR", "CDR"}
+    assert (results / "figures/fig8.pdf").is_file() and (results / "figures/fig8.png").is_file()
+    assert (results / "coefficients.csv").read_text(encoding="utf-8").count("\nCDR,") == 3
+
+
+def test_your_own_wall_goes_through_the_studies(tree):
+    printed = follow(tree, "your-wall")
+    results = tree.place / "results/my-wall"
+    config = yaml.safe_load((tree.place / "examples/my-wall.yaml").read_text(encoding="utf-8"))
+    with xr.open_dataset(results / "match/amplitude.nc") as matched:
+        amplitudes = config["studies"]["amplitude"]["release_amplitude"]
+        assert matched["release_amplitude"].values.tolist() == amplitudes
+    for figure in ("fig5", "fig6", "fig7"):
+        assert (results / f"figures/{figure}.png").is_file()
+    assert "CDR" in printed and "frequency_parameter" in printed and "release_amplitude" in printed
+
+
+def test_your_own_records_shake_your_wall(tree):
+    printed = follow(tree, "your-records")
+    with xr.open_dataset(tree.place / "results/my-records/natural.nc") as natural:
+        assert natural["wall"].values.tolist() == ["mine"] and natural.sizes["record"] == 1
+        assert float(natural["peak_displacement"].max()) > 0
+        assert all(model in printed for model in map(str, natural["damping_model"].values))

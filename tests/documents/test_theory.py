@@ -1,0 +1,258 @@
+"""The steps of docs/theory.md, each by the name that it gives."""
+
+import re
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from repository import ROOT
+
+from rockdamp.equivalence.closed_form import (
+    damping_ratio_energy,
+    damping_ratio_middle,
+    equivalence_factor,
+    exact_ratio,
+    giannini_masiani,
+)
+from rockdamp.equivalence.matching import Cases, follow, match_cases, refined
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers import event_driven
+
+CURVES = {
+    "paper": TrilinearCurve(0.04, 0.85),
+    "stiff": TrilinearCurve(0.02, 0.85),
+    "severe": TrilinearCurve(0.20, 0.50),
+    "steeper": TrilinearCurve(0.06, 0.72, 0.9, "steeper"),
+    "translated": TrilinearCurve(0.04, 0.85, 0.9, "translated"),
+}
+SHARES = (0.03, 0.2, 0.5, 0.95)  # of u3: on the first branch, the plateau and the softening branch
+THEORY = ROOT / "docs/theory.md"
+every_curve = pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
+
+
+def test_the_page_names_tests_that_exist():
+    named = set(re.findall(r"`(test_\w+)`", THEORY.read_text(encoding="utf-8")))
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
+    assert len(named) > 10
+    assert [name for name in named if f"def {name}(" not in sources] == []
+
+
+# --- 1. what a half cycle loses --------------------------------------------------------------------------------------
+
+
+@every_curve
+def test_an_impact_takes_the_same_part_of_the_energy_from_any_amplitude(curve):
+    e = 0.8
+    for share in SHARES:
+        x0 = share * float(curve.ultimate_ratio)
+        run = event_driven.history(curve, Damping.cr(e), [float(curve.period(x0))], release_amplitude=x0)
+        assert float(curve.energy(run.turning_displacement[0]) / curve.energy(x0)) == pytest.approx(e**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["CDC", "CDR", "SDR", "ECD"])
+def test_the_energy_lost_tends_to_the_work_along_the_undamped_motion(model):
+    """The ratio of both, less one, is of the order of xi: halving xi halves it, to first order."""
+    curve, x0 = CURVES["paper"], 0.6
+    work = 2 * float(curve.energy(x0)) / float(equivalence_factor(curve, Damping(model, 1.0), x0))
+    away = []
+    for xi in (0.02, 0.01, 0.005):
+        run = event_driven.history(curve, Damping(model, xi), [0.7 * float(curve.period(x0))], release_amplitude=x0)
+        lost = float(curve.energy(x0) - curve.energy(run.turning_displacement[0]))
+        away.append(lost / (xi * work) - 1)
+    ratios = np.array(away[:-1]) / np.array(away[1:])
+    np.testing.assert_allclose(ratios, 2.0, rtol=0.15)
+
+
+# --- 2. the closed form ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", ["CDC", "CDR", "SDR", "ECD"])
+def test_a_linear_spring_has_one_over_pi(model):
+    curve = CURVES["severe"]
+    assert float(equivalence_factor(curve, Damping(model, 1.0), 0.19)) == pytest.approx(1 / np.pi, rel=1e-12)
+    e = 1 - np.array([2e-3, 1e-3])
+    away = damping_ratio_energy(curve, "CDR", e, 0.19) / giannini_masiani(e) - 1  # of second order in 1 - e
+    assert away[0] / away[1] == pytest.approx(4.0, rel=0.01)
+
+
+def test_the_factor_of_sdr_falls_with_a1():
+    curve = TrilinearCurve(np.array([0.02, 0.04, 0.10]), 0.85)
+    factor = np.pi * equivalence_factor(curve, Damping("SDR", 1.0), 0.5)
+    np.testing.assert_allclose(factor, [1.46, 1.26, 1.09], atol=0.005)
+
+
+def elementary(curve, model, x0, m=mpmath):
+    """J of the page's table: half the integral of c_hat s, from the elementary forms of the branches reached."""
+    k1, b1, ks, a1, a2, a3 = (m.mpf(float(p)) for p in curve.parameters())
+    x0, w1 = m.mpf(x0), m.sqrt(m.mpf(float(curve.initial_stiffness)))
+    x1, x2 = min(x0, a1), min(max(x0, a1), a2)
+
+    def energy(x):
+        y1, y2, y3 = min(x, a1), min(max(x, a1), a2), max(x, a2)
+        return k1 * y1**2 / 2 + b1 * (y2 - a1) + ks * (y3 - a2) * (2 * a3 - a2 - y3) / 2
+
+    speed = {x: m.sqrt(2 * max(energy(x0) - energy(x), 0)) for x in (m.mpf(0), x1, x2)}
+    s0, s1, s2 = speed[m.mpf(0)], speed[x1], speed[x2]
+    total = w1 / 2 * (x1 * s1 + s0**2 / w1 * m.atan2(w1 * x1, s1))
+    if x0 > a1:
+        if model == "CDC":
+            total += w1 * (s1**3 - s2**3) / (3 * b1)
+        else:
+            q = m.sqrt(s1**2 + 2 * b1 * a1)
+            total += 2 / w1 * b1 * (s2 - s1 + q * (m.atanh(s1 / q) - m.atanh(s2 / q)))
+    if x0 > a2:
+        z, z0 = a3 - a2, a3 - x0
+        root, log = m.sqrt(z**2 - z0**2), m.acosh(z / z0)
+        area = (z * root - z0**2 * log) / 2
+        if model == "CDC":
+            total += w1 * m.sqrt(ks) * area
+        else:
+            last = m.sqrt(a3**2 - z0**2) * m.atanh(m.sqrt((z - z0) * (a3 + z0) / (z + z0) / (a3 - z0)))
+            total += ks ** m.mpf("1.5") / w1 * (-area - a3 * root - a3**2 * log + 2 * a3 * last)
+    return energy(x0), total
+
+
+@every_curve
+@pytest.mark.parametrize("model", ["CDC", "SDR"])
+def test_the_elementary_forms_equal_the_quadrature(curve, model):
+    for share in (0.01, 0.08, 0.2, 0.5, 0.95):
+        x0 = share * float(curve.ultimate_ratio)
+        energy, total = elementary(curve, model, x0)
+        factor = float(equivalence_factor(curve, Damping(model, 1.0), x0))
+        assert float(energy / (2 * total)) == pytest.approx(factor, rel=1e-9)
+
+
+def test_the_elementary_forms_are_antiderivatives():
+    x, z = sp.symbols("x z", positive=True)
+    w1, big, b1, a1, s1, a3, z0 = sp.symbols("omega_1 S b_1 a_1 s_1 a_3 z_0", positive=True)
+    speed = sp.sqrt(big**2 - w1**2 * x**2)
+    first = w1 / 2 * (x * speed + big**2 / w1 * sp.atan(w1 * x / speed))
+    assert sp.simplify(sp.diff(first, x) - w1 * speed) == 0
+
+    speed = sp.sqrt(s1**2 - 2 * b1 * (x - a1))
+    assert sp.simplify(sp.diff(-w1 * speed**3 / (3 * b1), x) - w1 * speed) == 0  # CDC
+    q = sp.sqrt(s1**2 + 2 * b1 * a1)
+    plateau = 2 / w1 * b1 * (speed - q * sp.atanh(speed / q))
+    assert sp.simplify(sp.diff(plateau, x) - b1 / x * speed / w1) == 0  # SDR
+
+    root = sp.sqrt(z**2 - z0**2)  # in z = a3 - x, over sqrt(ks)
+    area = (z * root - z0**2 * sp.acosh(z / z0)) / 2
+    last = sp.sqrt(a3**2 - z0**2) * sp.atanh(sp.sqrt((z - z0) * (a3 + z0) / (z + z0) / (a3 - z0)))
+    softening = -area - a3 * root - a3**2 * sp.acosh(z / z0) + 2 * a3 * last
+    for form, integrand in ((area, root), (softening, z * root / (a3 - z))):
+        away = sp.diff(form, z) - integrand
+        for values in ({z: 0.7, z0: 0.3, a3: 1.0}, {z: 0.41, z0: 0.4, a3: 0.9}, {z: 0.85, z0: 0.05, a3: 1.0}):
+            assert abs(away.subs(values).evalf(30)) < 1e-12
+
+
+@pytest.mark.parametrize("model", ["CDC", "CDR", "SDR"])
+def test_the_closed_form_is_first_order_in_the_loss_and_second_at_the_middle_energy(model):
+    """Halving the loss halves the relative error of the one and quarters that of the other, to the next order."""
+    curve, x0 = CURVES["paper"], 0.6
+    away = []
+    for xi in (0.0025, 0.00125):
+        run = event_driven.history(curve, Damping(model, xi), [0.6 * float(curve.period(x0))], release_amplitude=x0)
+        e = float(np.sqrt(curve.energy(run.turning_displacement[0]) / curve.energy(x0)))  # takes what the damper took
+        forms = (damping_ratio_energy, damping_ratio_middle)
+        away.append([float(form(curve, model, e, x0)) / xi - 1 for form in forms])
+    np.testing.assert_allclose(np.divide(*away), [2.0, 4.0], rtol=0.08)
+
+
+# --- 3. a damper for which the amplitude does not matter -------------------------------------------------------------
+
+
+@every_curve
+def test_the_energy_frequency_solves_abels_equation(curve):
+    """integral_0^E0 (C/f) dE/sqrt(2 (E0 - E)) = delta for C = (2 delta/pi) f/sqrt(2V), at every E0."""
+    delta = 0.2
+    damper = Damping("ECD", delta / np.pi)
+    for share in SHARES:
+        x0 = share * float(curve.ultimate_ratio)
+        top = float(curve.energy(x0))
+        angle = (np.arange(2000) + 0.5) / 2000 * np.pi / 2  # E = E0 sin^2: the integrand has no singularity left
+        x = curve.amplitude(top * np.sin(angle) ** 2)
+        ratio = damper.coefficient(curve, x) / curve.force(x)
+        integral = np.mean(ratio * np.sqrt(2 * top) * np.sin(angle)) * np.pi / 2
+        assert integral == pytest.approx(delta, rel=1e-6)
+
+
+def test_abels_equation_holds_symbolically():
+    energy, top, delta = sp.symbols("E E_0 delta", positive=True)
+    ratio = 2 * delta / sp.pi / sp.sqrt(2 * energy)
+    integral = sp.integrate(sp.simplify(ratio / sp.sqrt(2 * (top - energy))), (energy, 0, top))
+    assert sp.simplify(integral - delta) == 0
+
+
+# --- 4. the exact result ---------------------------------------------------------------------------------------------
+
+
+def test_the_substitution_makes_the_motion_linear():
+    x, xi = sp.symbols("x xi", positive=True)
+    force, potential = sp.Function("f")(x), sp.Function("V")(x)
+    y, v = sp.sqrt(2 * potential), sp.Function("v")(x)
+    coefficient = 2 * xi * force / y
+    dv_dx = -(coefficient * v + force) / v  # v dv/dx = -(C v + f)
+    dy_dx = sp.diff(y, x).subs(sp.diff(potential, x), force)
+    assert sp.simplify(v * dv_dx / dy_dx + 2 * xi * v + y) == 0
+
+
+@every_curve
+def test_trajectories_are_those_of_the_linear_oscillator(curve):
+    """(y, v) lies on the spiral of y'' + 2 xi y' + y = 0 from (y0, 0): y^2 + 2 xi y v + v^2 falls as its phase says."""
+    xi, x0 = 0.08, 0.9 * float(curve.ultimate_ratio)
+    times = np.linspace(0, 3 * float(curve.period(x0)), 400)
+    run = event_driven.history(curve, Damping("ECD", xi), times, release_amplitude=x0)
+    x, v = run.displacement, run.velocity
+    y = np.sign(x) * np.sqrt(2 * curve.energy(x))
+    wd = np.sqrt(1 - xi**2)
+    # From rest: y = y0 exp(-xi s) (cos wd s + xi/wd sin wd s), v = -y0 exp(-xi s)/wd sin wd s.
+    phase = np.unwrap(np.arctan2(-wd * v, y + xi * v))
+    amplitude = np.hypot(wd * v, y + xi * v)
+    expected = wd * np.sqrt(2 * float(curve.energy(x0))) * np.exp(-xi * phase / wd) / wd
+    np.testing.assert_allclose(amplitude, expected, rtol=1e-8)
+
+
+@every_curve
+@pytest.mark.parametrize("e", [0.7, 0.9])
+def test_every_peak_is_exact(curve, e):
+    for share in SHARES:
+        x0 = share * float(curve.ultimate_ratio)
+        end = 3 * float(curve.period(x0))
+        run = event_driven.history(curve, Damping("ECD", float(exact_ratio(e))), [end], release_amplitude=x0)
+        peaks = np.abs(run.turning_displacement)
+        assert peaks.size >= 4
+        np.testing.assert_allclose(peaks, event_driven.cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
+
+
+# --- 5. where it ends ------------------------------------------------------------------------------------------------
+
+
+def longer(e):
+    """By how much half cycles under ECD are longer than under restitution between the same two peaks."""
+    found, damper = [], Damping("ECD", float(exact_ratio(e)))
+    for curve in CURVES.values():
+        for share in (*SHARES, 0.8):
+            x0 = share * float(curve.ultimate_ratio)
+            run = event_driven.history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
+            x1 = event_driven.cr_peaks(curve, e, x0, 1)[0]
+            found.append(run.turning_tau[0] / float((curve.period(x0) + curve.period(x1)) / 4) - 1)
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("e", "least", "most"), [(0.7, 0.006, 0.0134), (0.9, 0.0005, 0.00165)])
+def test_half_cycles_are_little_longer_than_under_restitution(e, least, most):
+    found = longer(e)
+    assert found.min() == pytest.approx(1 / np.sqrt(1 - float(exact_ratio(e)) ** 2) - 1, rel=1e-3)  # the linear one
+    assert least < found.min() and found.max() < most
+
+
+def test_err_is_within_a_few_percent_of_the_peaks_for_ecd():
+    """The paper's curve from 0.5 u_ins at e = 0.85 and 0.7, over the default window."""
+    e, step, steps = np.array([0.7, 0.85]), 0.005, 1600
+    curve = CURVES["paper"].map(lambda p: np.full(e.size, p))
+    decays = refined(Cases(curve, np.full(e.size, 0.5), e, np.empty((e.size, 0)), step), steps, 1)
+    best = match_cases(decays, "ECD", [steps]).damping_ratio[0]
+    ratio, _ = follow(refined(decays, steps, 4), "ECD", best)
+    np.testing.assert_allclose(100 * (ratio / exact_ratio(e) - 1), [3.8, 1.4], atol=0.1)

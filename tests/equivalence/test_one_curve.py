@@ -1,0 +1,109 @@
+"""The equivalence for one wall, in Python."""
+
+import numpy as np
+import pytest
+import yaml
+from repository import ROOT
+
+import rockdamp as rd
+from rockdamp.equivalence.matching import DEFAULT_WINDOW
+from rockdamp.equivalence.one_curve import polynomial, shipped_coefficients
+from rockdamp.studies import polynomial_fits
+from rockdamp.studies.decays import study
+from rockdamp.studies.matches import match
+
+KEYS = [
+    "restitution", "damping_model", "damping_ratio", "rms_error", "damping_ratio_energy", "damping_ratio_fit",
+]  # fmt: skip
+
+
+def test_a_row_for_each_viscous_model_with_the_agreed_keys():
+    rows = rd.equivalent(0.85, 0.04, 0.85)
+    assert [row["damping_model"] for row in rows] == ["CDC", "CDR", "SDR", "ECD"]
+    assert all(list(row) == KEYS for row in rows)
+
+
+def test_polynomial_and_match_agree_within_the_largest_residual():
+    table = shipped_coefficients()
+    for row in rd.equivalent(0.85, 0.04, 0.85):
+        own = (table["damping_model"] == row["damping_model"]) & (table["cracked_stiffness_ratio"] == 0.04)
+        limit = float(table["largest_residual"][own][0]) + 2e-3 * row["damping_ratio"]
+        assert abs(row["damping_ratio_fit"] - row["damping_ratio"]) <= limit
+
+
+def test_polynomials_are_linear_in_the_cracked_stiffness_between_rows():
+    between = polynomial("CDR", 0.85, 0.05)
+    ends = [polynomial("CDR", 0.85, a1) for a1 in (0.04, 0.06)]
+    assert float(between) == pytest.approx(float(np.mean(ends)), rel=1e-12)
+
+
+@pytest.mark.parametrize("e, a1", [(0.69, 0.04), (0.99, 0.04), (0.85, 0.015), (0.85, 0.15)])
+def test_there_is_no_fit_outside_the_range_of_the_polynomials(e, a1):
+    b1 = 0.75
+    assert all(row["damping_ratio_fit"] is None for row in rd.equivalent(e, a1, b1))
+
+
+def test_shipped_coefficients_are_what_the_pipeline_builds():
+    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    config["windows"]["stop"] = DEFAULT_WINDOW
+    decays = study("cracked_stiffness", config)
+    built = polynomial_fits.table(polynomial_fits.fit(config, match("cracked_stiffness", config, decays)))
+    shipped = shipped_coefficients()
+    assert list(built["damping_model"]) == list(shipped["damping_model"])
+    np.testing.assert_array_equal(built["cracked_stiffness_ratio"], shipped["cracked_stiffness_ratio"])
+    e = np.linspace(0.7, 0.98, 15)
+    for k, row in built.iterrows():
+        ours = row.c0 + row.c1 * e + row.c2 * e**2
+        theirs = sum(shipped[f"c{n}"][k] * e**n for n in range(3))
+        np.testing.assert_allclose(theirs, ours, atol=1e-5)  # other vector units round otherwise
+
+
+def test_without_loss_every_damping_ratio_is_zero():
+    for row in rd.equivalent(1.0, 0.04, 0.85):
+        assert row["damping_ratio"] == row["rms_error"] == row["damping_ratio_energy"] == 0.0
+
+
+def test_several_restitutions_come_in_ascending_order():
+    rows = rd.equivalent([0.9, 0.8], 0.04, 0.85)
+    assert [row["restitution"] for row in rows] == [0.8] * 4 + [0.9] * 4
+    alone = rd.equivalent(0.9, 0.04, 0.85)
+    assert rows[4:] == alone
+
+
+@pytest.mark.parametrize(
+    "arguments, named",
+    [
+        ((1.2, 0.04, 0.85), r"restitution \(e\) is 1.2"),
+        ((0.85, 0.3, 0.85), r"cracked_stiffness_ratio \(a1\) is 0.3"),
+        ((0.85, 0.04, 1.2), r"plateau_ratio \(b1\) is 1.2"),
+        ((0.85, 0.04, 0.85, 1.2), r"ultimate_ratio \(a3\) is 1.2"),
+        ((0.85, 0.04, 0.85, 0.5, "translated"), r"ultimate_ratio \(a3\) is 0.5"),
+        ((0.85, 0.04, 0.85, 1.0, "steeper", 1.0), "release_amplitude is 1.0"),
+        ((0.85, 0.04, 0.85, 1.0, "steeper", 0.5, 0.1), "window is 0.1"),
+        ((0.85, 0.04, 0.85, 1.0, "steeper", 0.5, -1.0), "window is -1.0"),
+        ((float("nan"), 0.04, 0.85), r"restitution \(e\) is nan"),
+    ],
+)
+def test_bad_input_is_named_with_what_is_allowed(arguments, named):
+    with pytest.raises(rd.InputError, match=named):
+        rd.equivalent(*arguments)
+
+
+def test_the_equivalent_dampings_are_those_of_the_rows():
+    dampings = rd.equivalent_dampings(0.85, rd.TrilinearCurve(0.04, 0.85))
+    rows = rd.equivalent(0.85, 0.04, 0.85)
+    assert [damping.model for damping in dampings] == ["CR", *(row["damping_model"] for row in rows)]
+    assert [float(damping.parameter) for damping in dampings] == [0.85, *(row["damping_ratio"] for row in rows)]
+
+
+def test_a_response_too_long_to_compute_is_refused():
+    with pytest.raises(rd.InputError, match=r"window is 1e\+09, which takes .* with 1 values of e and a1 = 0.04"):
+        rd.equivalent(0.85, 0.04, 0.85, window=1e9)
+
+
+def test_every_public_name_is_there():
+    for name in rd.__all__:
+        assert getattr(rd, name) is not None
+    assert set(rd.__all__) <= set(dir(rd))
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = rd.nonsense

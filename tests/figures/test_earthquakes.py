@@ -1,0 +1,180 @@
+"""What the figures on earthquakes and rocking spectra show: the made-up numbers, and NaN without complaint."""
+
+import made_up_earthquakes as earthquakes
+import made_up_studies
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from scipy.special import ndtr
+
+from rockdamp.figures import FIGURES
+from rockdamp.figures.collapse import envelope
+from rockdamp.figures.style import MODELS
+
+VISCOUS = earthquakes.MODELS[1:]
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    return earthquakes.comparison()
+
+
+def panel(figure, start):
+    (found,) = (axes for axes in figure.axes if axes.get_title().startswith(start))
+    return found
+
+
+def coloured(axes, model):
+    colour = pytest.approx(to_rgb(MODELS[model].colour))
+    return [line for line in axes.get_lines() if to_rgb(line.get_color()) == colour]
+
+
+def neighbours(values, at):
+    """Indices of the values on both sides; of one where it is hit."""
+    near = np.flatnonzero(np.isclose(values, at, rtol=1e-9))
+    return near if near.size else np.searchsorted(values, at) + np.array([-1, 0])
+
+
+def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comparison):
+    natural = earthquakes.natural()
+    figure = FIGURES["fig_natural"](natural, comparison)
+    one = natural.sel(restitution=0.85, damping_ratio_source="error").isel(wall=comparison["pooled"].values == 1)
+    fell = (one["collapsed"].sel(damping_model="CR") == 1).values.ravel()
+    for model in VISCOUS:
+        axes = panel(figure, model)
+        other = (one["collapsed"].sel(damping_model=model) == 1).values.ravel()
+        cells = axes.collections[0].get_array()
+        assert cells.sum() == (~fell & ~other).sum()
+        marks = {line.get_marker(): len(line.get_xdata()) for line in coloured(axes, model)}
+        assert marks == {"|": (~fell & other).sum(), "_": (fell & ~other).sum()}
+        assert f"false safe {(fell & ~other).sum()} of {fell.sum()} collapses" in axes.get_title()
+    assert sum((~fell & (one["collapsed"].sel(damping_model=model) == 1).values.ravel()).sum() for model in VISCOUS)
+
+
+@pytest.mark.parametrize("row, name", [(0, "median_ratio"), (1, "log_error")])
+def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(comparison, row, name):
+    figure = FIGURES["fig_natural_ratio"](comparison)
+    one = comparison.sel(restitution=0.85)
+    for column, source in enumerate(earthquakes.SOURCES):
+        axes = figure.axes[3 * row + column]
+        for model in VISCOUS:
+            values = one.sel(damping_model=model, damping_ratio_source=source)
+            (markers,) = coloured(axes, model)
+            assert markers.get_ydata() == pytest.approx(values[name].values)
+            ends = [
+                [segment[:, 1] for segment in lines.get_segments()]
+                for lines in axes.collections
+                if to_rgb(lines.get_color()[0][:3]) == pytest.approx(to_rgb(MODELS[model].colour))
+            ]  # fmt: skip
+            assert np.array(ends[0]) == pytest.approx(values[f"{name}_interval"].values)
+        tops = [patch.get_y() + patch.get_height() for patch in axes.patches]
+        assert tops == pytest.approx(one[f"varied_{name}"].max("variation").values)
+
+
+def test_the_misfit_is_drawn_against_the_scale(comparison):
+    axes = FIGURES["fig_natural_ratio"](comparison).axes[7]
+    one = comparison["median_decay_misfit"].sel(restitution=0.85, damping_ratio_source="error")
+    for model in VISCOUS:
+        (line,) = coloured(axes, model)
+        assert line.get_xdata() == pytest.approx(earthquakes.SCALE)
+        assert line.get_ydata() == pytest.approx(one.sel(damping_model=model).values)
+
+
+def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(comparison):
+    figure = FIGURES["fig_ida"](comparison)
+    for wall in earthquakes.WALLS:
+        one = comparison["fractile"].sel(restitution=0.85, damping_ratio_source="error", wall=wall, probability=0.5)
+        for model in earthquakes.MODELS:
+            peaks = one.sel(damping_model=model).values
+            (median,) = (
+                line for line in coloured(panel(figure, wall), model) if line.get_marker() == MODELS[model].marker
+            )  # fmt: skip
+            assert median.get_ydata() == pytest.approx(earthquakes.SCALE)
+            assert median.get_xdata() == pytest.approx(peaks, nan_ok=True)
+            (last,) = median.get_markevery()
+            assert np.isfinite(peaks[last]) and not np.isfinite(peaks[last + 1 :]).any()
+
+
+def test_fragility_curves_are_the_stored_lognormal_ones_with_the_share_of_records(comparison):
+    figure = FIGURES["fig_fragility"](comparison)
+    one = comparison.sel(restitution=0.85, damping_ratio_source="error", wall="church")
+    axes = panel(figure, "church")
+    for model in earthquakes.MODELS:
+        curve = next(line for line in coloured(axes, model) if line.get_label() == model)
+        median, beta = (
+            float(one.sel(damping_model=model)[f"wall_{name}"]) for name in ("median_intensity", "dispersion")
+        )
+        assert curve.get_ydata() == pytest.approx(ndtr(np.log(curve.get_xdata() / median) / beta))
+    (points,) = (line for line in axes.get_lines() if line.get_linestyle() == "None")
+    assert points.get_ydata() == pytest.approx(one["collapse_fraction"].sel(damping_model="CR").values)
+
+
+def test_the_ratios_of_medians_stand_at_every_e_with_their_intervals(comparison):
+    figure = FIGURES["fig_fragility"](comparison)
+    for e in earthquakes.E:
+        axes = panel(figure, f"$e = {e:g}$")
+        one = comparison.sel(restitution=e)
+        for model in VISCOUS:
+            drawn = coloured(axes, model)
+            points = [line.get_xdata()[0] for line in drawn if line.get_marker() != "None"]
+            ends = [list(line.get_xdata()) for line in drawn if line.get_marker() == "None"]
+            assert points == pytest.approx(one["median_intensity_ratio"].sel(damping_model=model).values)
+            assert np.array(ends) == pytest.approx(
+                one["median_intensity_ratio_interval"].sel(damping_model=model).values
+            )
+
+
+def test_the_band_of_a_fragility_curve_holds_every_curve_within_both_intervals():
+    s, median, beta = np.geomspace(0.2, 5, 41), np.array([0.7, 0.9]), np.array([0.3, 0.5])
+    low, high = envelope(s, median, beta)
+    touched = []
+    for m in np.linspace(*median, 9):
+        for b in np.linspace(*beta, 9):
+            curve = ndtr(np.log(s / m) / b)
+            assert np.all(low <= curve + 1e-12) and np.all(curve <= high + 1e-12)
+            touched.append(curve)
+    assert np.min(touched, axis=0) == pytest.approx(low) and np.max(touched, axis=0) == pytest.approx(high)
+
+
+@pytest.mark.parametrize("name", ["fig_natural_ratio", "fig_ida", "fig_fragility"])
+def test_a_study_too_small_for_any_statistic_is_drawn_empty(comparison, name):
+    statistics = [key for key, values in comparison.data_vars.items() if values.dtype.kind == "f"]
+    empty = comparison.assign({key: comparison[key] * np.nan for key in statistics})
+    figure = FIGURES[name](empty.isel(restitution=slice(2), wall=slice(2)))
+    figure.draw_without_rendering()
+
+
+def test_spectra_mark_what_overturns_and_on_every_panel_where_cr_does():
+    pulses = made_up_studies.pulses()
+    figure = FIGURES["fig_spectra"](pulses)
+    grid = np.reshape([axes for axes in figure.axes if axes.get_label() != "<colorbar>"], (2, 5))
+    one = pulses.sel(restitution=0.85, damping_ratio_source="closed form")
+    for row, shape in zip(grid, pulses["pulse"].values):
+        cr = one["reference_collapsed"].sel(pulse=shape)
+        assert 0 < cr.mean() < 1
+        borders = [axes.collections[1].get_paths()[0].vertices for axes in row]
+        assert all(np.array_equal(borders[0], border) for border in borders[1:])
+        for frequency, load in borders[0]:  # between a pulse that overturns the wall and one that does not
+            around = cr.isel(
+                pulse_frequency=neighbours(cr["pulse_frequency"].values, frequency),
+                load_ratio=neighbours(cr["load_ratio"].values, load),
+            )
+            assert around.min() == 0 and around.max() == 1
+    assert [axes.get_title().split("\n")[0] for axes in grid[0]] == earthquakes.MODELS
+
+
+def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset():
+    population = earthquakes.population()
+    fragility, ratios, sensitivity = FIGURES["fig_population"](population).axes
+    (cr,) = (line for line in fragility.get_lines() if line.get_label() == "CR")
+    x, y = cr.get_data()
+    median = float(population["median_intensity"].sel(damping_model="CR"))
+    assert np.interp(0.5, y, x) == pytest.approx(median, rel=1e-3)
+    for row, model in enumerate(VISCOUS):
+        one = population.sel(damping_model=model)
+        ends, (point,) = (line.get_xdata() for line in coloured(ratios, model))
+        np.testing.assert_allclose(ends, one["median_intensity_ratio_interval"])
+        assert point == one["median_intensity_ratio"]
+        assert ratios.get_yticklabels()[row].get_text() == model
+    widths = [bar.get_width() for bar in sensitivity.patches]
+    np.testing.assert_allclose(widths, population["sensitivity"].sel(damping_model="CR"))

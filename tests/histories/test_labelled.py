@@ -1,0 +1,116 @@
+"""Histories as labelled datasets: the same numbers as the solver's, with names, units and broadcasting by name."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import rockdamp as rd
+from rockdamp.histories.under_a_record import respond as respond_to
+
+CURVE = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+WALL = rd.Wall(thickness=0.3, height=4.5, overburden_ratio=1.0)
+
+
+def pulse():
+    elapsed = 0.01 * np.arange(300)
+    return rd.Record(elapsed, np.where(elapsed < 0.6, 3 * np.sin(2 * np.pi * elapsed / 0.6), 0.0))
+
+
+def test_a_decay_is_what_the_solver_returns():
+    decay = rd.free_decay(CURVE, rd.Damping.cr(0.9), release_amplitude=0.6, length=10.0, points=101, step=0.002)
+    same = rd.solve(CURVE, rd.Damping.cr(0.9), release_amplitude=0.6, step=0.002, steps=5000, store_every=50)
+    np.testing.assert_allclose(decay.displacement, same.displacement, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(decay.velocity, same.velocity, rtol=1e-9, atol=1e-12)
+    assert decay.impacts == same.impacts and decay.outcome == "completed"
+    np.testing.assert_allclose(decay.tau, 0.1 * np.arange(101))
+
+
+def test_a_wall_turns_the_same_decay_into_metres_and_seconds():
+    u_ins, p = float(WALL.instability_displacement), float(WALL.frequency_parameter)
+    bare = rd.free_decay(CURVE, rd.Damping("CDR", 0.05), length=12.0)
+    full = rd.free_decay(CURVE, rd.Damping("CDR", 0.05), wall=WALL, length=12.0 / p)
+    np.testing.assert_allclose(full.elapsed * p, bare.tau)
+    np.testing.assert_allclose(full.displacement, u_ins * bare.displacement, atol=1e-9)
+    np.testing.assert_allclose(full.velocity, u_ins * p * bare.velocity, atol=1e-7)
+    assert full.peak_displacement == pytest.approx(u_ins * 0.5)
+
+
+def test_parameters_broadcast_by_name_and_plain_arrays_are_named_after_what_they_are():
+    curve = rd.TrilinearCurve([0.02, 0.04, 0.06], [0.8, 0.85, 0.9])
+    damping = rd.Damping("CDR", xr.DataArray([0.03, 0.05], dims="damper"))
+    decay = rd.free_decay(curve, damping, length=4.0, points=5)
+    assert dict(decay.displacement.sizes) == {"cracked_stiffness_ratio": 3, "damper": 2, "tau": 5}
+    assert decay.plateau_ratio.dims == ("cracked_stiffness_ratio",) and decay.damping_ratio.dims == ("damper",)
+    one = rd.free_decay(rd.TrilinearCurve(0.06, 0.9), rd.Damping("CDR", 0.03), length=4.0, points=5)
+    np.testing.assert_allclose(decay.displacement[2, 0], one.displacement, atol=1e-12)
+
+
+def test_walls_of_named_dimensions_keep_each_parameter_on_its_own():
+    height = xr.DataArray([3.0, 4.5], dims="height", coords={"height": [3.0, 4.5]})
+    wall = rd.Wall(0.3, height, overburden_ratio=xr.DataArray([0.0, 1.0], dims="overburden_ratio"))
+    decay = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=wall, length=2.0, points=3)
+    assert decay.displacement.dims == ("height", "overburden_ratio", "elapsed")
+    assert decay.height.dims == ("height",) and decay.overburden_ratio.dims == ("overburden_ratio",)
+    assert decay.attrs["thickness"] == 0.3
+    plain = rd.Wall(0.3, np.array([[3.0], [4.5]]), overburden_ratio=np.array([0.0, 1.0]))
+    for name in ("frequency_parameter", "instability_displacement", "restitution", "restitution_impulsive"):
+        full = np.broadcast_to(getattr(plain, name), (2, 2))
+        np.testing.assert_allclose(np.asarray(getattr(wall, name)), full, rtol=1e-14)
+    one = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=rd.Wall(0.3, 4.5), length=2.0, points=3)
+    np.testing.assert_allclose(decay.displacement[1, 0], one.displacement, rtol=1e-3, atol=1e-6)
+
+
+def test_a_response_is_the_validations_with_the_record_and_a_rest_behind_it():
+    record = pulse()
+    response = rd.respond(WALL, CURVE, rd.Damping("SDR", 0.06), record, tail=1.0, step=0.005)
+    same = respond_to(record, WALL, CURVE, rd.Damping("SDR", 0.06), 0.005)
+    u_ins = float(WALL.instability_displacement)
+    np.testing.assert_allclose(response.displacement[:300], u_ins * same.displacement, rtol=1e-9, atol=1e-12)
+    assert response.sizes["elapsed"] == 400 and float(response.elapsed[-1]) == pytest.approx(3.99)
+    assert (response.ground_acceleration[300:] == 0).all()
+    assert response.peak_displacement >= np.abs(response.displacement).max()
+
+
+def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind():
+    response = rd.respond(WALL, CURVE, rd.Damping.cr(0.85), pulse(), scale=[0.5, 20.0], tail=2.0)
+    assert response.outcome.values.tolist() == ["completed", "collapsed"]
+    assert np.isfinite(response.displacement.sel(scale=0.5)).all()
+    gone = response.sel(scale=20.0)
+    assert np.isnan(gone.displacement.where(gone.elapsed > gone.outcome_elapsed, drop=True)).all()
+    np.testing.assert_allclose(response.ground_acceleration.sel(scale=20.0)[:300], 20 * pulse().ground_acceleration)
+
+
+def test_every_variable_says_its_unit_and_meaning():
+    for history in (
+        rd.free_decay(CURVE, rd.Damping.power(1.3, [0.05, 0.06]), length=2.0, points=3),
+        rd.respond(WALL, rd.TrilinearCurve([0.02, 0.04], 0.85), rd.Damping("ECD", [0.05]), pulse(), scale=[1, 2]),
+    ):
+        for name, variable in history.variables.items():
+            assert variable.attrs["units"] and variable.attrs["long_name"], name
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ({"length": 0.0}, "length is 0.0"),
+        ({"length": np.nan}, "length is nan"),
+        ({"points": 1}, "points is 1"),
+        ({"step": 0.0}, "step is 0.0"),
+        ({"release_amplitude": 1.0}, "release_amplitude is 1.0"),
+        ({"release_amplitude": np.full((2, 2), 0.5)}, "number of dimensions of release_amplitude is 2"),
+        ({"release_amplitude": xr.DataArray([0.1, 0.2], dims="restitution", coords={"restitution": [1, 2]})}, "unlike"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_named(arguments, expected):
+    with pytest.raises(rd.InputError, match=expected):
+        rd.free_decay(CURVE, rd.Damping.cr([0.8, 0.9]), **arguments)
+
+
+def test_names_are_not_lost_where_they_would_be_taken_by_position():
+    named = rd.TrilinearCurve(xr.DataArray([0.02, 0.04], dims="a1"), 0.85)
+    with pytest.raises(rd.InputError, match="free_decay"):
+        rd.solve(named, rd.Damping.cr(0.9), step=0.0025, steps=10)
+    with pytest.raises(rd.InputError, match="beside named ones"):
+        rd.TrilinearCurve(xr.DataArray([0.02, 0.04], dims="a1"), np.array([0.8, 0.85]))
+    with pytest.raises(rd.InputError, match="tail is -1"):
+        rd.respond(WALL, CURVE, rd.Damping.cr(0.9), pulse(), tail=-1)

@@ -1,0 +1,111 @@
+"""The damping models' coefficients against the paper's equations, and bad input."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from rockdamp import kernels
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import EXPONENTS, MODELS, PAPER_MODELS, VISCOUS_MODELS, Damping
+
+CURVE = TrilinearCurve(0.06, 0.72, 0.9)
+X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
+XI = 0.07
+
+
+def secant_frequency(x):
+    """w over p, Eq. (9), its limit on the first branch included."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.sqrt(np.where(x == 0, CURVE.initial_stiffness, CURVE.force(x) / x))
+
+
+def test_the_paper_s_three_coefficients_are_eqs_10_11_and_12():
+    w, w1 = secant_frequency(X), CURVE.initial_frequency
+    expected = {"CDC": 2 * w1 * XI * np.ones_like(X), "CDR": 2 * w * XI, "SDR": 2 * w * (XI * w / w1)}
+    for model in PAPER_MODELS:
+        np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, X), expected[model], rtol=1e-14, atol=1e-300)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.4, 1.0, 1.7, 2.0, 3.5])
+def test_the_general_exponent_scales_the_damping_ratio_with_a_power_of_the_frequency(exponent):
+    w, w1 = secant_frequency(X), CURVE.initial_frequency
+    expected = 2 * w1 * XI * (w / w1) ** exponent
+    found = Damping.power(exponent, XI).coefficient(CURVE, X)
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-300)
+    for model, its in EXPONENTS.items():
+        if its == exponent:
+            np.testing.assert_allclose(found, Damping(model, XI).coefficient(CURVE, X), rtol=1e-13, atol=1e-300)
+
+
+def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_stored_energy():
+    for x in (0.02, 0.06, 0.2, 0.5, 0.85):
+        energy, _ = quad(CURVE.force, 0, x, points=[0.06, 0.28], epsabs=1e-13)
+        expected = 2 * XI * CURVE.force(x) / np.sqrt(2 * energy)
+        assert Damping("ECD", XI).coefficient(CURVE, x) == pytest.approx(expected, rel=1e-11)
+        assert Damping("ECD", XI).coefficient(CURVE, -x) == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("model", VISCOUS_MODELS)
+def test_on_the_first_branch_every_damper_is_the_linear_oscillator_s(model):
+    inside = CURVE.cracked_stiffness_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
+    expected = 2 * CURVE.initial_frequency * XI
+    np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, inside), expected, rtol=1e-14)
+
+
+def test_beyond_the_end_of_the_curve_only_the_constant_coefficient_damps():
+    for model in VISCOUS_MODELS:
+        beyond = Damping(model, XI).coefficient(CURVE, 1.5)
+        assert (beyond > 0) == (model == "CDC")
+
+
+def test_the_restitution_model_has_no_damping_force_in_the_batch_s_shape():
+    coefficient = Damping.cr(np.array([0.8, 0.9])).coefficient(CURVE, np.zeros((3, 1)))
+    np.testing.assert_array_equal(coefficient, np.zeros((3, 2)))
+
+
+def test_coefficients_broadcast_curves_ratios_and_displacements():
+    curves = TrilinearCurve(np.array([0.02, 0.05])[:, None, None], 0.8)
+    ratios = np.array([0.02, 0.05, 0.1])[:, None]
+    for damping in (*(Damping(model, ratios) for model in VISCOUS_MODELS), Damping.power(1.3, ratios)):
+        many = damping.coefficient(curves, X)
+        assert many.shape == (2, 3, X.size)
+        one = Damping(damping.model, 0.05, damping.exponent).coefficient(TrilinearCurve(0.05, 0.8), X)
+        np.testing.assert_allclose(many[1, 1], one, rtol=1e-14)
+
+
+def test_the_named_constructors_are_the_models():
+    assert Damping.cr(0.9).model == "CR"
+    assert Damping.power(1.5, 0.1).exponent == 1.5
+    assert set(MODELS) == {"CR", "CDC", "CDR", "SDR", "ECD"}
+
+
+def test_each_model_and_scheme_takes_its_kind_of_step():
+    kinds = {(m, s): Damping(m, 0.5).kind(s) for m in MODELS for s in ("newmark", "paper")}
+    assert kinds["CR", "newmark"] == kernels.RESTITUTION_LOCATED
+    assert kinds["CR", "paper"] == kernels.RESTITUTION_PRINTED
+    assert {kinds[m, "newmark"] for m in VISCOUS_MODELS} == {kernels.VISCOUS_NEWMARK}
+    assert {kinds[m, "paper"] for m in VISCOUS_MODELS} == {kernels.VISCOUS_PRINTED}
+    assert Damping.power(1.0, 0.1).kind("newmark") == kernels.POWER_NEWMARK
+
+
+BAD = [
+    (lambda: Damping("CRD", 0.9), r"damping_model is 'CRD'; it must be one of CR, CDC, CDR, SDR, ECD"),
+    (lambda: Damping.cr(0.0), r"restitution \(e\) is 0\.0; it must be greater than 0 and at most 1"),
+    (lambda: Damping.cr(1.001), r"restitution \(e\) is 1\.001; it must be greater than 0 and at most 1"),
+    (lambda: Damping.cr(-0.5), r"restitution \(e\) is -0\.5; it must be greater than 0 and at most 1"),
+    (lambda: Damping.cr(np.nan), r"restitution \(e\) is nan; it must be a finite number"),
+    (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
+    (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
+    (lambda: Damping("SDR", np.inf), r"damping_ratio \(xi\) is inf; it must be a finite number"),
+    (lambda: Damping("ECD", "5 %"), r"damping_ratio \(xi\) is '5 %'; it must be a number"),
+    (lambda: Damping.power(-1.0, 0.1), r"exponent \(n\) is -1\.0; it must be at least 0"),
+    (lambda: Damping("CDR", 0.1).kind("rk4"), r"scheme is 'rk4'; it must be one of newmark, paper"),
+    (lambda: Damping.power(1.5, 0.1).kind("paper"), r"scheme is 'paper'; it must be 'newmark'"),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), BAD, ids=[message.split(";")[0] for _, message in BAD])
+def test_bad_damping_is_refused_with_the_name_the_value_and_what_is_allowed(make, message):
+    with pytest.raises(InputError, match=message):
+        make()

@@ -1,0 +1,295 @@
+"""Rigid rocking: the slender limit, the two bodies at large rotations, and the derivation of both by SymPy."""
+
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.rigid_bodies import TwoBodies, large_rotation_decay, slender_decay
+from rockdamp.mechanics.wall import Wall
+from rockdamp.solvers.event_driven import history
+
+WALLS = (
+    Wall(0.4, 4.0, hinge_ratio=0.5),
+    Wall(0.3, 2.1, hinge_ratio=0.62, overburden_ratio=2.5, eccentricity=0.06),
+    Wall(0.25, 5.0, hinge_ratio=0.7, overburden_ratio=0.8, eccentricity=-0.1),
+)
+
+
+# --- derivation -----------------------------------------------------------------------------------------------------
+
+T, H1, H2, M1, M2, G, LOAD, ECC = symbols = sp.symbols("t h1 h2 m1 m2 g O ecc", positive=True)
+THETA, PHI, SLOPE = sp.symbols("theta phi slope")  # rotations of the lower and the upper body, dphi/dtheta
+
+
+@cache
+def lagrangian() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
+    """Turn both bodies about their corners; return u, the constraint, dphi/dtheta, M and U in theta and phi.
+
+    The right face is x = 0 at rest. The lower body turns clockwise about its bottom right corner; the upper one
+    turns anticlockwise about its bottom left corner, which stays on the top left corner of the lower one.
+    """
+
+    def turned(angle: sp.Expr, x: sp.Expr, y: sp.Expr) -> sp.Matrix:
+        return sp.Matrix([[sp.cos(angle), -sp.sin(angle)], [sp.sin(angle), sp.cos(angle)]]) * sp.Matrix([x, y])
+
+    hinge = turned(-THETA, -T, H1)
+    centre1 = turned(-THETA, -T / 2, H1 / 2)
+    centre2 = hinge + turned(PHI, T / 2, H2 / 2)
+    contact = hinge + turned(PHI, T, H2)
+    loaded = hinge + turned(PHI, T / 2 + ECC, H2)
+    constraint = contact[0]  # the top contact stays at x = 0
+    slope = -constraint.diff(THETA) / constraint.diff(PHI)
+
+    def squared_speed(point: sp.Matrix) -> sp.Expr:  # over theta'^2
+        rate = point.diff(THETA) + SLOPE * point.diff(PHI)
+        return rate.dot(rate)
+
+    inertia1, inertia2 = M1 * (T**2 + H1**2) / 12, M2 * (T**2 + H2**2) / 12
+    mass = M1 * squared_speed(centre1) + M2 * squared_speed(centre2) + inertia1 + inertia2 * SLOPE**2
+    potential = G * (M1 * centre1[1] + M2 * centre2[1]) + LOAD * loaded[1]
+    return hinge[0] + T, constraint, slope, mass.subs(SLOPE, slope), potential
+
+
+def along_path(expression: sp.Expr) -> sp.Expr:
+    """Return d/dtheta along the constraint."""
+    return expression.diff(THETA) + lagrangian()[2] * expression.diff(PHI)
+
+
+def numbers(wall: Wall) -> list[float]:
+    r, mass = float(wall.hinge_ratio), float(wall.mass)
+    return [
+        wall.thickness, float(wall.lower_height), float(wall.upper_height), r * mass, (1 - r) * mass, 9.80665,
+        float(wall.overburden), wall.eccentricity,
+    ]  # fmt: skip
+
+
+@cache
+def compiled(name: str):
+    """Compile one of the derived expressions as a function of theta, phi and the wall's numbers."""
+    u, constraint, slope, mass, potential = lagrangian()
+    speed = along_path(u)  # du/dtheta
+    in_u = mass / speed**2
+    expressions = {
+        "u": u, "constraint": constraint, "slope": slope, "M theta": mass, "M theta slope": along_path(mass),
+        "U theta": along_path(potential), "M": in_u, "M slope": along_path(in_u) / speed, "U": potential,
+        "U slope": along_path(potential) / speed,
+    }  # fmt: skip
+    return sp.lambdify((THETA, PHI, *symbols), expressions[name], modules="numpy", cse=True)
+
+
+def phi_of(theta: float, wall: Wall) -> float:
+    """Solve the constraint by Newton's method, from the slender limit."""
+    phi = theta * float(wall.lower_height / wall.upper_height)
+    for _ in range(30):
+        step = 1e-6
+        value = compiled("constraint")(theta, phi, *numbers(wall))
+        above, below = (compiled("constraint")(theta, phi + s, *numbers(wall)) for s in (step, -step))
+        phi -= value * 2 * step / (above - below)
+    return phi
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+@pytest.mark.parametrize("theta", [1e-3, 0.03, 0.11])
+def test_inertia_potential_and_slopes_follow_from_the_geometry(wall, theta):
+    phi = phi_of(theta, wall)
+    u = compiled("u")(theta, phi, *numbers(wall))
+    bodies = TwoBodies(wall)
+    derived = {name: compiled(name)(theta, phi, *numbers(wall)) for name in ("M", "M slope", "U", "U slope")}
+    assert bodies.inertia(u) == pytest.approx(derived["M"], rel=1e-11)
+    assert bodies.inertia_slope(u) == pytest.approx(derived["M slope"], rel=1e-9)
+    assert bodies.potential(u) == pytest.approx(derived["U"], rel=1e-12)
+    # The force is a small difference of large terms near instability: measured against its value at rest.
+    assert bodies.potential_slope(u) == pytest.approx(derived["U slope"], abs=1e-11 * bodies.potential_slope(0.0))
+
+
+def test_slender_limit_of_the_bodies_is_the_paper_s_mass_strength_and_stiffness():
+    u, eps, m, weight = sp.symbols("u epsilon m W", positive=True)
+    h, s = H1 + H2, eps * (u - T)
+    # Thickness, eccentricity and displacement are small together, of order eps.
+    slim = {T: eps * T, ECC: eps * ECC, M1: m * H1 / h, M2: m * H2 / h, G: weight / m}
+    rotations = {
+        angle: sp.atan(eps * T / height) + sp.asin(s / sp.sqrt(height**2 + eps**2 * T**2))
+        for angle, height in ((THETA, H1), (PHI, H2))
+    }
+    displacement, constraint, _, mass, potential = lagrangian()
+    in_u = mass / along_path(displacement) ** 2
+    constraint, in_u, potential = (part.subs(slim).subs(rotations) for part in (constraint, in_u, potential))
+    values = {T: 0.3, u: 0.2, H1: 2.4, H2: 1.6, eps: 0.7}
+    assert abs(constraint.subs(values).evalf()) < 1e-14  # the rotations do satisfy it
+
+    assert sp.simplify(2 * in_u.subs(eps, 0) - 2 * m / 3) == 0  # Eq. (2)
+    force = 2 * (potential.diff(eps, 2).subs(eps, 0) / 2).diff(u)  # u carries half of the work
+    strength = 2 * (weight + LOAD) * T / H1 + LOAD * (T + 2 * ECC) / H2  # Eq. (5)
+    stiffness = 2 * (weight + LOAD) / H1 + 2 * LOAD / H2  # Eq. (6)
+    assert sp.simplify(force - (strength - stiffness * u)) == 0
+
+
+def test_exact_mass_at_rest_is_the_slender_one_and_its_correction():
+    r, h, m = sp.symbols("r h m", positive=True)
+    _, _, _, mass, _ = lagrangian()
+    at_rest = (mass / along_path(lagrangian()[0]) ** 2).subs({THETA: 0, PHI: 0})
+    at_rest = at_rest.subs({M1: r * m, M2: (1 - r) * m, H1: r * h, H2: (1 - r) * h})
+    corrected = 2 * m / 3 * (1 + (T / h) ** 2 * (3 - 2 * r) / (r**2 * (1 - r)))
+    assert sp.simplify(2 * at_rest - corrected) == 0
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+def test_bodies_at_rest_agree_with_the_wall(wall):
+    bodies, r = TwoBodies(wall), wall.hinge_ratio
+    correction = (3 - 2 * r) / (r**2 * (1 - r)) / float(wall.slenderness) ** 2
+    assert 2 * bodies.inertia(0.0) == pytest.approx(float(wall.effective_mass) * (1 + correction), rel=1e-14)
+    assert 2 * bodies.potential_slope(0.0) == pytest.approx(float(wall.rigid_strength), rel=1e-14)
+
+
+# --- motion ---------------------------------------------------------------------------------------------------------
+
+
+def fall_time(wall: Wall, peak: float) -> float:
+    """Time in tau from rest at u = peak to u = 0: the energy integral, regular in z where u = peak (1 - z^2)."""
+    bodies = TwoBodies(wall)
+
+    def rate(z):
+        u = float(peak * (1 - z * z))
+        lost = bodies.potential(peak) - bodies.potential(u)
+        return 2 * peak * z * mpmath.sqrt(bodies.inertia(u) / (2 * lost))
+
+    # Near z = 0 the difference of energies cancels: Gauss-Legendre nodes stay far enough from it.
+    return float(mpmath.quad(rate, [0, 0.5, 1], method="gauss-legendre", maxdegree=4)) * float(wall.frequency_parameter)
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+def test_large_rotation_impacts_come_when_the_energy_integral_says(wall):
+    bodies, scale = TwoBodies(wall), float(wall.instability_displacement)
+    first = fall_time(wall, 0.7 * scale)
+    energy = bodies.potential(0.7 * scale) - bodies.potential(0.0)
+    e = 0.9
+    target = bodies.potential(0.0) + e**2 * energy
+    peak = brentq(lambda u: bodies.potential(u) - target, 0.1 * scale, 0.7 * scale, xtol=1e-15)
+    second = fall_time(wall, peak)
+    x = large_rotation_decay([first, first + second, first + 2 * second], wall, e, 0.7)
+    assert x == pytest.approx([0.0, -peak / scale, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+def test_large_rotation_conserves_energy_between_impacts(wall):
+    bodies, scale = TwoBodies(wall), float(wall.instability_displacement)
+    h = 2e-3
+    times = np.arange(0, 0.95 * fall_time(wall, 0.8 * scale), h)
+    u = scale * large_rotation_decay(times, wall, 0.9, 0.8)
+    rate = (8 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12 * h) * float(wall.frequency_parameter)
+    total = np.array([0.5 * bodies.inertia(a) * b**2 + bodies.potential(a) for a, b in zip(u[2:-2], rate)])
+    stored = bodies.potential(0.8 * scale) - bodies.potential(0.0)
+    # The difference quotient errs by h^4/30 of the fifth derivative, of order 1 here: 5e-13.
+    assert np.ptp(total) < 1e-9 * stored
+
+
+def test_large_rotation_agrees_with_an_integration_in_the_lower_body_s_rotation():
+    wall, e = WALLS[1], 0.85
+    args, scale, p = numbers(wall), float(wall.instability_displacement), float(wall.frequency_parameter)
+    mass, mass_slope, pull, slope = (compiled(name) for name in ("M theta", "M theta slope", "U theta", "slope"))
+
+    def rates(_, y):  # theta, phi, theta'; mirrored to theta > 0
+        force = 0.5 * mass_slope(y[0], y[1], *args) * y[2] ** 2 + pull(y[0], y[1], *args)
+        return y[2], slope(y[0], y[1], *args) * y[2], -force / mass(y[0], y[1], *args)
+
+    def ground(_, y):
+        return y[0]
+
+    ground.terminal, ground.direction = True, -1
+    # Release at theta = 0.1; then from impact to impact, each time from a small way off theta = 0.
+    phi = phi_of(0.1, wall)
+    x0 = compiled("u")(0.1, phi, *args) / scale
+    found, expected, start, y, sign = [], [], 0.0, [0.1, phi, 0.0], 1
+    for _ in range(4):
+        run = solve_ivp(
+            rates, (start, start + 20), y, "LSODA", events=ground, dense_output=True, rtol=1e-12, atol=1e-13
+        )
+        end = run.t_events[0][0]
+        inside = np.linspace(start, end, 7)[1:-1]
+        expected += [sign * compiled("u")(*run.sol(s)[:2], *args) / scale for s in inside]
+        found += list(large_rotation_decay(inside * p, wall, e, x0))
+        theta_rate = -e * run.y_events[0][0][2]
+        start, y, sign = end, [1e-15, 1e-15 * slope(0.0, 0.0, *args), theta_rate], -sign
+    assert found == pytest.approx(expected, abs=1e-8)
+
+
+def test_without_loss_the_motion_repeats_itself():
+    wall = WALLS[0]
+    times = np.linspace(0.0, 3.0, 50)
+    slender_period = 4 * np.arccosh(1 / (1 - 0.6))
+    period = 4 * fall_time(wall, 0.6 * float(wall.instability_displacement))
+    for decay, cycle in ((slender_decay, slender_period), (large_rotation_decay, period)):
+        once, later = decay(times, wall, 1.0, 0.6), decay(times + 5 * cycle, wall, 1.0, 0.6)
+        assert later == pytest.approx(once, abs=1e-8)
+        assert decay(times + cycle / 2, wall, 1.0, 0.6) == pytest.approx(-once, abs=1e-8)
+
+
+def test_large_rotations_tend_to_the_slender_limit_with_the_square_of_the_slenderness():
+    times = np.linspace(0, 6, 601)
+    differences = []
+    for slenderness in (20, 40, 80):
+        wall = Wall(0.3, 0.3 * slenderness, hinge_ratio=0.6, overburden_ratio=1.0, eccentricity=0.05)
+        both = [decay(times, wall, 0.9, 0.8) for decay in (slender_decay, large_rotation_decay)]
+        differences.append(np.abs(both[0] - both[1]).max())
+    orders = np.log2(np.divide(differences[:-1], differences[1:]))
+    assert orders == pytest.approx([2.0, 2.0], abs=0.1)
+
+
+def test_slender_peaks_follow_the_energy_of_each_impact_and_then_it_rests():
+    e, x0 = 0.8, 0.9
+    kept = e ** (2 * np.arange(60)) * (1 - (1 - x0) ** 2)
+    falls = np.arccosh(1 / np.sqrt(1 - kept))
+    peak_times = np.concatenate([[0.0], np.cumsum(falls[:-1] + falls[1:])])
+    peaks = slender_decay(peak_times, WALLS[0], e, x0)
+    assert 1 - (1 - np.abs(peaks[:30])) ** 2 == pytest.approx(kept[:30], rel=1e-9)
+    assert np.array_equal(np.sign(peaks[:30]), (-1.0) ** np.arange(30))
+    assert not slender_decay([peak_times[-1] + 0.01, 1e3], WALLS[0], e, x0).any()
+
+
+def test_tri_linear_wall_tends_to_the_slender_limit_as_its_first_branch_shrinks():
+    times = np.linspace(0, 6, 301)
+    rigid = slender_decay(times, WALLS[0], 0.955, 0.9)
+    misfits = []
+    for a1 in (4e-3, 2e-3, 1e-3, 5e-4):
+        curve = TrilinearCurve(a1, 1 - 1.001 * a1)
+        wall = history(curve, Damping.cr(0.955), times, release_amplitude=0.9)
+        misfits.append(np.abs(wall.displacement - rigid).max())
+    # The first branch costs energy of order a1 and time of order a1: first order.
+    assert np.log2(np.divide(misfits[:-1], misfits[1:])) == pytest.approx([1.0] * 3, abs=0.1)
+
+
+# --- bad input ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("decay", [slender_decay, large_rotation_decay])
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (([0.0, 1.0], WALLS[0], 0.9, 1.0), "release_amplitude is 1.0"),
+        (([0.0, 1.0], WALLS[0], 0.9, 0.0), "release_amplitude is 0.0"),
+        (([0.0, 1.0], WALLS[0], 1.1, 0.5), "restitution"),
+        (([0.0, 1.0], WALLS[0], 0.0, 0.5), "restitution"),
+        (([1.0, 0.0], WALLS[0], 0.9, 0.5), "times"),
+        (([-1.0, 0.0], WALLS[0], 0.9, 0.5), "times is -1.0"),
+        (([0.0, np.nan], WALLS[0], 0.9, 0.5), "times"),
+        (([0.0], Wall([0.3, 0.4], 4.0), 0.9, 0.5), "number of walls is 2"),
+    ],
+)
+def test_bad_input_is_named(decay, arguments, named):
+    with pytest.raises(InputError, match=named):
+        decay(*arguments)
+
+
+def test_release_from_where_the_bodies_fall_is_refused():
+    # At large rotations the overburden on the turned top face tips this squat wall before u_ins.
+    wall = Wall(0.4, 1.2, hinge_ratio=0.3, overburden_ratio=8.0, eccentricity=-0.2)
+    with pytest.raises(InputError, match=r"release_amplitude is 0\.999"):
+        large_rotation_decay([0.0, 1.0], wall, 0.9, 0.999)

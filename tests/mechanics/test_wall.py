@@ -1,0 +1,147 @@
+"""Walls and parapets: published values, consistency of units, shapes and bad input."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from rockdamp.errors import InputError
+from rockdamp.mechanics.wall import SORRENTINO_RATIO, STANDARD_GRAVITY, Parapet, Wall
+
+# The wall of Fig. 5: t = 0.3 m, slenderness 15, h1/h = 0.7, no overburden.
+FIG_5 = {"thickness": 0.3, "height": 4.5, "hinge_ratio": 0.7}
+
+
+def test_the_wall_of_fig_5_has_the_frequency_parameter_worked_out_by_hand():
+    wall = Wall(**FIG_5)
+    # p^2 = (2 W/h1)/(2 m/3) = 3 g/h1.
+    assert wall.frequency_parameter == pytest.approx(np.sqrt(3 * 9.80665 / 3.15), rel=1e-14)
+    assert wall.frequency_parameter == pytest.approx(3.06, abs=5e-3)
+    assert wall.instability_displacement == pytest.approx(0.3, rel=1e-14)
+    assert wall.mass == pytest.approx(1800 * 0.3 * 4.5, rel=1e-14)
+
+
+def test_the_specimen_of_fig_8_has_about_the_overburden_and_the_mass_known_of_the_campaign():
+    # 44 kN on 734 to 741 kg (a secondary source): the paper's O/W of 6.2 on 1.438 m of 1835 kg/m3.
+    wall = Wall(0.102, 0.102 * 27, 1.438, 1835.0, 0.57, 6.2)
+    assert 730 < wall.mass < 745
+    assert wall.overburden == pytest.approx(44e3, rel=0.03)
+    assert wall.overburden == pytest.approx(6.2 * wall.mass * STANDARD_GRAVITY, rel=1e-14)
+    assert wall.slenderness == pytest.approx(27, rel=1e-14)
+
+
+def test_sorrentino_s_ratio_takes_the_analytical_restitution_to_the_experimental_one_of_the_paper():
+    # Section 4.1: e_exp = 0.90 e_an, and 0.84 to 0.90 measured on specimens of slenderness 27, h1/h = 0.57.
+    assert SORRENTINO_RATIO == 0.90
+    assert 0.84 <= SORRENTINO_RATIO * Wall(0.102, 0.102 * 27, hinge_ratio=0.57).restitution <= 0.90
+
+
+def test_without_overburden_a_wall_and_a_parapet_become_unstable_at_their_thickness():
+    assert Wall(0.25, 3.0, hinge_ratio=0.55).instability_displacement == pytest.approx(0.25, rel=1e-14)
+    assert Parapet(0.25, 1.2).instability_displacement == pytest.approx(0.25, rel=1e-14)
+
+
+def test_an_overburden_on_the_contact_corner_of_a_wall_raises_its_strength_and_leaves_its_stiffness():
+    centred, eccentric = (Wall(0.3, 4.5, overburden_ratio=2.0, eccentricity=value) for value in (0.0, 0.15))
+    added = centred.overburden * 2 * 0.15 / centred.upper_height
+    assert eccentric.rigid_strength - centred.rigid_strength == pytest.approx(added, rel=1e-12)
+    assert eccentric.rigid_stiffness == centred.rigid_stiffness
+
+
+def test_the_width_and_the_density_scale_forces_and_leave_the_dimensionless_problem_alone():
+    one, other = Wall(0.3, 4.5, 1.0, 1800.0, 0.6, 1.5), Wall(0.3, 4.5, 2.5, 900.0, 0.6, 1.5)
+    assert other.rigid_strength == pytest.approx(1.25 * one.rigid_strength, rel=1e-14)
+    for name in ("frequency_parameter", "instability_displacement", "load_factor", "restitution"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-14)
+
+
+def test_the_rigid_law_starts_at_the_strength_is_odd_and_ends_at_the_instability_displacement():
+    for wall in (Wall(0.3, 4.5, overburden_ratio=1.0), Parapet(0.3, 1.5, overburden_ratio=1.0)):
+        u_ins = wall.instability_displacement
+        assert wall.rigid_force(0.0) == 0.0
+        assert wall.rigid_force(1e-12 * u_ins) == pytest.approx(wall.rigid_strength, rel=1e-11)
+        assert wall.rigid_force(0.25 * u_ins) == pytest.approx(0.75 * wall.rigid_strength, rel=1e-14)
+        assert wall.rigid_force(-0.25 * u_ins) == -wall.rigid_force(0.25 * u_ins)
+        np.testing.assert_array_equal(wall.rigid_force(np.array([1.01, -2.0]) * u_ins), 0.0)
+
+
+def test_the_squatter_the_wall_the_lower_the_restitution_by_either_principle():
+    walls = Wall(0.3, 0.3 * np.linspace(6, 40, 30)[:, None], hinge_ratio=np.linspace(0.4, 0.8, 5))
+    for value in (walls.restitution, walls.restitution_impulsive, Parapet(0.3, walls.height).restitution):
+        assert np.all(np.diff(value, axis=0) > 0)
+        assert np.all(value < 1)
+    assert np.all(walls.restitution_impulsive < walls.restitution)
+
+
+def test_two_equal_halves_of_slenderness_10_have_the_restitution_of_the_closed_forms():
+    wall = Wall(0.3, 3.0, hinge_ratio=0.5)
+    assert wall.restitution == pytest.approx(1 - 2 * np.sin(np.arctan(0.2)) ** 2, rel=1e-14)
+    assert wall.restitution_impulsive == pytest.approx((100 - 14) / (100 + 16), rel=1e-14)
+
+
+def test_properties_broadcast_over_arrays_of_walls():
+    wall = Wall(np.array([[0.2], [0.3]]), 4.5, overburden_ratio=np.array([0.0, 1.0, 4.0]))
+    assert wall.rigid_strength.shape == wall.load_factor.shape == wall.rigid_force(0.1).shape == (2, 3)
+    alone = Wall(0.3, 4.5, overburden_ratio=4.0)
+    for name in ("rigid_strength", "rigid_stiffness", "frequency_parameter", "load_factor"):
+        assert getattr(wall, name)[1, 2] == pytest.approx(getattr(alone, name), rel=1e-15)
+
+
+BAD = [
+    ("thickness", 0.0, "greater than 0"),
+    ("thickness", -0.1, "greater than 0"),
+    ("height", -4.0, "greater than 0"),
+    ("width", 0.0, "greater than 0"),
+    ("density", 0.0, "greater than 0"),
+    ("overburden_ratio", -0.5, "at least 0"),
+    ("eccentricity", 0.1501, "at most half the thickness"),
+    ("eccentricity", -0.2, "at most half the thickness"),
+    ("height", np.nan, "finite"),
+    ("overburden_ratio", np.inf, "finite"),
+    ("density", "brick", "a number"),
+]
+
+
+@pytest.mark.parametrize("kind", [Wall, Parapet])
+@pytest.mark.parametrize(("name", "value", "allowed"), BAD)
+def test_a_bad_value_is_refused_with_its_name_the_value_and_what_is_allowed(kind, name, value, allowed):
+    given = {"thickness": 0.3, "height": 4.5, name: value}
+    with pytest.raises(InputError) as caught:
+        kind(**given)
+    message = str(caught.value)
+    assert name in message
+    assert repr(value) in message
+    assert allowed in message
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, -0.2, 1.3, np.nan])
+def test_a_hinge_outside_the_wall_is_refused(value):
+    with pytest.raises(InputError, match=r"hinge_ratio \(h1/h\) is .*; it must be") as caught:
+        Wall(0.3, 4.5, hinge_ratio=value)
+    assert repr(value) in str(caught.value)
+
+
+def test_the_first_offending_element_of_an_array_is_named():
+    with pytest.raises(InputError, match=r"thickness is -0\.2; it must be greater than 0"):
+        Wall(np.array([0.3, -0.2, 0.0]), 4.5)
+
+
+def test_excitation_factor_and_effective_mass_mobilise_the_whole_mass():
+    """lambda m_eff = m, as below Eq. (4)."""
+    wall = Wall(0.3, 4.5, overburden_ratio=2.0)
+    assert wall.excitation_factor * float(wall.effective_mass) == pytest.approx(float(wall.mass), rel=1e-15)
+    expected = -float(wall.mass) / (float(wall.rigid_stiffness) * float(wall.instability_displacement))
+    assert float(wall.load_factor) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("made", [Wall(0.3, 4.5, overburden_ratio=1.5), Parapet(0.3, 2.0)])
+@pytest.mark.parametrize("x0", [0.05, 0.5, 0.95])
+def test_the_rigid_period_is_the_integral_over_a_quarter_cycle(made, x0):
+    """Integral of dx/sqrt(2 (V(x0) - V(x))) under f = 1 - x, with x = x0 - s^2 to have no singular end."""
+    quarter, _ = quad(lambda s: 2 / np.sqrt(2 * (1 - x0 + s * s / 2)), 0, np.sqrt(x0))
+    assert float(made.rigid_period(x0)) == pytest.approx(4 * quarter / float(made.frequency_parameter), rel=1e-9)
+
+
+@pytest.mark.parametrize("x0", [0.0, 1.0, float("nan")])
+def test_a_rigid_wall_rocks_with_amplitudes_below_its_instability(x0):
+    with pytest.raises(InputError, match="release_amplitude is"):
+        Wall(0.3, 4.5).rigid_period(x0)

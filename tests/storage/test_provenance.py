@@ -1,0 +1,190 @@
+"""Which sources a result depends on, and digests of them."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rockdamp import __version__
+from rockdamp.storage import provenance
+
+STAGES = [
+    "decay",
+    "matching",
+    "matching_studies",
+    "windows",
+    "equivalence",
+    "loops",
+    "mechanism",
+    "validation",
+    "calibration",
+    "convergence",
+]
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A copy of the package that may be edited, in the place of the real one."""
+    copy = tmp_path / "rockdamp"
+    shutil.copytree(provenance.ROOT, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(provenance, "ROOT", copy)
+    forget()
+    yield copy
+    forget()
+
+
+def forget():
+    for cached in (provenance._tree, provenance._imports, provenance._data_files):
+        cached.cache_clear()
+
+
+def write(package, sources):
+    for name, text in sources.items():
+        path = package / f"{name}.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """What an import of each module loads, in one fresh interpreter."""
+    # The package's own __init__ is run by any import, and loads what it passes on: an empty one stands for it.
+    code = f"""
+import importlib, json, sys, types
+
+loaded = {{}}
+for name in {[*STAGES, "dataset", "figures"]!r}:
+    for old in [old for old in sys.modules if old.partition(".")[0] == "rockdamp"]:
+        del sys.modules[old]
+    package = sys.modules["rockdamp"] = types.ModuleType("rockdamp")
+    package.__path__ = [{str(provenance.ROOT)!r}]
+    importlib.import_module(f"rockdamp.{{name}}")
+    loaded[name] = [module for module in sys.modules if module.startswith("rockdamp.")]
+print(json.dumps(loaded))
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return json.loads(run.stdout)
+
+
+@pytest.mark.parametrize("module", [*STAGES, "dataset", "figures"])
+def test_every_module_that_an_import_loads_is_found(module, loaded):
+    assert f"rockdamp.{module}" in loaded[module]
+    assert set(loaded[module]) <= set(provenance.modules_of(f"rockdamp.{module}"))
+
+
+def test_a_stage_depends_on_the_kernels_and_not_on_other_stages():
+    modules = provenance.modules_of("rockdamp.studies.decays")
+    assert {
+        "rockdamp.studies.decays",
+        "rockdamp.mechanics.curve",
+        "rockdamp.solvers.newmark",
+        "rockdamp.kernels",
+        "rockdamp.errors",
+    } <= set(modules)
+    assert not {
+        "rockdamp",
+        "rockdamp.equivalence.matching",
+        "rockdamp.studies.validation",
+        "rockdamp.config.between_keys",
+    } & set(modules)
+    assert all(path.is_file() and path.suffix == ".py" for path in modules.values())
+
+
+def test_every_form_of_import_is_followed(package):
+    top = """
+import json, os.path
+import rockdamp.one
+from rockdamp import two
+from rockdamp.three import name
+from . import four
+from .five import name
+from rockdamp.sub import seven
+
+def late():
+    from rockdamp import six
+"""
+    write(package, {"top": top, "sub/__init__": "from .eight import name", "sub/seven": "from ..nine import name"})
+    write(package, dict.fromkeys(["one", "two", "three", "four", "five", "six", "nine", "sub/eight"], "name = 1"))
+    found = {name.removeprefix("rockdamp.") for name in provenance.modules_of("rockdamp.top")}
+    numbers = {"one", "two", "three", "four", "five", "six", "nine"}
+    assert found == {"top", "sub", "sub.seven", "sub.eight", *numbers}
+
+
+def test_modules_that_import_each_other_are_no_trap(package):
+    write(package, {"one": "from rockdamp import two", "two": "from rockdamp import one"})
+    assert set(provenance.modules_of("rockdamp.one")) == {"rockdamp.one", "rockdamp.two"}
+
+
+def test_a_name_taken_from_the_packages_face_depends_on_the_face(package):
+    write(package, {"__init__": "from rockdamp.mechanics.curve import Curve", "one": "from rockdamp import Curve"})
+    assert {"rockdamp", "rockdamp.mechanics.curve"} <= set(provenance.modules_of("rockdamp.one"))
+
+
+@pytest.mark.parametrize("name", ["rockdamp.nothing", "nothing", "json"])
+def test_a_module_that_the_package_does_not_have_is_an_error(name):
+    with pytest.raises(ModuleNotFoundError, match=f"rockdamp has no module '{name}'"):
+        provenance.modules_of(name)
+
+
+def test_a_data_file_that_a_module_names_belongs_to_it():
+    assert provenance.ROOT / "variables.yaml" in provenance.files_of("rockdamp.storage.dataset")
+    assert provenance.ROOT / "variables.yaml" not in provenance.files_of("rockdamp.kernels")
+
+
+def test_a_file_outside_the_package_belongs_to_no_module(package):
+    package.with_name("secret.txt").write_text("", encoding="utf-8")
+    write(package, {"one": "PATHS = ['../secret.txt', '/etc/hosts', 'no.such', 'a\\\\0b.c', 'kernels.py']"})
+    assert provenance.files_of("rockdamp.one") == [package / "one.py"]
+
+
+def test_the_code_version_is_the_packages_version_and_a_digest():
+    version, _, digest = provenance.code_version("rockdamp.studies.decays").partition("+")
+    assert version == __version__
+    assert len(digest) == 16 and int(digest, 16) >= 0
+
+
+def test_the_code_version_follows_an_edit_of_what_is_imported_and_of_nothing_else(package):
+    before = {name: provenance.code_version(f"rockdamp.{name}") for name in ("decay", "equivalence", "wall")}
+    with (package / "newmark.py").open("a", encoding="utf-8") as source:
+        source.write("# edited\n")
+    after = {name: provenance.code_version(f"rockdamp.{name}") for name in before}
+    assert before["decay"] != after["decay"]
+    assert before["wall"] == after["wall"]
+
+
+def test_the_code_version_follows_an_edit_of_a_data_file(package):
+    before = provenance.code_version("rockdamp.storage.dataset"), provenance.code_version("rockdamp.kernels")
+    (package / "variables.yaml").write_text("common: {}\ndatasets: {}\n", encoding="utf-8")
+    assert provenance.code_version("rockdamp.storage.dataset") != before[0]
+    assert provenance.code_version("rockdamp.kernels") == before[1]
+
+
+def test_the_code_version_does_not_depend_on_the_place(package):
+    copied = provenance.code_version("rockdamp.studies.decays")
+    shutil.move(package, package.with_name("elsewhere"))
+    shutil.copytree(package.with_name("elsewhere"), package)
+    assert provenance.code_version("rockdamp.studies.decays") == copied
+
+
+def test_the_config_digest_is_that_of_canonical_json():
+    # sha256 of {"a":{"b":[1,2.5],"c":"é"},"z":null}, by sha256sum
+    expected = "b79d7a9446bce2f1b4c18bf0e2bc25bc336b3ca4c0e6cf98944c4de02dfef862"
+    assert provenance.config_digest({"z": None, "a": {"c": "é", "b": [1, 2.5]}}) == expected
+    assert provenance.config_digest({"a": {"b": [1, 2.5], "c": "é"}, "z": None}) == expected
+    assert provenance.config_digest({"a": {"b": [2.5, 1], "c": "é"}, "z": None}) != expected
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), Path(".")])
+def test_a_config_that_json_cannot_hold_has_no_digest(value):
+    with pytest.raises(ValueError):
+        provenance.config_digest({"value": value})
+
+
+def test_a_constant_is_read_without_an_import(package):
+    write(package, {"one": "import nothing_of_this_name\nLENGTH = 12.5\nOTHER = LENGTH\n"})
+    assert provenance.constant("rockdamp.one", "LENGTH") == 12.5
+    with pytest.raises(LookupError, match="rockdamp.one has no constant WIDTH"):
+        provenance.constant("rockdamp.one", "WIDTH")

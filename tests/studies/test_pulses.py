@@ -1,0 +1,211 @@
+"""Pulses: their shapes, the runs against the event-driven solver, what is made of them, and the figure."""
+
+import copy
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from repository import ROOT
+
+from rockdamp.config.between_keys import check
+from rockdamp.equivalence.closed_form import equivalence_factor, exact_ratio
+from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.errors import InputError
+from rockdamp.figures import FIGURES
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.solvers import event_driven
+from rockdamp.storage import dataset
+from rockdamp.studies import pulses
+
+CURVE = TrilinearCurve(0.04, 0.85)
+
+
+@pytest.fixture(scope="module")
+def config():
+    return yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def found(config):
+    """The whole study: it takes a few seconds."""
+    return pulses.pulses(config)
+
+
+# --- pulses ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("frequency", [0.5, 2.0, 8.0])
+def test_pulses_have_the_peak_one_and_their_period_and_end_at_zero(frequency):
+    step, period = 0.005, 2 * np.pi / frequency
+    wavelet = pulses.pulse("Ricker", frequency, step)
+    assert wavelet.max() == wavelet[wavelet.size // 2] == 1.0
+    assert abs(wavelet[0]) < 1e-6 and abs(wavelet[-1]) < 1e-6
+    # A Ricker wavelet crosses zero at 1/(sqrt(2) pi f) from its peak.
+    zeros = np.diff(np.flatnonzero(np.diff(np.sign(wavelet)))) * step
+    assert zeros[0] == pytest.approx(2 * period / (np.sqrt(2) * np.pi), abs=2 * step)
+    sine = pulses.pulse("sine", frequency, step)
+    tau = step * np.arange(sine.size)
+    np.testing.assert_allclose(sine[:-1], np.sin(frequency * tau[:-1]), atol=1e-12)
+    assert sine[-1] == 0.0 and period <= tau[-1] < period + step
+
+
+def test_a_geometric_sequence_includes_its_ends():
+    np.testing.assert_allclose(pulses.geometric({"start": 0.5, "stop": 8.0, "count": 5}), [0.5, 1, 2, 4, 8])
+
+
+# --- runs ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", ["CR", "CDR", "ECD"])
+@pytest.mark.parametrize(("name", "frequency", "load"), [("Ricker", 2.8284, 1.2599), ("sine", 4.7568, 2.2449)])
+def test_peaks_are_those_of_the_event_driven_solver(found, model, name, frequency, load):
+    """The load here is sampled four times as coarsely, to save time: 3e-3 of the peak, far from collapse."""
+    one = found.sel(damping_ratio_source="closed form", pulse=name, restitution=0.85)
+    one = one.sel(pulse_frequency=frequency, load_ratio=load, method="nearest")
+    step = 0.02  # of the load's samples
+    wave = pulses.pulse(name, float(one["pulse_frequency"]), step)
+    damping = Damping.cr(0.85)
+    peak = float(one["reference_peak"])
+    if model != "CR":
+        damping = Damping(model, float(one["damping_ratio"].sel(damping_model=model)))
+        peak = float(one["peak_displacement"].sel(damping_model=model))
+    run = event_driven.history(
+        CURVE, damping, [step * (wave.size - 1) + 6.0], load=0.85 * float(one["load_ratio"]) * wave, load_step=step
+    )  # fmt: skip
+    assert 0.05 < peak < 0.8
+    assert peak == pytest.approx(np.abs(run.turning_displacement).max(), rel=3e-3)
+
+
+def test_the_damping_ratios_are_the_closed_form_and_the_matched_ones(found):
+    e = found["restitution"].values
+    for model in VISCOUS_MODELS:
+        ratio = found["damping_ratio"].sel(damping_model=model)
+        closed = -np.log(e) * equivalence_factor(CURVE, Damping(model, 1.0), 0.5) if model != "ECD" else exact_ratio(e)
+        np.testing.assert_allclose(ratio.sel(damping_ratio_source="closed form"), closed, rtol=1e-12)
+    for row in equivalent(0.85, 0.04, 0.85):  # from a finer step
+        matched = found["damping_ratio"].sel(damping_ratio_source="error", restitution=0.85)
+        assert float(matched.sel(damping_model=row["damping_model"])) == pytest.approx(row["damping_ratio"], rel=1e-3)
+
+
+def test_small_pulses_move_the_wall_little_and_large_slow_ones_overturn_it(found):
+    assert float(found["reference_collapsed"].isel(load_ratio=0).max()) == 0
+    assert (found["reference_collapsed"].isel(load_ratio=-1, pulse_frequency=0) == 1).all()
+
+
+def test_a_lower_restitution_never_gives_a_larger_peak_before_an_impact(found):
+    """Before the first impact restitution plays no part."""
+    before = found["impacts_before_peak"] == 0
+    standing = found["reference_collapsed"] == 0
+    same = (before & standing).all("restitution")
+    peaks = found["reference_peak"].where(same)
+    assert int(same.sum()) > 10
+    assert float((peaks.max("restitution") - peaks.min("restitution")).max()) == 0.0
+
+
+# --- what is made of them --------------------------------------------------------------------------------------------
+
+
+def made_up():
+    """Four cells of one e: ratios 0.5 and 2 in one band, a false safe and a false collapse."""
+    dims = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+    peak = np.array([0.2, 0.2, 0.4, 0.6]).reshape(1, 2, 2, 1)
+    other = np.array([0.1, 0.4, 0.9, 0.3]).reshape(1, 2, 2, 1)
+    return xr.Dataset(
+        {
+            "reference_peak": (dims, peak),
+            "reference_collapsed": (dims, np.array([0, 0, 0, 1]).reshape(peak.shape)),
+            "impacts_before_peak": (dims, np.array([0, 1, 1, 1]).reshape(peak.shape)),
+            "peak_displacement": (("damping_ratio_source", "damping_model", *dims), other[None, None]),
+            "collapsed": (
+                ("damping_ratio_source", "damping_model", *dims),
+                np.array([0, 0, 1, 0]).reshape((1, 1, *peak.shape)),
+            ),
+        },
+        coords={"damping_ratio_source": ["closed form"], "damping_model": ["CDR"], "restitution": [0.85]},
+    )
+
+
+def test_ratios_false_safes_and_false_collapses_are_counted_as_they_are_defined():
+    one = pulses.compare(made_up(), np.array([0.1, 0.3, 1.0])).squeeze()
+    assert float(one["median_ratio"][0]) == pytest.approx(1.0)  # of 0.5 and 2, in the logarithm
+    assert float(one["log_dispersion"][0]) == pytest.approx(np.log(2))
+    assert list(one["pairs"].values) == [2, 0]  # a collapse of either is no pair
+    assert np.isnan(float(one["median_ratio"][1]))
+    assert float(one["median_ratio_all"]) == pytest.approx(1.0)
+    assert float(one["median_ratio_before_impact"]) == pytest.approx(0.5) and int(one["pairs_before_impact"]) == 1
+    assert (int(one["false_safe"]), int(one["false_collapse"])) == (1, 1)
+    assert (int(one["reference_collapses"]), int(one["reference_survivals"])) == (1, 3)
+
+
+def test_the_dataset_is_what_the_registry_says(found):
+    dataset.check(found, "pulses")
+    assert int(found["pairs"].min()) >= 5
+
+
+def test_the_table_and_the_words_of_the_page_are_those_of_the_study(found):
+    text = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
+    assert "\n".join(pulses.table(found)) in text
+    one = found.sel(damping_ratio_source="closed form", restitution=0.85)
+    medians = one["median_ratio_all"]
+    for model, said in {"CDC": 1.07, "CDR": 1.00, "SDR": 0.95, "ECD": 0.98}.items():
+        assert float(medians.sel(damping_model=model)) == pytest.approx(said, abs=0.005)
+    before = one["median_ratio_before_impact"]
+    assert 0.94 <= round(float(before.min()), 2) and round(float(before.max()), 2) <= 0.97  # "3 to 6 % too small"
+    wrong = (one["false_safe"] + one["false_collapse"]) / (one["reference_collapses"] + one["reference_survivals"])
+    assert 0.02 <= float(wrong.min()) and float(wrong.max()) <= 0.03
+    cdc = found["median_ratio_all"].sel(damping_model="CDC", restitution=0.85)
+    assert abs(float(cdc.sel(damping_ratio_source="error")) - 1) < abs(
+        float(cdc.sel(damping_ratio_source="closed form")) - 1
+    )
+
+
+# --- figure and config -----------------------------------------------------------------------------------------------
+
+
+def test_fig_pulses_shows_the_map_the_pairs_and_the_medians(found):
+    axes = FIGURES["fig_pulses"](found).axes
+    one = found.sel(damping_ratio_source="closed form", restitution=0.85)
+    maps = [a for a in axes if a.collections and a.get_xlabel().startswith("pulse")]
+    assert len(maps) == 2
+    for a, name in zip(maps, ("Ricker", "sine")):
+        cells = one["reference_peak"].sel(pulse=name).where(one["reference_collapsed"].sel(pulse=name) == 0)
+        drawn = np.ma.filled(a.collections[0].get_array().astype(float), np.nan)
+        np.testing.assert_allclose(drawn.ravel(), cells.transpose("load_ratio", "pulse_frequency").values.ravel())
+    for model in VISCOUS_MODELS:
+        (panel,) = [a for a in axes if a.get_title().startswith(model)]
+        medians = one["median_ratio"].sel(damping_model=model).values
+        assert any(
+            np.shape(y.get_ydata()) == medians.shape and np.allclose(y.get_ydata(), medians) for y in panel.lines
+        )
+        assert f"{int(one['false_safe'].sel(damping_model=model))} of" in panel.get_title()
+
+
+@pytest.mark.parametrize(
+    ("section", "value", "message"),
+    [
+        ("frequency", {"start": 2.0, "stop": 1.0, "count": 3}, "must be greater than pulses.frequency.start"),
+        ("step", 0.5, "stability limit"),
+        ("bands", [0.1, 0.05], "must be greater than the value before it"),
+    ],
+)
+def test_what_the_schema_cannot_say_is_checked(config, section, value, message, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    check(config)
+    bad = copy.deepcopy(config)
+    bad["pulses"][section] = value
+    with pytest.raises(InputError, match=message):
+        check(bad)
+
+
+def test_empty_bands_give_no_value_and_no_warning(config):
+    """As in the small config: few cells, some bands without any."""
+    small = copy.deepcopy(config)
+    small["pulses"] |= {"restitution": [0.85], "step": 0.02, "bands": [1e-9, 1e-8, 0.3]}
+    small["pulses"]["frequency"] = {"start": 0.5, "stop": 8.0, "count": 2}
+    small["pulses"]["load"] = {"start": 0.5, "stop": 2.0, "count": 2}
+    found = pulses.pulses(small)
+    assert int(found["pairs"].isel(band=0).max()) == 0
+    assert bool(found["median_ratio"].isel(band=0).isnull().all())
+    FIGURES["fig_pulses"](found).draw_without_rendering()

@@ -1,0 +1,233 @@
+"""The damping models against a record: phases, half cycles, damping ratios and misfits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from repository import ROOT
+
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.errors import InputError
+from rockdamp.histories.half_cycles import half_cycles
+from rockdamp.histories.under_a_record import respond
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.motions.records import Record, read_record
+from rockdamp.motions.synthetic_test import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
+from rockdamp.solvers.event_driven import history
+from rockdamp.studies.validation import damping_ratios, validate
+
+U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
+NOMINAL = {"cracked_stiffness_ratio": 0.03, "plateau_ratio": 0.80, "restitution": 0.835}
+
+
+@pytest.fixture(scope="module")
+def config():
+    return yaml.safe_load((ROOT / "config/default.yaml").read_text())
+
+
+@pytest.fixture(scope="module")
+def equivalence():
+    """Polynomials through the closed form: near the matched ones, and made in no time."""
+    e, a1 = np.arange(0.70, 0.985, 0.01), [0.02, 0.04, 0.06]
+    ratios = [
+        [damping_ratio_energy(TrilinearCurve(one, 0.85), model, e, 0.5) for one in a1] for model in VISCOUS_MODELS
+    ]
+    fits = np.polynomial.polynomial.polyfit(e, np.reshape(ratios, (-1, e.size)).T, 2)
+    return xr.Dataset(
+        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), fits.T.reshape(4, 3, 3))},
+        coords={
+            "damping_model": list(VISCOUS_MODELS),
+            "cracked_stiffness_ratio": a1,
+            "degree": [0, 1, 2],
+            "restitution": e,
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def record():
+    return read_record(ROOT / "data/sin-03-00-synthetic.csv")
+
+
+@pytest.fixture(scope="module")
+def nominal_record():
+    """A record that the nominal CR model would have made, without noise."""
+    return synthetic_record(noise=0, **NOMINAL)
+
+
+@pytest.fixture(scope="module")
+def result(config, record, equivalence):
+    return validate(config, record, equivalence)
+
+
+# --- damping ratios
+
+
+def test_damping_ratios_are_the_mean_of_the_polynomials_as_in_the_paper(equivalence):
+    found = damping_ratios(equivalence, 0.835, [0.02, 0.04])
+    for model in VISCOUS_MODELS:
+        fits = equivalence["coefficient"].sel(damping_model=model)
+        each = [
+            np.polynomial.polynomial.polyval(0.835, fits.sel(cracked_stiffness_ratio=a1).values) for a1 in (0.02, 0.04)
+        ]
+        assert found[model] == pytest.approx(np.mean(each), rel=1e-12)
+
+
+def test_between_the_stored_a1_the_polynomials_are_interpolated_whatever_their_order(equivalence):
+    between = damping_ratios(equivalence, 0.9, [0.025])
+    low, high = (damping_ratios(equivalence, 0.9, [a1]) for a1 in (0.02, 0.04))
+    shuffled = damping_ratios(equivalence.isel(cracked_stiffness_ratio=[2, 0, 1]), 0.9, [0.025])
+    for model in VISCOUS_MODELS:
+        assert between[model] == pytest.approx(0.75 * low[model] + 0.25 * high[model], rel=1e-12)
+        assert shuffled[model] == between[model]
+
+
+def test_a_fit_is_not_used_outside_its_range(equivalence):
+    with pytest.raises(InputError, match="restitution is 0.6; it must be within the range of the fits, 0.7 to 0.98"):
+        damping_ratios(equivalence, 0.6, [0.02])
+    with pytest.raises(InputError, match="fit_cracked_stiffness_ratios is 0.3; .* 0.02 to 0.06"):
+        damping_ratios(equivalence, 0.8, [0.02, 0.3])
+
+
+# --- half cycles
+
+
+def decaying(elapsed):
+    """Half periods of 0.1 s, amplitude down by a factor of 0.8 over each."""
+    return np.sin(10 * np.pi * elapsed) * 0.8 ** (elapsed / 0.1)
+
+
+def test_half_cycles_of_a_damped_sine_are_its_own():
+    elapsed = np.arange(0, 1.0005, 0.001)
+    cycles = half_cycles(elapsed, decaying(elapsed), 0.15)
+    lag = np.arctan(np.log(0.8) / np.pi) / (10 * np.pi)  # peaks stand before the quarter period
+    times = 0.05 + 0.1 * np.arange(cycles.peak.size) + lag
+    np.testing.assert_allclose(cycles.peak_elapsed, times, atol=0.0006)  # half a sample
+    np.testing.assert_allclose(cycles.peak, decaying(times), rtol=1e-3)
+    np.testing.assert_allclose(cycles.start[1:], 0.1 * np.arange(1, cycles.peak.size), atol=1e-5)
+    np.testing.assert_allclose(cycles.duration[1:-1], 0.1, atol=2e-5)
+    assert np.isnan(cycles.start[0]) and np.isnan(cycles.end[-1])
+    assert np.abs(cycles.peak).min() > 0.15
+
+
+def test_noise_near_zero_makes_no_half_cycles():
+    elapsed = np.arange(0, 1.0005, 0.001)
+    noise = 0.01 * np.random.RandomState(1).standard_normal(elapsed.size)
+    quiet, noisy = (half_cycles(elapsed, decaying(elapsed) + part, 0.15) for part in (0, noise))
+    assert np.count_nonzero(np.diff(np.sign(decaying(elapsed) + noise))) > 2 * quiet.peak.size
+    assert noisy.peak.size == quiet.peak.size
+    # Six standard deviations of noise over the slope at the crossing, the least of which is 10 pi 0.8^7.
+    np.testing.assert_allclose(noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7))
+
+
+def test_a_history_that_stays_below_the_threshold_has_no_half_cycles():
+    assert half_cycles(np.arange(5.0), np.full(5, 0.1), 0.2).peak.size == 0
+
+
+# --- responses
+
+
+def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
+    curve = TrilinearCurve(0.03, 0.80)
+    response = respond(record, WALL, curve, Damping.cr(0.835), 0.005)
+    exact = history(
+        curve, Damping.cr(0.835), P * record.elapsed,
+        load=float(WALL.load_factor) * record.ground_acceleration, load_step=P / SAMPLING,
+    )  # fmt: skip
+    coarse = respond(record, WALL, curve, Damping.cr(0.835), 0.01)
+    error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))
+    # Second order: halving the step must take off the better part of the error, down to a small part of the peak.
+    assert error < 0.5 * coarser
+    assert error < 1e-3 * np.abs(exact.displacement).max()
+
+
+def test_a_step_that_is_no_number_above_zero_is_refused(record):
+    with pytest.raises(InputError, match="step is 0"):
+        respond(record, WALL, TrilinearCurve(0.03, 0.8), Damping.cr(0.8), 0.0)
+
+
+# --- the comparison
+
+
+def test_the_model_that_made_a_record_fits_it(config, nominal_record, equivalence):
+    result = validate(config, nominal_record, equivalence).sel(damping_model="CR")
+    # The record was made with the smooth motion; between its samples the model takes a straight line, which lowers the
+    # pulse by up to 2.4e-4 of its peak, and near its strength the wall responds ten times as strongly to that.
+    assert float(result["peak_ratio_to_measured"]) == pytest.approx(1, abs=5e-3)
+    assert float(result["decay_peak_misfit"]) < 5e-3 * float(result["measured_peak_displacement"])
+    assert float(result["rms_misfit"]) < 5e-3 * float(result["measured_peak_displacement"])
+    assert float(result["period_drift"]) == pytest.approx(0, abs=5e-3)
+    # The last peak counted, near 1 mm, is rounded to 0.01 mm, and so is the level at rest.
+    assert float(result["log_decrement"]) == pytest.approx(float(result["measured_log_decrement"]), rel=0.02)
+
+
+def test_every_model_is_compared_over_the_same_half_cycles_of_a_free_decay(result):
+    assert list(result["damping_model"].values) == list(MODELS)
+    assert float(result["free_phase_start"]) > PULSE_CENTRE
+    assert np.all(result["measured_decay_peak_elapsed"] > result["free_phase_start"])
+    assert result.sizes["half_cycle"] >= 6
+    peaks = result["measured_decay_peak"].values
+    assert np.all(peaks[2:] < peaks[:-2])  # each side's peaks fall
+    assert np.all(result["matched_half_cycles"] == result.sizes["half_cycle"])
+    assert np.isnan(result["damping_ratio"].sel(damping_model="CR"))
+    assert result.attrs["record_synthetic"] == "yes"
+
+
+def test_misfits_are_those_of_the_stored_histories(result):
+    for model in MODELS:
+        one = result.sel(damping_model=model)
+        moving = result["elapsed"].values >= 0.75  # the motion passes 2 % of its peak near 0.69 s
+        difference = (one["displacement"] - one["measured"]).values
+        assert float(one["rms_misfit"]) == pytest.approx(np.sqrt(np.mean(difference[moving] ** 2)), rel=0.02)
+        assert float(one["peak_displacement"]) == pytest.approx(float(np.abs(one["displacement"]).max()), rel=1e-3)
+        gap = (one["decay_peak"] - one["measured_decay_peak"]).values
+        assert float(one["decay_peak_misfit"]) == pytest.approx(np.sqrt(np.mean(gap**2)), rel=1e-12)
+
+
+def test_the_sensors_zero_does_not_matter(config, record, equivalence, result):
+    moved = validate(config, replace(record, displacement=record.displacement + 0.01), equivalence)
+    assert float(moved["sensor_zero"] - result["sensor_zero"]) == pytest.approx(0.01, rel=1e-9)
+    np.testing.assert_allclose(moved["measured"], result["measured"], atol=1e-15)
+    np.testing.assert_allclose(moved["rms_misfit"], result["rms_misfit"], rtol=1e-9)
+
+
+def test_more_damping_lowers_the_peak_and_steepens_the_decay_of_every_viscous_model(
+    config, record, equivalence, result
+):
+    doubled = validate(config, record, equivalence.assign(coefficient=2 * equivalence["coefficient"]))
+    viscous = {"damping_model": list(VISCOUS_MODELS)}
+    assert np.all(doubled["peak_displacement"].sel(viscous) < result["peak_displacement"].sel(viscous))
+    assert np.all(doubled["log_decrement"].sel(viscous) > result["log_decrement"].sel(viscous))
+    assert doubled["rms_misfit"].sel(damping_model="CR") == result["rms_misfit"].sel(damping_model="CR")
+
+
+def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equivalence):
+    weak = {**config, "validation": {**config["validation"], "curve": {**config["validation"]["curve"]}}}
+    weak["validation"]["curve"]["plateau_ratio"] = 0.76
+    one = validate(weak, record, equivalence).sel(damping_model="CR")
+    assert int(one["collapsed"]) == 1
+    assert float(one["peak_displacement"]) >= U_INS
+    assert int(one["matched_half_cycles"]) == 0
+    for name in ("rms_misfit", "decay_peak_misfit", "decay_peak_ratio", "log_decrement", "period_drift"):
+        assert np.isnan(one[name])
+    assert np.isnan(one["displacement"][-1]) and not np.isnan(one["displacement"][0])
+
+
+def test_a_record_that_cannot_be_compared_says_why(config, record, equivalence):
+    with pytest.raises(InputError, match="no column displacement_m"):
+        validate(config, replace(record, displacement=None), equivalence)
+
+    def part(start, stop):
+        return Record(
+            record.elapsed[start:stop], record.ground_acceleration[start:stop], record.displacement[start:stop]
+        )  # fmt: skip
+
+    with pytest.raises(InputError, match="samples at rest before the motion is 0; it must be at least 10"):
+        validate(config, part(300, None), equivalence)
+    with pytest.raises(InputError, match="still strong at the end of the record"):
+        validate(config, part(None, int(PULSE_CENTRE * SAMPLING)), equivalence)
+    with pytest.raises(InputError, match="no half cycle beyond .* it must hold a decay"):
+        validate(config, replace(record, displacement=0.001 * record.displacement), equivalence)

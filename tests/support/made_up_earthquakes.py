@@ -1,0 +1,142 @@
+"""A made-up study of earthquakes: lognormal collapses and peaks that differ by known factors, no solver."""
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtr
+
+from rockdamp.storage import dataset
+
+MODELS = ["CR", "CDC", "CDR", "SDR", "ECD"]
+SOURCES = ["fit", "error", "closed form"]
+VARIATIONS = ["step", "impact", "lower e", "higher e"]
+WALLS = ["tested", "veneer", "church", "rubble", "parapet"]
+E = np.array([0.8, 0.85, 0.9])
+SCALE = np.geomspace(0.2, 5, 8)
+EDGES = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
+FACTOR = np.array([1.0, 1.08, 0.99, 0.9, 0.96])  # of the peak with each model to CR's
+BETA = 0.4  # dispersion of collapse
+
+COORDS = {
+    "restitution": E, "damping_model": MODELS, "damping_ratio_source": SOURCES, "wall": WALLS, "scale": SCALE,
+    "variation": VARIATIONS,
+}  # fmt: skip
+
+
+def _complete(data, kind):
+    """Add zeros for what the registry has and no figure shows, and check all against it."""
+    for name, entry in dataset.variables(kind).items():
+        if name not in data.variables and not entry.get("optional"):
+            data[name] = (entry["dims"], np.zeros([data.sizes[dim] for dim in entry["dims"]]))
+    dataset.check(data, kind)
+    return data
+
+
+def natural(records=6):
+    """Peaks that grow with scale and collapse beyond 1, and those of the dampers by `FACTOR`."""
+    strength = np.exp(BETA * np.linspace(-1.5, 1.5, records))
+    wall = 0.8 + 0.1 * np.arange(len(WALLS))
+    cr = 0.2 * strength[:, None, None, None] * SCALE[:, None, None] ** 1.2 / wall[:, None] / (1.2 - 0.2 * E)
+    peak = cr[..., None, None] * FACTOR[:, None] * np.ones(3)
+    collapsed = (peak > 1).astype(np.int8)
+    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    collapsed[:, :, 3, :, 1:, 0] = -1  # one wall lies beyond the polynomials
+    data = xr.Dataset(
+        {"peak_displacement": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
+        coords={
+            **COORDS, "record": [f"far-field/{i}/a" for i in range(records)],
+            "record_set": ("record", ["far-field"] * records),
+            "station": ("record", [f"far-field/{i}" for i in range(records)]),
+        },
+    )  # fmt: skip
+    return _complete(data, "natural")
+
+
+def comparison():
+    """Statistics that are functions of model, e and band, with intervals of a tenth about them."""
+    lead, bands = (E.size, len(MODELS), len(SOURCES)), EDGES.size
+    e_dims, band = ("restitution", "damping_model", "damping_ratio_source"), np.arange(bands)
+    ratio = np.broadcast_to(FACTOR[:, None, None], (*lead, bands)) * np.ones(bands)
+    base = np.array([0.0, 0.25, 0.10, 0.20, 0.11])[:, None, None] * (1 + 0.1 * band)
+    error = np.broadcast_to(base, (*lead, bands)) * (1 + 0.02 * np.arange(3)[:, None])
+    own = np.array([0.01, 0.02, 0.06, 0.07])[:, None] * (1 + 0.1 * band) * np.ones((E.size, 1, 1))
+    median = 0.5 + 0.1 * np.arange(len(WALLS))
+    of_wall = (median[:, None, None, None] / FACTOR[:, None]) * np.ones((len(WALLS), *lead))
+    collapse = ndtr(np.log(SCALE / of_wall[..., None]) / BETA)
+    peaks = 0.1 * (SCALE / of_wall[..., None]) ** 2 * np.array([0.6, 1.0, 1.7])[:, None, None, None, None, None]
+    wall_dims = ("wall", *e_dims)
+    data = xr.Dataset(
+        {
+            **_statistic("median_ratio", (*e_dims, "band"), ratio),
+            **_statistic("log_dispersion", (*e_dims, "band"), error),
+            **_statistic("log_error", (*e_dims, "band"), error),
+            **_statistic("varied_median_ratio", ("restitution", "variation", "band"), 1 + 0.1 * own),
+            **_statistic("varied_log_error", ("restitution", "variation", "band"), own),
+            **_statistic("median_intensity", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
+            **_statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
+            **_statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
+            **_statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
+            **_statistic("wall_median_intensity", wall_dims, of_wall),
+            **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
+            "collapse_fraction": ((*wall_dims, "scale"), collapse),
+            "fractile": (("probability", *wall_dims, "scale"), np.where(peaks < 1, peaks, np.nan)),
+            "median_decay_misfit": (
+                (*e_dims, "scale"),
+                np.broadcast_to(0.01 * FACTOR[:, None, None] * SCALE**0.1, (*lead, SCALE.size)),
+            ),
+            "pooled": ("wall", np.array([1, 1, 1, 0, 1])), "records": 100, "stations": 50, "settled_share": 0.99,
+            "relative_uncertainty": ("share", np.array([1e-3, 2e-3, 0.04, 1.0])),
+        },
+        coords={
+            **COORDS, "bound": ["lower", "upper"], "probability": [0.16, 0.5, 0.84], "share": [0.5, 0.9, 0.99, 1.0],
+            "band": band, "band_start": ("band", np.r_[EDGES[0], EDGES[:-1]]),
+            "band_end": ("band", np.r_[EDGES[-1], EDGES[1:]]),
+        },
+    )  # fmt: skip
+    return _complete(data, "comparison")
+
+
+def _statistic(name, dims, values):
+    bounds = np.stack([0.95 * values, 1.05 * values], axis=-1)
+    return {name: (dims, values), f"{name}_interval": ((*dims, "bound"), bounds)}
+
+
+def walls():
+    """The walls of the study, one without a ratio from the polynomials."""
+    ratio = np.full((len(WALLS), E.size, len(MODELS), len(SOURCES)), 0.05)
+    ratio *= 1 + 0.1 * np.arange(len(WALLS))[:, None, None, None]
+    ratio[:, :, 0] = ratio[3, :, :, 0] = np.nan
+    data = xr.Dataset(
+        {
+            "damping_ratio": (("wall", "restitution", "damping_model", "damping_ratio_source"), ratio),
+            "parapet": ("wall", np.array([0, 0, 0, 0, 1], dtype=np.int8)),
+            **{name: ("wall", 0.1 + 0.1 * np.arange(5.0)) for name in (
+                "thickness", "height", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio",
+                "instability_displacement", "frequency_parameter", "initial_period")},
+        },
+        coords={name: COORDS[name] for name in ("wall", "restitution", "damping_model", "damping_ratio_source")},
+    )  # fmt: skip
+    return _complete(data, "natural_walls")
+
+
+def population():
+    """A lognormal population whose medians differ by `FACTOR`, and indices that sum to one."""
+    intensity = np.geomspace(0.1, 5.0, 9)
+    median = 0.8 / FACTOR
+    parameters = ["thickness", "slenderness", "overburden_ratio", "restitution"]
+    index = np.array([0.05, 0.3, 0.5, 0.15])[:, None] * np.ones(len(MODELS))
+    data = xr.Dataset(
+        {
+            "collapse_fraction": (("intensity", "damping_model"), ndtr(np.log(intensity[:, None] / median) / BETA)),
+            **_statistic("median_intensity", ("damping_model",), median),
+            **_statistic("dispersion", ("damping_model",), np.full(len(MODELS), BETA)),
+            **_statistic("median_intensity_ratio", ("damping_model",), median / median[0]),
+            "sensitivity": (("parameter", "damping_model"), index),
+            "sensitivity_confidence": (("parameter", "damping_model"), 0.1 * index),
+            "records": 10,
+        },
+        coords={
+            "damping_model": MODELS, "intensity": intensity, "parameter": parameters, "bound": ["lower", "upper"],
+            "wall": np.arange(40),
+        },
+    )  # fmt: skip
+    return _complete(data, "population")

@@ -1,0 +1,269 @@
+"""Made-up datasets of every stage that a figure shows: small, and with numbers that tests know."""
+
+from functools import cache
+
+import made_up_earthquakes as earthquakes
+import numpy as np
+import xarray as xr
+
+from rockdamp.storage import dataset
+from rockdamp.vocabulary import STUDIES
+
+ALL = ["CR", "CDC", "CDR", "SDR", "ECD"]
+VISCOUS = ALL[1:]
+E = np.linspace(0.7, 0.98, 15)
+STEPS = 3200  # k of the made-up matches
+
+
+def complete(data, kind):
+    """Add zeros for what the registry has and no figure shows, and check the rest against it."""
+    parameter = next((str(dim) for dim in STUDIES.values() if dim in data.dims), None)
+    for name, entry in dataset.variables(kind, parameter).items():
+        if name not in data.variables and not entry.get("optional"):
+            data[name] = (entry["dims"], np.zeros([data.sizes.get(dim, 3) for dim in entry["dims"]]))
+    dataset.check(data, kind)
+    return data
+
+
+def mechanism():
+    names = ["bi-linear", "tri-linear", "steeper", "translated", "new", "moderate", "severe"]
+    a1 = np.array([np.nan, 0.04, 0.04, 0.04, 0.06, 0.13, 0.20])
+    b1 = np.array([np.nan, 0.85, 0.85, 0.85, 0.72, 0.60, 0.50])
+    a3 = np.array([np.nan, 1.0, 0.93, 0.93, 1.0, 1.0, 1.0])
+    a2 = np.array([np.nan, 0.15, 0.15, 0.08, 0.28, 0.40, 0.50])
+    x = np.unique(np.concatenate([np.linspace(0, 1, 101), a1[1:], a2[1:], a3[1:]]))
+    force = [1 - x, *(np.interp(x, [0, p, q, r, 1.01], [0, b, b, 0, 0]) for p, q, r, b in zip(a1, a2, a3, b1))]
+    data = xr.Dataset(
+        {
+            "force": (("curve_name", "displacement"), np.stack([force[0], *force[2:]])),
+            "cracked_stiffness_ratio": ("curve_name", a1),
+            "plateau_end_ratio": ("curve_name", a2),
+            "ultimate_ratio": ("curve_name", a3),
+            "plateau_ratio": ("curve_name", b1),
+            "thickness": 0.3,
+            "height": 4.5,
+            "hinge_ratio": 0.7,
+            "instability_displacement": 0.3,
+        },
+        coords={"curve_name": names, "displacement": x},
+    )
+    return complete(data, "mechanism")
+
+
+def loops():
+    tau = np.linspace(0, 30, 3001)
+    rates = 0.16 + 0.004 * np.arange(5)
+    displacement = np.stack([0.5 * np.exp(-rate * tau) * np.cos(1.3 * tau) for rate in rates])
+    velocity = np.gradient(displacement, tau, axis=1)
+    velocity[0] *= 1 + 0.2 * np.sign(displacement[0] * velocity[0])  # CR alone jumps where u changes sign
+    ratio = np.array([np.nan, 0.03, 0.045, 0.062, 0.052])
+    frequency = np.linspace(0, 1, 21)
+    with np.errstate(divide="ignore"):
+        law = np.stack([1 / frequency, np.ones(21), frequency, np.full(21, np.nan)])
+    data = xr.Dataset(
+        {
+            "displacement": (("damping_model", "tau"), displacement),
+            "velocity": (("damping_model", "tau"), velocity),
+            "damping_force": (
+                ("damping_model", "tau"),
+                np.nan_to_num(ratio)[:, None] * velocity / (1 + (displacement / 0.1) ** 2),
+            ),
+            "damping_ratio": ("damping_model", ratio),
+            "damping_ratio_law": (("viscous_model", "frequency_ratio"), law),
+            "rocking_displacement": (
+                ("rocking_model", "tau"),
+                np.stack([0.9 * np.exp(-0.06 * tau) * np.cos(w * tau) for w in (0.9, 0.901, 0.88)]),
+            ),
+        },
+        coords={
+            "damping_model": ALL,
+            "viscous_model": VISCOUS,
+            "rocking_model": ["tri-linear", "slender", "large rotation"],
+            "tau": tau,
+            "frequency_ratio": frequency,
+            "restitution": 0.85,
+            "release_amplitude": 0.5,
+            "rocking_restitution": 0.955,
+            "rocking_frequency_parameter": 3.8,
+        },
+    )
+    return complete(data, "loops")
+
+
+def match(parameter, values, *, fixed=False, plateau=None):
+    """Matched damping ratios that depend on model, value and e: no two curves are the same."""
+    dims = ("damping_model", parameter, "restitution")
+    values = np.asarray(values, dtype=float)
+    model, value = np.arange(4.0)[:, None, None], np.arange(values.size)[None, :, None]
+    ratio = (0.26 + 0.03 * model + 0.01 * value) * (1 - E)
+    # SDR has the lowest error below e = 0.8 and CDR from there on.
+    error = (np.array([9.0, 4.0, 1.0, 2.0])[:, None, None] + 8.0 * (model == 2) * (E > 0.795)) * (1 - E) * (1 + value)
+    shape = np.broadcast_shapes(ratio.shape, error.shape)
+    data = {
+        "damping_ratio": (dims, ratio),
+        "damping_ratio_energy": (dims, 0.9 * ratio),
+        "error": (dims, np.broadcast_to(error, shape)),
+        "rms_error": (dims, np.broadcast_to(np.sqrt(error / STEPS), shape)),
+        "steps": STEPS,
+    }
+    if fixed:
+        data["damping_ratio_fixed_seconds"] = (dims, ratio * (1 + 0.01 * value))
+    if plateau is not None:
+        data["plateau_ratio"] = (parameter, np.asarray(plateau))
+    coords = {"damping_model": VISCOUS, parameter: values, "restitution": E, "window": 8.0}
+    return complete(xr.Dataset(data, coords=coords), "match")
+
+
+def equivalence():
+    a1 = [0.02, 0.04, 0.10]
+    dims = ("damping_model", "cracked_stiffness_ratio", "restitution")
+    matched = match("cracked_stiffness_ratio", a1)["damping_ratio"].values
+    data = xr.Dataset(
+        {
+            "damping_ratio": (dims, matched),
+            "damping_ratio_fit": (dims, 1.001 * matched),
+            "giannini_masiani": ("restitution", 2 * (1 - E) / np.pi / (1 + E)),
+            "r_squared": (dims[:2], np.full((4, 3), 0.9987654)),
+        },
+        coords={"damping_model": VISCOUS, "cracked_stiffness_ratio": a1, "restitution": E, "window": 8.0},
+    )
+    return complete(data, "equivalence")
+
+
+def validation(**attributes):
+    elapsed = np.linspace(0, 4, 401)
+    motion = 9.0 * np.exp(-(((elapsed - 1.5) / 0.1) ** 2))
+    moving = elapsed >= 1.5
+    measured = np.where(moving, 0.02 * np.exp(-1.5 * (elapsed - 1.5)) * np.sin(8 * (elapsed - 1.5)), 0.0)
+    peaks_at = 1.5 + (np.arange(4) + 0.5) * np.pi / 8
+    share = np.array([0.95, 0.9, 0.8, 0.7, 0.85])
+    data = xr.Dataset(
+        {
+            "displacement": (("damping_model", "elapsed"), share[:, None] * measured),
+            "measured": ("elapsed", measured),
+            "ground_acceleration": ("elapsed", motion),
+            "damping_ratio": ("damping_model", [np.nan, 0.03, 0.05, 0.07, 0.06]),
+            "collapsed": ("damping_model", np.zeros(5, dtype=np.int8)),
+            "rms_misfit": ("damping_model", 0.001 * (1 + np.arange(5.0))),
+            "peak_ratio_to_measured": ("damping_model", share),
+            "decay_peak": (
+                ("damping_model", "half_cycle"),
+                share[:, None] * np.abs(np.interp(peaks_at, elapsed, measured)),
+            ),
+            "decay_peak_elapsed": (("damping_model", "half_cycle"), np.tile(peaks_at, (5, 1))),
+            "measured_decay_peak": ("half_cycle", np.abs(np.interp(peaks_at, elapsed, measured))),
+            "measured_decay_peak_elapsed": ("half_cycle", peaks_at),
+            "restitution": 0.835,
+            "free_phase_start": 1.7,
+        },
+        coords={"damping_model": ALL, "elapsed": elapsed, "half_cycle": [1, 2, 3, 4]},
+        attrs={"record_synthetic": "yes", "record_specimen": "a wall", **attributes},
+    )
+    return complete(data, "validation")
+
+
+def orders():
+    step = 0.02 / 2.0 ** np.arange(5)
+    slopes = np.array([[[2.0] * 5] * 2, [[1.0, 2.0, 1.2, 1.3, 1.1]] * 2])
+    scale = 1e-4 * np.arange(1, 6)[:, None]
+    error = scale * (step / step[0]) ** slopes[..., None]
+    dims = ("scheme", "excitation", "damping_model")
+    data = xr.Dataset(
+        {
+            "solver_error": ((*dims, "step"), error),
+            "order": (dims, slopes),
+            "finest_order": (dims, slopes + 0.01),
+        },
+        coords={
+            "scheme": ["newmark", "paper"], "excitation": ["free", "forced"], "damping_model": ALL, "step": step,
+        },
+    )  # fmt: skip
+    return complete(data, "orders")
+
+
+def dispersion():
+    share, e = np.linspace(0.05, 0.95, 10), np.array([0.75, 0.85, 0.95])
+    models, a1, b1 = ["CDC", "CDR", "SDR", "POWER", "ECD"], np.array([0.02, 0.04, 0.2]), np.array([0.85, 0.85, 0.75])
+    slope = np.array([-0.6, -0.2, 0.3, 0.01, 0.0])[:, None, None, None]
+    peaks = (1 + slope * share[:, None] * (1 - a1)[:, None, None]) * (1 - e) / np.pi
+    spread = abs(slope[..., 0]) * np.ones((5, 3, 3)) * (1 - a1)[:, None]
+    dims, grid = ("damping_model", "case", "release_share", "restitution"), ("map_softening", "map_plateau_ratio")
+    map_a1 = np.array([0.01, 0.04, 0.10, 0.20])
+    best = np.broadcast_to(1.1 + 2.5 * map_a1 - 0.02 * np.arange(2)[:, None], (3, 2, 4))
+    data = xr.Dataset(
+        {
+            "damping_ratio": (dims, 1.05 * peaks),
+            "damping_ratio_peaks": (dims, peaks),
+            "damping_ratio_energy": (dims, peaks * (1 - 0.2 * slope * (1 - e))),
+            "damping_ratio_middle": (dims, peaks * (1 + 0.05 * slope * (1 - e))),
+            **{f"spread_{name}": ((*dims[:2], dims[3]), spread) for name in ("error", "peaks", "energy")},
+            "map_best_exponent": ((*grid, "map_cracked_stiffness_ratio"), best),
+            "map_spread": (
+                ("damping_model", *grid, "map_cracked_stiffness_ratio"),
+                abs(slope) * np.broadcast_to(0.8 - map_a1, (3, 2, 4)),
+            ),
+        },
+        coords={
+            "damping_model": models, "case": ["stiff", "paper", "soft"], "release_share": share, "restitution": e,
+            "cracked_stiffness_ratio": ("case", a1), "plateau_ratio": ("case", b1),
+            "ultimate_ratio": ("case", np.ones(3)), "softening": ("case", ["none"] * 3),
+            "release_amplitude": (("case", "release_share"), np.tile(share, (3, 1))),
+            "map_softening": ["none", "steeper", "translated"], "map_plateau_ratio": [0.75, 0.85],
+            "map_cracked_stiffness_ratio": map_a1,
+        },
+    )  # fmt: skip
+    return complete(data, "dispersion")
+
+
+def pulses():
+    frequency, load, e = np.geomspace(0.5, 8, 9), np.geomspace(0.5, 16, 11), np.array([0.8, 0.85, 0.9])
+    cells = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+    peak = np.broadcast_to((load[:, None] / frequency[:, None, None] ** 2 * 0.3 / (1 + e)), (2, 9, 11, 3)).copy()
+    collapsed = peak > 1
+    ratio = np.array([1.1, 1.0, 0.9, 0.98])[:, None, None, None, None]
+    by, bands = ("damping_ratio_source", "damping_model", "restitution"), 5
+    edges = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
+    median = np.broadcast_to(ratio[:, 0, 0, 0, :, None], (2, 4, 3, bands))
+    data = xr.Dataset(
+        {
+            "damping_ratio": (by, np.full((2, 4, 3), 0.05)),
+            "reference_peak": (cells, peak),
+            "reference_collapsed": (cells, collapsed.astype(np.int8)),
+            "peak_displacement": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
+            "collapsed": ((*by[:2], *cells), np.stack([ratio * peak > 1] * 2).astype(np.int8)),
+            "median_ratio": ((*by, "band"), median),
+            "log_dispersion": ((*by, "band"), 0.15 * median),
+            "median_ratio_all": (by, median[..., 0]),
+            "log_dispersion_all": (by, 0.15 * median[..., 0]),
+            **{name: (by, np.full((2, 4, 3), 7)) for name in ("false_safe", "false_collapse")},
+            **{name: ("restitution", np.full(3, 480)) for name in ("reference_collapses", "reference_survivals")},
+        },
+        coords={
+            "damping_ratio_source": ["closed form", "error"], "damping_model": VISCOUS, "pulse": ["Ricker", "sine"],
+            "pulse_frequency": frequency, "load_ratio": load, "restitution": e, "release_amplitude": 0.5,
+            "band": np.arange(bands), "band_start": ("band", edges[:-1]), "band_end": ("band", edges[1:]),
+        },
+    )  # fmt: skip
+    return complete(data, "pulses")
+
+
+@cache
+def made_up():
+    return {
+        "mechanism": mechanism(),
+        "loops": loops(),
+        "amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),
+        "slenderness": match("slenderness", [10, 15, 30], fixed=True),
+        "overburden": match("overburden_ratio", [0, 1, 8], fixed=True),
+        "cracked_stiffness": match(
+            "cracked_stiffness_ratio", [0.02, 0.04, 0.14, 0.17], plateau=[0.85, 0.85, 0.85, 0.75]
+        ),
+        "equivalence": equivalence(),
+        "validation": validation(),
+        "orders": orders(),
+        "dispersion": dispersion(),
+        "pulses": pulses(),
+        "natural": earthquakes.natural(),
+        "comparison": earthquakes.comparison(),
+        "population": earthquakes.population(),
+    }

@@ -1,0 +1,118 @@
+"""Made-up content for a report: datasets with the registry's variables, tables, and figures of one colour."""
+
+import io
+import zlib
+
+import numpy as np
+import xarray as xr
+import yaml
+from PIL import Image
+from repository import ROOT
+
+from rockdamp.figures import FIGURES
+from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS
+from rockdamp.report import Content
+from rockdamp.storage import dataset
+from rockdamp.vocabulary import STUDIES
+
+KINDS = (
+    "mechanism", "loops", "equivalence", "validation", "calibration", "windows", "orders", "accuracy", "dispersion",
+    "pulses", "explorer", "comparison", "population",
+)  # fmt: skip
+
+COORDINATES = {
+    "damping_model": list(MODELS),
+    "viscous_model": list(VISCOUS_MODELS),
+    "curve_name": ["bi-linear", "tri-linear", "steeper", "translated", "new", "moderate", "severe"],
+    "rocking_model": ["tri-linear", "slender", "large rotation"],
+    "rocking_feature": ["first impact", "peaks", "p"],
+    "scheme": ["newmark", "paper"],
+    "excitation": ["free", "forced"],
+    "parameter": ["a1", "b1", "e"],
+    "restitution": [0.8, 0.85, 0.9, 0.95],
+    "release_amplitude": [0.3, 0.5, 0.9],
+    "slenderness": [10.0, 15.0, 30.0],
+    "overburden_ratio": [0.0, 2.0],
+    "cracked_stiffness_ratio": [0.02, 0.04, 0.1],
+    "damping_ratio_source": ["fit", "error", "closed form"],
+    "variation": ["step", "impact", "lower e", "higher e"],
+    "bound": ["lower", "upper"],
+    "share": [0.5, 0.9, 1.0],
+    "wall": ["veneer", "church", "parapet"],
+    "quantile": [0.5, 0.9, 1.0],
+    "tau": [0.05 * i for i in range(61)],
+}
+SCALARS = {
+    "window": 8.0, "release_amplitude": 0.5, "restitution": 0.85, "cracked_stiffness_ratio": 0.04,
+    "ultimate_ratio": 1.0, "plateau_ratio": 0.85, "plateau_end_ratio": 0.15,
+}  # fmt: skip
+WITHOUT_CR = {"match", "equivalence", "dispersion", "pulses", "windows"}
+
+
+def made_up(kind, parameter=None):
+    """A dataset of a kind: coordinates as above, and values between 0 and 1 that depend on kind and name alone."""
+    sizes, found = {}, {}
+    entries = dataset.variables(kind, parameter)
+    for entry in entries.values():
+        for dim in entry["dims"]:
+            values = coordinate(kind, dim)
+            sizes[dim] = len(values)
+    for name, entry in entries.items():
+        dims = tuple(entry["dims"])
+        if dims == (name,):
+            found[name] = (dims, coordinate(kind, name))
+        elif not dims and name in SCALARS:
+            found[name] = ((), SCALARS[name])
+        else:
+            random = np.random.default_rng(zlib.crc32(f"{kind} {name}".encode()))
+            found[name] = (dims, random.uniform(0.05, 0.95, [sizes[dim] for dim in dims]))
+    made = xr.Dataset(found)
+    if kind == "match":
+        made["plateau_ratio"] = (parameter, np.full(sizes[parameter], 0.85))
+    for name, entry in entries.items():
+        made[name].attrs = {key: entry[key] for key in dataset.ATTRIBUTES if key in entry}
+    attributes = {"title": dataset.registry()["datasets"][kind]["title"], "config_sha256": "ab" * 32}
+    record = {"record_synthetic": "yes", "record_specimen": "a made-up wall"} if kind == "validation" else {}
+    return made.assign_attrs(attributes | record, code_version=f"0.0.0+{kind}")
+
+
+def coordinate(kind, dim):
+    if dim == "damping_model" and kind in WITHOUT_CR:
+        return [*VISCOUS_MODELS, "POWER"] if kind == "dispersion" else list(VISCOUS_MODELS)
+    return COORDINATES.get(dim, [0, 1, 2])
+
+
+def png(width, height):
+    file = io.BytesIO()
+    Image.new("RGB", (width, height), "#FFFFFF").save(file, "PNG")
+    return file.getvalue()
+
+
+def content():
+    datasets = {kind: made_up(kind) for kind in KINDS}
+    datasets |= {f"match/{study}": made_up("match", parameter) for study, parameter in STUDIES.items()}
+    datasets |= {f"natural/{name}": made_up(f"natural_{name}") for name in ("walls", "check")}
+    verdicts = ("reproduced", "reproduced under conditions", "not reproduced")
+    claims = [
+        {
+            "id": f"claim-{i}", "section": f"{i}.1", "claim": f"Claim {i}: a < b & c.", "verdict": verdicts[i % 3],
+            "measured": f"one is 0.{i}1; two is 0.{i}2", "threshold": f"less than 0.{i}",
+            "condition": f"condition {i}" if i % 2 else "",
+        }
+        for i in range(5)
+    ]  # fmt: skip
+    errata = [
+        {"id": f"erratum-{i}", "where": f"Eq. ({i})", "printed": f"printed {i}", "used": f"used {i}",
+         "evidence": f"evidence {i} </script>"}
+        for i in range(3)
+    ]  # fmt: skip
+    return Content(
+        claims=claims,
+        errata=errata,
+        figures={name: png(300 if index % 2 else 150, 100 + index) for index, name in enumerate(FIGURES)},
+        datasets=datasets,
+        assumptions=(ROOT / "docs/assumptions.md").read_text(encoding="utf-8"),
+        citation=(ROOT / "CITATION.cff").read_text(encoding="utf-8"),
+        config=yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")),
+        code_version="0.0.0+of-a-test",
+    )

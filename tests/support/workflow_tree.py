@@ -1,0 +1,53 @@
+"""A copy of the repository in which snakemake runs, whatever surrounds the tests."""
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+from repository import ROOT
+
+NOT_COPIED = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
+
+
+class Tree:
+    """A copy of the repository in which snakemake runs."""
+
+    def __init__(self, place):
+        self.place = place
+        shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_COPIED))
+        own = {"PYTHONPATH": str(place / "src"), "PYTHONUTF8": "1"}  # the package of the copy, not the installed one
+        dropped = (
+            "SNAKEMAKE_PROFILE",
+            "NUMBA_CACHE_DIR",
+            "NUMBA_DISABLE_JIT",
+            "SOURCE_DATE_EPOCH",
+            "COVERAGE_PROCESS_START",
+        )
+        self.environment = {key: value for key, value in os.environ.items() if key not in dropped} | own
+
+    def snakemake(self, *arguments, overlay=None):
+        """Run it on the minimal config, with more keys from `overlay` where that is given."""
+        files = ["config/minimal.yaml"]
+        if overlay is not None:
+            (self.place / "overlay.yaml").write_text(overlay, encoding="utf-8")
+            files.append("overlay.yaml")
+        command = [sys.executable, "-m", "snakemake", "--cores", "2", "--nocolor", *arguments, "--configfile", *files]
+        return subprocess.run(command, cwd=self.place, env=self.environment, capture_output=True, text=True)
+
+    def planned(self, overlay=None):
+        """Jobs that a run would execute: rules with the number of their jobs."""
+        run = self.snakemake("--dry-run", overlay=overlay)
+        assert run.returncode == 0, run.stdout + run.stderr
+        text = run.stdout + run.stderr
+        if "Nothing to be done" in text:
+            return {}
+        table = text.partition("Job stats:")[2].partition("total")[0]
+        jobs = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE)}
+        return jobs
+
+    def digests(self, folder="results"):
+        files = sorted(path for path in (self.place / folder).rglob("*") if path.is_file())
+        return {str(path.relative_to(self.place)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}

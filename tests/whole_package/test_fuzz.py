@@ -1,0 +1,238 @@
+"""Any input gives a result or an `InputError`: configs, records and the parameters of the solver, mutated at random."""
+
+import copy
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from repository import ROOT
+from snakemake.utils import update_config
+
+import rockdamp as rd
+from rockdamp.config import between_keys as checks
+from rockdamp.config.schema import schema_problems
+from rockdamp.errors import InputError, RecordWarning
+from rockdamp.mechanics.curve import SOFTENING
+from rockdamp.motions import catalogue
+from rockdamp.motions.records import Record, read_record
+from rockdamp.solvers.newmark import COMPLETED
+from rockdamp.storage import yaml_file
+from rockdamp.studies import decays, force_curves
+from rockdamp.studies.earthquakes import incremental
+
+SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
+FILES = [ROOT / f"config/{name}.yaml" for name in ("default", "minimal")]
+few = settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+# --- the config -----------------------------------------------------------------------------------------------------
+
+
+def loaded():
+    whole = {}
+    for path in FILES:
+        update_config(whole, yaml_file.load(path.read_text(encoding="utf-8")))
+    return whole
+
+
+def paths(value, path=()):
+    """Every place in the config: of sections, of lists, of their items."""
+    if path:
+        yield path
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from paths(item, (*path, key))
+
+
+WHOLE = loaded()
+RULES = yaml_file.load(SCHEMA.read_text(encoding="utf-8"))
+PATHS = sorted(paths(WHOLE), key=str)
+# Of the sections that the cheap stages below read, so that more than the schema is asked.
+READ = [
+    path for path in PATHS if path[0] in ("wall", "curve", "studies", "natural", "restitution", "release_amplitude")
+]
+ODD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**30), 10**30),
+    st.floats(),
+    st.sampled_from([0, -1, 1e-320, 1e308, 10**400, math.nan, -math.inf, "", "1e-3", "x", [], {}, [[]], {"a": 1}]),
+    st.lists(st.floats(), max_size=3),
+    st.text(max_size=5),
+    st.dictionaries(st.text(max_size=3), st.floats(), max_size=2),
+)
+FACTOR = st.sampled_from([-1, 0, 0.5, 0.9, 1.1, 2, 10, 1e-6, 1e6, 1e200])
+
+
+def mutated(config, path, change):
+    """Replace what stands at `path` by `change(it)`."""
+    *sections, last = path
+    for key in sections:
+        config = config[key]
+    config[last] = change(config[last])
+
+
+def stretched(factor):
+    return lambda value: value * factor if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+@pytest.fixture
+def here(monkeypatch):
+    monkeypatch.chdir(ROOT)  # the record's path is seen from the folder of the run
+
+
+def judge(config):
+    """Check a config; what is accepted, the cheap stages must take, or refuse as the checks do."""
+    found = schema_problems(config, RULES) or checks.problems(config)
+    if found:
+        assert all(map(str, found))
+        return
+    try:
+        made = [decays.describe(name, config).frequency_parameter for name in decays.STUDIES]
+        made += [force_curves.mechanism(config)["force"].values, decays.restitution_grid(config)]
+        made += [wall.frequency_parameter for wall, _ in map(incremental.make_wall, config["natural"]["walls"])]
+    except InputError as error:
+        assert str(error)
+    else:
+        assert all(np.isfinite(values).all() for values in made)
+
+
+@few
+@given(st.sampled_from(PATHS), ODD)
+def test_a_config_with_something_else_at_some_key_is_used_or_refused(here, path, value):
+    config = copy.deepcopy(WHOLE)
+    mutated(config, path, lambda _: value)
+    judge(config)
+
+
+@few
+@given(st.lists(st.tuples(st.sampled_from(READ), FACTOR), min_size=1, max_size=4))
+def test_a_config_with_numbers_far_off_is_used_or_refused(here, changes):
+    config = copy.deepcopy(WHOLE)
+    for path, factor in changes:
+        mutated(config, path, stretched(factor))
+    judge(config)
+
+
+@few
+@given(st.sampled_from(PATHS), st.text(max_size=4))
+def test_a_config_with_a_key_missing_or_another_name_is_refused(here, path, name):
+    config = copy.deepcopy(WHOLE)
+    *sections, last = path
+    section = config
+    for key in sections:
+        section = section[key]
+    value = section.pop(last)
+    if isinstance(section, dict) and name != last:
+        section[name] = value
+    judge(config)
+
+
+@settings(few, max_examples=10)
+@given(st.sampled_from(PATHS), ODD)
+def test_whatever_is_wrong_with_a_config_is_told_with_its_place(here, path, value):
+    config = copy.deepcopy(WHOLE)
+    mutated(config, path, lambda _: value)
+    try:
+        checks.validate(config, SCHEMA, FILES)
+    except InputError as error:
+        assert all(line.startswith(("the command line: ", f"{ROOT}/config/")) for line in str(error).splitlines())
+
+
+# --- records --------------------------------------------------------------------------------------------------------
+
+CSV = "# specimen: A\n# synthetic: yes\nelapsed_s,ground_acceleration_m_s2,displacement_m\n0.00,0.1,0.001\n0.01,0.2,0\n"
+AT2 = "PEER\nSomewhere\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 5, DT= .01 SEC\n 0 .1E-01 0\n -.1 0\n"
+PIECES = st.sampled_from(
+    [b"", b"\n", b",", b"nan", b"inf", b"-", b"1e999", b"#", b":", b'"', b"\x00", b"\xff", b"\xef\xbb\xbf", b"9" * 400]
+    + [b"NPTS", b"1_0", "٣".encode(), b"0x1p3", b"\r", b" ", b"synthetic: maybe"]
+)
+EDITS = st.lists(st.tuples(st.integers(0, 200), st.integers(0, 12), PIECES), min_size=1, max_size=4)
+
+
+def edited(text, edits):
+    content = text.encode()
+    for at, length, piece in edits:
+        at %= len(content) + 1
+        content = content[:at] + piece + content[at + length :]
+    return content
+
+
+def read(path, content):
+    path.write_bytes(content)
+    try:
+        record = read_record(path)
+    except InputError as error:
+        assert str(path) in str(error)
+        return
+    assert isinstance(record, Record)
+    assert np.isfinite(record.ground_acceleration).all() and 0 < record.step < math.inf
+
+
+@pytest.mark.parametrize("name", ["record.csv", "record.AT2"])
+@few
+@given(content=st.binary(max_size=300))
+def test_any_bytes_are_a_record_or_refused(tmp_path, name, content):
+    read(tmp_path / name, content)
+
+
+@pytest.mark.parametrize(("name", "text"), [("record.csv", CSV), ("record.AT2", AT2)])
+@few
+@given(edits=EDITS)
+def test_an_edited_record_is_read_or_refused(tmp_path, name, text, edits):
+    read(tmp_path / name, edited(text, edits))
+
+
+@few
+@given(edits=EDITS)
+def test_an_edited_ground_motion_is_read_or_refused(tmp_path, edits):
+    path = tmp_path / "own.csv"
+    path.write_bytes(edited(CSV, edits))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RecordWarning)
+        try:
+            motion = catalogue.from_file(path)
+        except InputError as error:
+            assert str(path) in str(error)
+        else:
+            assert np.isfinite(motion.record.ground_acceleration).all()
+
+
+# --- the solver -----------------------------------------------------------------------------------------------------
+
+ODD_NUMBER = st.sampled_from([0.0, -1.0, math.nan, math.inf, 1e-300, 1e300])
+
+
+def number(low, high):
+    """Mostly a number that could be meant, sometimes an odd one."""
+    return st.one_of(*[st.floats(low, high)] * 9, ODD_NUMBER)
+
+
+@settings(max_examples=300)
+@given(
+    a1=number(0.005, 0.3), b1=number(0.3, 0.95), a3=number(0.5, 1.0), softening=st.sampled_from(SOFTENING),
+    model=st.sampled_from(["CR", "CDC", "CDR", "SDR", "ECD", "POWER"]), parameter=number(0.01, 1.0),
+    release=number(-0.9, 0.9), velocity=number(-0.5, 0.5), step=number(0.001, 0.2), steps=st.integers(1, 400),
+    factor=number(0.0, 3.0), motion=st.lists(number(-5, 5), max_size=6), scheme=st.sampled_from(["newmark", "paper"]),
+)  # fmt: skip
+def test_a_response_that_completed_is_finite(
+    a1, b1, a3, softening, model, parameter, release, velocity, step, steps, factor, motion, scheme
+):
+    try:
+        curve = rd.TrilinearCurve(a1, b1, ultimate_ratio=a3, softening=softening)
+        response = rd.solve(
+            curve, rd.Damping(model, parameter), step=step, steps=steps, release_amplitude=release,
+            release_velocity=velocity, load_factor=factor, ground_acceleration=motion, substeps=100, store_every=1,
+            scheme=scheme,
+        )  # fmt: skip
+    except InputError as error:
+        assert str(error)
+        return
+    assert np.isfinite([response.outcome_tau, response.peak_tau]).all() and response.impacts >= 0
+    assert response.peak >= abs(release)
+    if response.outcome == COMPLETED:
+        assert np.isfinite(response.displacement).all() and np.isfinite(response.velocity).all()
+        assert response.peak <= a3
