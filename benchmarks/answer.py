@@ -59,16 +59,28 @@ def section(quick: bool) -> Section:
         deviation = abs(ours[name, 1]()[0] / best - 1)
         one_wall, all_walls = timed[name, 1].best, timed[name, walls].best
         table.rows.append(
-            [name, number(one_wall), f"{deviation:.1e}", number(all_walls), number(one_wall / seconds_one),
-             number(all_walls / seconds_all)]
-        )  # fmt: skip
+            [
+                name,
+                number(one_wall),
+                f"{deviation:.1e}",
+                number(all_walls),
+                number(one_wall / seconds_one),
+                number(all_walls / seconds_all),
+            ]
+        )
         assert deviation < PRECISE, name
     for name, histories in _peers(one).items():
         seconds, off = _first_precise(one, truth, best, histories, 1 if quick else 3)
         table.rows.append(
-            [name, number(seconds), f"{off:.1e}", f"{number(seconds * walls)} (extrapolated)",
-             number(seconds / seconds_one), number(seconds * walls / seconds_all)]
-        )  # fmt: skip
+            [
+                name,
+                number(seconds),
+                f"{off:.1e}",
+                f"{number(seconds * walls)} (extrapolated)",
+                number(seconds / seconds_one),
+                number(seconds * walls / seconds_all),
+            ]
+        )
     if NO_OPENSEES:
         found.notes.append(NO_OPENSEES + ".")
     found.tables.append(table)
@@ -125,9 +137,12 @@ def _peers(curve: TrilinearCurve) -> dict[str, list[Callable[[float], np.ndarray
 
 
 def _first_precise(
-    curve: TrilinearCurve, truth: np.ndarray, best: float, histories: list[Callable[[float], np.ndarray]],
+    curve: TrilinearCurve,
+    truth: np.ndarray,
+    best: float,
+    histories: list[Callable[[float], np.ndarray]],
     repetitions: int,
-) -> tuple[float, float]:  # fmt: skip
+) -> tuple[float, float]:
     """Best seconds of the first minimisation that is precise enough, and by how much its xi is off."""
     for history in histories:
         seconds = []

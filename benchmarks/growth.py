@@ -73,17 +73,17 @@ def memory(quick: bool) -> Section:
     )
     found.target(
         f"Memory of {most} steps over that of {most // 10}, under a record of 101 samples",
-        record[most] / record[most // 10], GROWS, " times",
-    )  # fmt: skip
+        record[most] / record[most // 10],
+        GROWS,
+        " times",
+    )
     found.notes.append(f"Where histories are asked for: {number(stored)} MiB, against {number(sizes[-1])} MiB without.")
     return found
 
 
 def _row(table: Table, lanes: int, steps: int, samples: int, every: int) -> float:
     size = _child(CHILD, *map(str, (lanes, steps, samples, every)))
-    table.rows.append(
-        [f"{lanes:,}", f"{steps:,}", str(samples or "-"), "yes" if every else "no", "-", number(size)]
-    )  # fmt: skip
+    table.rows.append([f"{lanes:,}", f"{steps:,}", str(samples or "-"), "yes" if every else "no", "-", number(size)])
     return size
 
 
@@ -134,9 +134,10 @@ def growth(quick: bool) -> Section:
         "records": (records, _records(records, 32 if quick else 128), 1),
     }
     shown = {
-        "walls": "walls, CDR, 400 steps of one record", "steps": "steps, CDR, 512 walls, free",
+        "walls": "walls, CDR, 400 steps of one record",
+        "steps": "steps, CDR, 512 walls, free",
         "records": f"records, each as the first of FEMA P695, {32 if quick else 128} walls, 5 dampers",
-    }  # fmt: skip
+    }
     table = Table(
         f"Seconds on {threads} thread(s), best of the repetitions, and the slope of the line in logarithms: over"
         " everything, and where it is long enough for the start of a call not to count (from 1000 walls or steps on).",
@@ -146,9 +147,16 @@ def growth(quick: bool) -> Section:
         long = np.asarray(x) >= least
         slopes = slope(x, seconds), slope(np.asarray(x)[long], np.asarray(seconds)[long])
         table.rows.append(
-            [shown[name], f"{x[0]:,}", number(seconds[0]), f"{x[-1]:,}", number(seconds[-1]),
-             f"{slopes[0]:.2f}", f"{slopes[1]:.2f}"]
-        )  # fmt: skip
+            [
+                shown[name],
+                f"{x[0]:,}",
+                number(seconds[0]),
+                f"{x[-1]:,}",
+                number(seconds[-1]),
+                f"{slopes[0]:.2f}",
+                f"{slopes[1]:.2f}",
+            ]
+        )
         found.series[shown[name]] = [[int(value) for value in x], seconds]
         found.target(f"Growth with {name}: slope of the long runs", slopes[1], 1.1)
     found.tables.append(table)

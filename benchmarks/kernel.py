@@ -61,10 +61,17 @@ class Batch:
             else Damping(self.model, self.parameter)
         )
         return solve(
-            self.curve, damping, step=self.step, steps=self.steps, release_amplitude=self.release,
-            load_factor=self.load_factor, ground_acceleration=self.ground, substeps=self.substeps, threads=threads,
+            self.curve,
+            damping,
+            step=self.step,
+            steps=self.steps,
+            release_amplitude=self.release,
+            load_factor=self.load_factor,
+            ground_acceleration=self.ground,
+            substeps=self.substeps,
+            threads=threads,
             store_every=store_every,
-        )  # fmt: skip
+        )
 
 
 def batch(model: str, forced: bool, lanes: int, steps: int) -> Batch:
@@ -108,9 +115,19 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
     table = Table(
         f"ns per step and history: best (median) of interleaved repetitions of {steps} steps. C and the plain numba"
         " loop run on one thread; numba takes the histories one after the other.",
-        ["damper", "load", "histories", "rockdamp, 1 thread", "rockdamp, 2 threads", "C", "plain numba",
-         "rockdamp / C", "numba / rockdamp", "1 / 2 threads"],
-    )  # fmt: skip
+        [
+            "damper",
+            "load",
+            "histories",
+            "rockdamp, 1 thread",
+            "rockdamp, 2 threads",
+            "C",
+            "plain numba",
+            "rockdamp / C",
+            "numba / rockdamp",
+            "1 / 2 threads",
+        ],
+    )
     worst: dict[str, list[float]] = {}
     speeds, c_second, c_scalar = {}, [], []
     for model in MODELS:
@@ -138,9 +155,10 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
                 ns = {name: time.best * per[name] for name, time in timed.items()}
                 speeds[model, forced, lanes] = ns["one"]
                 ratios = {
-                    "c": ns["one"] / ns.get("c", np.nan), "scalar": ns["scalar"] / ns["one"],
+                    "c": ns["one"] / ns.get("c", np.nan),
+                    "scalar": ns["scalar"] / ns["one"],
                     "two": ns["one"] / ns.get("two", np.nan),
-                }  # fmt: skip
+                }
                 if lanes == MOST:
                     for name, value in ratios.items():
                         worst.setdefault(f"{model} {name}", []).append(value)
@@ -149,10 +167,14 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
                     if "c two" in ns:
                         c_second.append(ns["c"] / ns["c two"])
                 table.rows.append(
-                    [NAMES[model], "record" if forced else "free", str(lanes),
-                     *(cell.get(name, "-") for name in ("one", "two", "c", "scalar")),
-                     *("-" if np.isnan(ratios[name]) else f"{ratios[name]:.2f}" for name in ("c", "scalar", "two"))]
-                )  # fmt: skip
+                    [
+                        NAMES[model],
+                        "record" if forced else "free",
+                        str(lanes),
+                        *(cell.get(name, "-") for name in ("one", "two", "c", "scalar")),
+                        *("-" if np.isnan(ratios[name]) else f"{ratios[name]:.2f}" for name in ("c", "scalar", "two")),
+                    ]
+                )
                 print("  " + "  ".join(table.rows[-1]), flush=True)
     found.tables.append(table)
     for model in MODELS:
@@ -227,9 +249,16 @@ def _accuracy(found: Section, speeds: dict[tuple[str, bool, int], float], quick:
         f"One CDC wall over tau = {SAMPLE * SAMPLES:g}: cost to bring the largest error of u/u_ins at {SAMPLES}"
         f" samples, against rockdamp.solvers.event_driven, down to {WANTED:g}. Rockdamp's step is one of {MOST}"
         " histories' on one core; the others run one at a time.",
-        ["load", "solver", "us per step", "steps", "us per history", "times rockdamp's step",
-         "times rockdamp's history"],
-    )  # fmt: skip
+        [
+            "load",
+            "solver",
+            "us per step",
+            "steps",
+            "us per history",
+            "times rockdamp's step",
+            "times rockdamp's history",
+        ],
+    )
     for forced in (False, True):
         _one_wall(found, table, forced, speeds, 2 if quick else 5)
     found.tables.append(table)
@@ -237,7 +266,7 @@ def _accuracy(found: Section, speeds: dict[tuple[str, bool, int], float], quick:
 
 def _one_wall(
     found: Section, table: Table, forced: bool, speeds: dict[tuple[str, bool, int], float], repetitions: int
-) -> None:  # fmt: skip
+) -> None:
     samples = SAMPLES
     load = 0.8 * motion(samples + 1, SAMPLE) if forced else np.empty(0)
     release, end, name = (0.0 if forced else RELEASE), SAMPLE * samples, "record" if forced else "free"
@@ -250,9 +279,16 @@ def _one_wall(
 
     def ours(substeps: int) -> np.ndarray:
         return solve(
-            ONE, Damping("CDC", XI), step=SAMPLE / substeps, steps=samples * substeps, release_amplitude=release,
-            load_factor=1.0, ground_acceleration=load, substeps=substeps, store_every=substeps,
-        ).displacement  # fmt: skip
+            ONE,
+            Damping("CDC", XI),
+            step=SAMPLE / substeps,
+            steps=samples * substeps,
+            release_amplitude=release,
+            load_factor=1.0,
+            ground_acceleration=load,
+            substeps=substeps,
+            store_every=substeps,
+        ).displacement
 
     def error(history: np.ndarray) -> float:
         return float(np.abs(history - truth.displacement).max())
@@ -271,9 +307,16 @@ def _one_wall(
         per_step = _opensees_step(release, load, samples, repetitions)
         peer_cost = peer_steps * per_step
         table.rows.append(
-            [name, "OpenSeesPy", number(per_step * 1e6), number(peer_steps), number(peer_cost * 1e6),
-             number(per_step * 1e9 / ns), number(peer_cost / cost)]
-        )  # fmt: skip
+            [
+                name,
+                "OpenSeesPy",
+                number(per_step * 1e6),
+                number(peer_steps),
+                number(peer_cost * 1e6),
+                number(per_step * 1e9 / ns),
+                number(peer_cost / cost),
+            ]
+        )
         found.target(
             f"Faster than OpenSeesPy per step, CDC, {name}, one core", per_step * 1e9 / ns, 800, " times", least=True
         )

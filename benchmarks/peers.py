@@ -26,9 +26,26 @@ FLAGS = ("-O3", "-march=native", "-ffast-math")
 # --- C ----------------------------------------------------------------------------------------------------------------
 
 C_ROWS = (
-    "x", "v", "a", "alive", "end", "peak", "peak_at", "crossings",
-    "k1", "b1", "ks", "a1", "a2", "a3", "h", "g", "e", "c", "half_n",
-)  # fmt: skip
+    "x",
+    "v",
+    "a",
+    "alive",
+    "end",
+    "peak",
+    "peak_at",
+    "crossings",
+    "k1",
+    "b1",
+    "ks",
+    "a1",
+    "a2",
+    "a3",
+    "h",
+    "g",
+    "e",
+    "c",
+    "half_n",
+)
 
 
 def compile_c() -> ctypes.CDLL | None:
@@ -69,15 +86,31 @@ class CLoop:
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         w1, xi, x = curve.initial_frequency, batch.parameter, batch.release
         c = {
-            "CR": 0.0, "CDC": 2 * w1 * xi, "CDR": 2 * xi, "SDR": 2 * xi / w1, "ECD": 2 * xi,
+            "CR": 0.0,
+            "CDC": 2 * w1 * xi,
+            "CDR": 2 * xi,
+            "SDR": 2 * xi / w1,
+            "ECD": 2 * xi,
             "POWER": 2 * xi * w1 ** (1 - batch.exponent),
-        }[batch.model]  # fmt: skip
+        }[batch.model]
         load = batch.load_factor * self.ground[0] if self.ground.size else 0.0
         rows = {
-            "x": x, "a": load - curve.force(x), "alive": 1.0, "peak": np.abs(x), "k1": k1, "b1": b1, "ks": ks,
-            "a1": a1, "a2": a2, "a3": a3, "h": batch.step, "g": batch.load_factor,
-            "e": xi if batch.model == "CR" else 1.0, "c": c, "half_n": batch.exponent / 2,
-        }  # fmt: skip
+            "x": x,
+            "a": load - curve.force(x),
+            "alive": 1.0,
+            "peak": np.abs(x),
+            "k1": k1,
+            "b1": b1,
+            "ks": ks,
+            "a1": a1,
+            "a2": a2,
+            "a3": a3,
+            "h": batch.step,
+            "g": batch.load_factor,
+            "e": xi if batch.model == "CR" else 1.0,
+            "c": c,
+            "half_n": batch.exponent / 2,
+        }
         flat = np.zeros((len(C_ROWS), self.blocks * kernels.LANES))
         for row, name in enumerate(C_ROWS):
             flat[row, : batch.lanes] = rows.get(name, 0.0)
@@ -97,9 +130,13 @@ class CLoop:
     def _part(self, first: int, last: int) -> None:
         batch = self.batch
         self.march(
-            self.work[first:last].ctypes.data, int(last - first), self.ground.ctypes.data, self.ground.size,
-            batch.substeps, batch.steps,
-        )  # fmt: skip
+            self.work[first:last].ctypes.data,
+            int(last - first),
+            self.ground.ctypes.data,
+            self.ground.size,
+            batch.substeps,
+            batch.steps,
+        )
 
     def row(self, name: str) -> np.ndarray:
         """Return what a row holds after the run."""
@@ -168,9 +205,23 @@ def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground,
 def _march_many(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps, peak):
     for i in range(peak.size):
         peak[i] = _march_one(
-            model, n, k1[i], b1[i], ks[i], a1[i], a2[i], a3[i], w1[i], parameter[i], x[i], g[i], h, ground, substeps,
+            model,
+            n,
+            k1[i],
+            b1[i],
+            ks[i],
+            a1[i],
+            a2[i],
+            a3[i],
+            w1[i],
+            parameter[i],
+            x[i],
+            g[i],
+            h,
+            ground,
+            substeps,
             steps,
-        )[0]  # fmt: skip
+        )[0]
 
 
 def scalar_peaks(batch: Any, lanes: int) -> np.ndarray:
@@ -179,9 +230,19 @@ def scalar_peaks(batch: Any, lanes: int) -> np.ndarray:
     model = ("CR", "CDC", "CDR", "SDR", "ECD", "POWER").index(batch.model)
     parameters = [np.broadcast_to(row, batch.lanes) for row in batch.curve.parameters()]
     _march_many(
-        model, batch.exponent, *parameters, batch.curve.initial_frequency, batch.parameter, batch.release,
-        batch.load_factor, batch.step, np.asarray(batch.ground, dtype=float), batch.substeps, batch.steps, peak,
-    )  # fmt: skip
+        model,
+        batch.exponent,
+        *parameters,
+        batch.curve.initial_frequency,
+        batch.parameter,
+        batch.release,
+        batch.load_factor,
+        batch.step,
+        np.asarray(batch.ground, dtype=float),
+        batch.substeps,
+        batch.steps,
+        peak,
+    )
     return peak
 
 
@@ -250,9 +311,15 @@ def opensees_history(samples: int, substeps: int, sample: float) -> np.ndarray:
 
 
 def scipy_history(
-    curve: TrilinearCurve, xi: float, release: float, end: float, rtol: float, load: Any = (), sample: float = 1.0,
+    curve: TrilinearCurve,
+    xi: float,
+    release: float,
+    end: float,
+    rtol: float,
+    load: Any = (),
+    sample: float = 1.0,
     times: Any = None,
-) -> Any:  # fmt: skip
+) -> Any:
     """One CDC wall by DOP853 on plain Python numbers, as fast as `solve_ivp` gets."""
     rates = _rates(curve, xi, np.asarray(load, dtype=float).tolist(), sample)
     return solve_ivp(rates, (0.0, end), (release, 0.0), method="DOP853", rtol=rtol, atol=0.1 * rtol, t_eval=times)

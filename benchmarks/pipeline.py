@@ -50,8 +50,20 @@ class Tree:
 
     def command(self, targets: list[str], config: str = "config/default.yaml", *options: str) -> list[str]:
         """Return a call of snakemake."""
-        return [sys.executable, "-m", "snakemake", "--cores", str(CORES), "--quiet", "all", *options,
-                "--configfile", config, "--", *targets]  # fmt: skip
+        return [
+            sys.executable,
+            "-m",
+            "snakemake",
+            "--cores",
+            str(CORES),
+            "--quiet",
+            "all",
+            *options,
+            "--configfile",
+            config,
+            "--",
+            *targets,
+        ]
 
     def run(self, command: list[str], place: Path | None = None) -> str:
         """Run a command in the copy; its standard output."""
@@ -203,14 +215,15 @@ def command_line(quick: bool) -> Section:
     calls = {
         "rockdamp --help": ([program, "--help"], 0.3),
         "rockdamp equivalent": (
-            [program, "equivalent", "--restitution", "0.85", "--a1", "0.04", "--b1", "0.85"], 1.5,
+            [program, "equivalent", "--restitution", "0.85", "--a1", "0.04", "--b1", "0.85"],
+            1.5,
         ),
         "python -c pass": ([sys.executable, "-c", "pass"], None),
         "python -c 'import numba'": ([sys.executable, "-c", "import numba"], None),
         "python -c 'import scipy.optimize'": ([sys.executable, "-c", "import scipy.optimize"], None),
         f"python -c '{IMPORTS}'": ([sys.executable, "-c", IMPORTS], None),
         "the same and load the kernel": ([sys.executable, "-c", LOAD], None),
-    }  # fmt: skip
+    }
 
     def caller(command: list[str]):
         return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -237,10 +250,15 @@ def natural(quick: bool) -> Section:
         tree.run(tree.command(["fig3"], config))  # compiles the kernel
         shutil.rmtree(tree.place / "results")
         start = time.perf_counter()
-        peak = _Peak(subprocess.Popen(
-            tree.command(["natural"], config, "--forceall"), cwd=tree.place, env=tree.environment,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        ))  # fmt: skip
+        peak = _Peak(
+            subprocess.Popen(
+                tree.command(["natural"], config, "--forceall"),
+                cwd=tree.place,
+                env=tree.environment,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+        )
         code = peak.wait()
         seconds = time.perf_counter() - start
         if code:
@@ -252,9 +270,15 @@ def natural(quick: bool) -> Section:
         ["records", "histories", "s", "s per record", "largest process [MiB]", "all processes at once [MiB]"],
     )
     table.rows.append(
-        [str(records), f"{histories:,}", number(seconds), number(seconds / records),
-         number(peak.one / MEBIBYTE), number(peak.together / MEBIBYTE)]
-    )  # fmt: skip
+        [
+            str(records),
+            f"{histories:,}",
+            number(seconds),
+            number(seconds / records),
+            number(peak.one / MEBIBYTE),
+            number(peak.together / MEBIBYTE),
+        ]
+    )
     found.tables.append(table)
     if not quick:
         found.target(f"Study of earthquakes from nothing, {CORES} cores", seconds, 240, " s")

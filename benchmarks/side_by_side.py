@@ -69,9 +69,12 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--natural", action="store_true", help="also build the study of earthquakes from nothing")
     parser.add_argument("--population", action="store_true", help="run all 100,000 walls, not a share")
     parser.add_argument(
-        "--only", nargs="+", choices=SECTIONS, metavar="SECTION",
+        "--only",
+        nargs="+",
+        choices=SECTIONS,
+        metavar="SECTION",
         help=f"measure these, and take the others from the last run here: {', '.join(SECTIONS)}",
-    )  # fmt: skip
+    )
     options = parser.parse_args()
     options.natural |= "natural" in (options.only or ())
     return options
@@ -179,12 +182,12 @@ def _plot_kernel(section: Section, path: Path) -> None:
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     axes = figure.subplots(2, 3, sharex=True, sharey=True)
     lines = {"rockdamp, 1 thread": 3, "rockdamp, 2 threads": 4, "C": 5, "plain numba": 6}
-    for ax, name in zip(axes.flat, kernel.NAMES.values()):
+    for ax, name in zip(axes.flat, kernel.NAMES.values(), strict=True):
         rows = [row for row in section.series["loops"] if row[:2] == [name, "record"]]
-        for (label, column), style in zip(lines.items(), ("o-", "s-", "^--", "v:")):
+        for (label, column), style in zip(lines.items(), ("o-", "s-", "^--", "v:")[: len(lines)], strict=True):
             points = [(int(row[2]), float(row[column].split()[0])) for row in rows if row[column] != "-"]
             if points:
-                ax.loglog(*zip(*points), style, label=label, markersize=4)
+                ax.loglog(*zip(*points, strict=True), style, label=label, markersize=4)
         ax.set_title(name)
         ax.grid(alpha=0.3)
     for ax in axes[-1]:
@@ -199,7 +202,9 @@ def _plot_kernel(section: Section, path: Path) -> None:
 def _plot_growth(section: Section, path: Path) -> None:
     figure = Figure(figsize=(6.5, 4.5), layout="constrained")
     ax = figure.subplots()
-    for (name, (x, seconds)), style in zip(section.series.items(), ("o-", "s-", "^-")):
+    for (name, (x, seconds)), style in zip(
+        section.series.items(), ("o-", "s-", "^-")[: len(section.series)], strict=True
+    ):
         ax.loglog(x, seconds, style, label=f"against {name}", markersize=4)
     ax.set_xlabel("count")
     ax.set_ylabel("time [s]")

@@ -142,19 +142,36 @@ def slurm(folder: Path) -> Iterator[None]:
         (folder / name).mkdir(mode=mode)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
     (folder / "etc/slurm.conf").write_text(
-        CONFIGURATION.format(node=NODE, host=socket.gethostname().partition(".")[0], ports=free_ports(2), folder=folder,
-                             cores=CORES, memory=int(0.9 * memory)),
+        CONFIGURATION.format(
+            node=NODE,
+            host=socket.gethostname().partition(".")[0],
+            ports=free_ports(2),
+            folder=folder,
+            cores=CORES,
+            memory=int(0.9 * memory),
+        ),
         encoding="utf-8",
-    )  # fmt: skip
+    )
     call("mount", "--bind", folder / "etc", SLURM_ETC)
     munge = folder / "munge"
     call("mungekey", "--create", "--keyfile", munge / "key")
     commands: list[list[str | Path]] = [
-        ["munged", "--foreground", "--force", "--socket", munge / "socket", "--key-file", munge / "key",
-         "--pid-file", munge / "pid", "--seed-file", munge / "seed"],
+        [
+            "munged",
+            "--foreground",
+            "--force",
+            "--socket",
+            munge / "socket",
+            "--key-file",
+            munge / "key",
+            "--pid-file",
+            munge / "pid",
+            "--seed-file",
+            munge / "seed",
+        ],
         ["slurmctld", "-D"],
         ["slurmd", "-D", "-N", NODE],
-    ]  # fmt: skip
+    ]
     daemons = []
     try:
         for command in commands:
@@ -252,9 +269,17 @@ class Tree:
     def submit(self, case: str) -> subprocess.Popen[bytes]:
         """Start it on Slurm, with what one node without accounting needs, and with eyes on it more often."""
         return self.start(
-            case, "--workflow-profile", "profiles/slurm", "--slurm-no-account", "--slurm-status-command", "squeue",
-            "--slurm-init-seconds-before-status-checks", "3", "--latency-wait", "5",
-        )  # fmt: skip
+            case,
+            "--workflow-profile",
+            "profiles/slurm",
+            "--slurm-no-account",
+            "--slurm-status-command",
+            "squeue",
+            "--slurm-init-seconds-before-status-checks",
+            "3",
+            "--latency-wait",
+            "5",
+        )
 
     def said(self, case: str) -> Path:
         return self.place.parent / f"{case}.txt"

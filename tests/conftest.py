@@ -1,5 +1,7 @@
 """Settings and high-precision values that several tests share."""
 
+from itertools import pairwise
+
 import mpmath as mp
 import pytest
 from hypothesis import settings
@@ -42,7 +44,7 @@ def quarter_period():
     def quadrature(corners, force, x0):
         ends, area = areas_under(corners, force, x0)
         total = outer = mp.mpf(0)
-        for low, high in zip(ends[-2::-1], ends[:0:-1]):
+        for low, high in zip(ends[-2::-1], ends[:0:-1], strict=True):
             # In s = sqrt(high - x) the integrand is smooth at the turning point too.
             total += mp.quad(
                 lambda s, high=high, outer=outer: 2 * s / mp.sqrt(2 * (outer + area(high, s * s))),
@@ -60,7 +62,7 @@ def stored_energy():
 
     def energy(corners, force, x):
         ends, area = areas_under(corners, force, x)
-        return sum(area(high, high - low) for low, high in zip(ends, ends[1:]))
+        return sum(area(high, high - low) for low, high in pairwise(ends))
 
     return energy
 

@@ -5,13 +5,10 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-# A number or an array of numbers. NumPy's ArrayLike admits text and nested lists too, which no formula takes.
-Quantity: TypeAlias = Any
 
 
 class InputError(ValueError):

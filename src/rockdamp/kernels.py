@@ -182,9 +182,18 @@ def power_at(w, i, z):
 def viscous_at(w, i, z):
     """Force and coefficient of lane i with all their terms."""
     return viscous(
-        z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i],
-        w[C0 + i], w[C1 + i], w[C2 + i], w[BY_ENERGY + i],
-    )  # fmt: skip
+        z,
+        w[K1 + i],
+        w[B1 + i],
+        w[KS + i],
+        w[A1 + i],
+        w[A2 + i],
+        w[A3 + i],
+        w[C0 + i],
+        w[C1 + i],
+        w[C2 + i],
+        w[BY_ENERGY + i],
+    )
 
 
 # --- one step of a block of lanes -----------------------------------------------------------------------------------

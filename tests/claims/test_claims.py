@@ -17,10 +17,29 @@ from rockdamp.studies.force_curves import mechanism as tabulate
 
 FILE, ERRATA = ROOT / "data/claims.yaml", ROOT / "data/errata.yaml"
 IDS = [
-    "ean-slender", "fig3-energy", "fig3-impact", "fig4-rigid", "fig4-smooth", "amp-cdc", "amp-cdr", "amp-sign",
-    "amp-dispersion", "slenderness", "overburden", "a1-most", "a1-rank", "a1-sign", "err-secant", "err-range", "err-e",
-    "fit-order", "fig8-sdr", "low-amp", "best-cdr", "good-sdr",
-]  # fmt: skip
+    "ean-slender",
+    "fig3-energy",
+    "fig3-impact",
+    "fig4-rigid",
+    "fig4-smooth",
+    "amp-cdc",
+    "amp-cdr",
+    "amp-sign",
+    "amp-dispersion",
+    "slenderness",
+    "overburden",
+    "a1-most",
+    "a1-rank",
+    "a1-sign",
+    "err-secant",
+    "err-range",
+    "err-e",
+    "fit-order",
+    "fig8-sdr",
+    "low-amp",
+    "best-cdr",
+    "good-sdr",
+]
 VISCOUS = ["CDC", "CDR", "SDR", "ECD"]
 MODELS = ["CR", *VISCOUS]
 E = np.array([0.70, 0.75, 0.80, 0.85, 0.90, 0.95])
@@ -108,10 +127,13 @@ def loops():
             "rocking_displacement": (("rocking_model", "tau"), np.stack([rocking, rocking * 1.01, rocking * 0.99])),
         },
         coords={
-            "damping_model": MODELS, "tau": tau, "rocking_model": ["tri-linear", "slender", "large rotation"],
-            "restitution": RESTITUTION, "release_amplitude": RELEASE,
+            "damping_model": MODELS,
+            "tau": tau,
+            "rocking_model": ["tri-linear", "slender", "large rotation"],
+            "restitution": RESTITUTION,
+            "release_amplitude": RELEASE,
         },
-    )  # fmt: skip
+    )
 
 
 def windows():
@@ -432,7 +454,7 @@ CASES = [
     ("good-sdr", CONDITIONAL, scaled(STUDY, "rms_error", 2.5, damping_model=["SDR"]), "does not hold: not far"),
     ("good-sdr", NOT_REPRODUCED, scaled(STUDY, "rms_error", 5.0, damping_model=["SDR"]), ""),
     ("good-sdr", NOT_REPRODUCED, scaled(STUDY, "rms_error", 30.0), ""),
-]  # fmt: skip
+]
 
 
 def row(listed, data, name):
@@ -494,10 +516,12 @@ def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses(data)
     u = decay * (np.cos(damped * tau) + xi * w / damped * np.sin(damped * tau))
     v = -(w**2) / damped * decay * np.sin(damped * tau)
     history = xr.Dataset(
-        {name: (("damping_model", "tau"), [values]) for name, values in
-         (("displacement", u), ("velocity", v), ("damping_force", 2 * xi * w * v))},
+        {
+            name: (("damping_model", "tau"), [values])
+            for name, values in (("displacement", u), ("velocity", v), ("damping_force", 2 * xi * w * v))
+        },
         coords={"damping_model": ["CDC"], "tau": tau},
-    )  # fmt: skip
+    )
     ratio = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2))
     energy = 0.5 * w**2 * ratio ** np.arange(5)
     np.testing.assert_allclose(areas(history, "CDC", 8.0), energy * (1 - ratio), rtol=2e-3)
@@ -558,7 +582,7 @@ YES, NO, PARTLY = Part(True, ""), Part(False, ""), Part(False, "", "e 0.7")
 )
 def test_parts_add_up_to_a_verdict(needed, parts, verdict):
     claim = {"parts": {"a": "A", "b": "B", "c": "C"}, "needed": needed}
-    assert verdicts.combine(claim, dict(zip("abc", parts)), capped=False)[0] == verdict
+    assert verdicts.combine(claim, dict(zip("abc", parts, strict=True)), capped=False)[0] == verdict
 
 
 def test_conditions_say_what_holds_what_holds_in_part_and_what_does_not():

@@ -27,9 +27,16 @@ RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 WALL = ("--thickness", 0.3, "--height", 4.5)
 CURVE = ("--a1", 0.04, "--b1", 0.85)
 CONTRACT = [
-    "weight", "effective_mass", "excitation_factor", "rigid_strength", "rigid_stiffness", "instability_displacement",
-    "frequency_parameter", "restitution", "restitution_impulsive",
-]  # fmt: skip
+    "weight",
+    "effective_mass",
+    "excitation_factor",
+    "rigid_strength",
+    "rigid_stiffness",
+    "instability_displacement",
+    "frequency_parameter",
+    "restitution",
+    "restitution_impulsive",
+]
 
 
 def run(*arguments):
@@ -75,7 +82,7 @@ def test_readme_shows_what_the_command_prints():
     arguments, *shown = table.partition("```")[0].splitlines()
     printed = run("equivalent", *arguments.split()).stdout.splitlines()
     assert command and shown[0] == printed[0] and len(shown) == len(printed) == 5
-    for told, row in zip(shown[1:], printed[1:]):
+    for told, row in zip(shown[1:], printed[1:], strict=True):
         assert told.split()[:2] == row.split()[:2]
         # Another processor may turn the last digits.
         assert np.array(told.split()[2:], float) == pytest.approx(np.array(row.split()[2:], float), rel=1e-4)
@@ -83,9 +90,23 @@ def test_readme_shows_what_the_command_prints():
 
 def test_equivalent_passes_every_option_on():
     result = run(
-        "equivalent", "--restitution", 0.8, "--a1", 0.05, "--b1", 0.7, "--a3", 0.9, "--softening", "translated",
-        "--release", 0.4, "--window", 12, "--json",
-    )  # fmt: skip
+        "equivalent",
+        "--restitution",
+        0.8,
+        "--a1",
+        0.05,
+        "--b1",
+        0.7,
+        "--a3",
+        0.9,
+        "--softening",
+        "translated",
+        "--release",
+        0.4,
+        "--window",
+        12,
+        "--json",
+    )
     assert json.loads(result.stdout) == rd.equivalent(0.8, 0.05, 0.7, 0.9, "translated", 0.4, 12.0)
 
 
@@ -145,7 +166,7 @@ def test_units_are_taken_where_people_have_them():
     plain = run("wall", "--thickness", 0.102, "--height", 2.75, "--width", 1.2192, "--density", 1800, "--json")
     units = run(
         "wall", "--thickness", "102mm", "--height", "275 cm", "--width", "4ft", "--density", "1.8t/m^3", "--json"
-    )  # fmt: skip
+    )
     for key, value in json.loads(units.stdout).items():
         assert value == pytest.approx(json.loads(plain.stdout)[key], rel=1e-12)
 

@@ -44,9 +44,14 @@ def options(**strategies):
 
 
 WALL = options(
-    thickness=QUANTITIES, height=QUANTITIES, width=QUANTITIES, density=QUANTITIES, hinge_ratio=FLOATS,
-    overburden_ratio=FLOATS, eccentricity=QUANTITIES,
-)  # fmt: skip
+    thickness=QUANTITIES,
+    height=QUANTITIES,
+    width=QUANTITIES,
+    density=QUANTITIES,
+    hinge_ratio=FLOATS,
+    overburden_ratio=FLOATS,
+    eccentricity=QUANTITIES,
+)
 CURVE = options(a1=FLOATS, b1=FLOATS, a3=FLOATS, softening=st.sampled_from(["steeper", "translated", "x"]))
 
 

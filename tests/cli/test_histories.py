@@ -49,7 +49,7 @@ def record(tmp_path):
     elapsed = 0.01 * np.arange(100)
     motion = np.where(elapsed < 0.4, 3 * np.sin(2 * np.pi * elapsed / 0.4), 0.0)
     path = tmp_path / "pulse.csv"
-    rows = "\n".join(f"{t:.2f},{a:.6f}" for t, a in zip(elapsed, motion))
+    rows = "\n".join(f"{t:.2f},{a:.6f}" for t, a in zip(elapsed, motion, strict=True))
     path.write_text(f"# specimen: none\n# synthetic: yes\nelapsed_s,ground_acceleration_m_s2\n{rows}\n")
     return path
 
@@ -224,11 +224,12 @@ def quick(monkeypatch):
             "measured": ("elapsed", 0.001 * np.arange(5.0)),
             "displacement": ("elapsed", 0.0011 * np.arange(5.0)),
             **dict.fromkeys(["residual_deviation", "rest_deviation", "sensor_offset", "sensor_drift"], 1e-4),
-            "bandwidth": 3, "local_minima": 2,
+            "bandwidth": 3,
+            "local_minima": 2,
         },
         coords={"parameter": names, "parameter_other": names, "elapsed": elapsed},
         attrs={"record_synthetic": "no", "record_specimen": "a wall"},
-    )  # fmt: skip
+    )
     given = {}
 
     def calibrate(record, wall, **options):
@@ -378,8 +379,10 @@ def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, 
     options = "--thickness 0.25 --height 3 --preset new --damping-model CDR --damping-ratio 0.05 --json"
     process = subprocess.run(
         [sys.executable, "-m", "rockdamp.cli", "respond", "--record", str(path), *options.split()],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert process.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 20")
     assert "cm s-2 (3 m s-2)" in process.stderr and "Traceback" not in process.stderr
     assert json.loads(process.stdout)["outcome"] == "collapsed"

@@ -176,7 +176,7 @@ BAD = [
     ("studies.cracked_stiffness.cracked_stiffness_ratio", [0.17], "has no value below 0.15, from where on another"),
     ("matching.scan.smallest", 3.0, "matching.scan.largest is 3.0; it must be greater than matching.scan.smal"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("key", "value", "expected"), BAD, ids=[f"{key}={value}" for key, value, _ in BAD])
@@ -310,9 +310,13 @@ def test_the_first_impact_comes_after_a_quarter_of_the_curves_period(a1, b1, a3,
 
 
 @given(
-    thickness=st.floats(0.05, 1.0), slenderness=st.floats(5, 40), hinge_ratio=st.floats(0.05, 0.95),
-    overburden_ratio=st.floats(0, 10), eccentricity=st.floats(-0.02, 0.02), density=st.floats(500, 3000),
-)  # fmt: skip
+    thickness=st.floats(0.05, 1.0),
+    slenderness=st.floats(5, 40),
+    hinge_ratio=st.floats(0.05, 0.95),
+    overburden_ratio=st.floats(0, 10),
+    eccentricity=st.floats(-0.02, 0.02),
+    density=st.floats(500, 3000),
+)
 def test_the_frequency_parameter_is_the_walls(thickness, slenderness, **others):
     wall = Wall(thickness, thickness * slenderness, **others)
     plain = checks.frequency_parameter({"thickness": thickness, "slenderness": slenderness, **others})

@@ -30,9 +30,12 @@ def site(tmp_path_factory):
     folder = tmp_path_factory.mktemp("site")
     options = ["-W", "--keep-going", "--quiet", "-D", "nb_execution_mode=off", "-d", str(folder / "doctrees")]
     run = subprocess.run(
-        [sys.executable, "-m", "sphinx", *options, "-b", "html", "docs", str(folder / "html")], cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT / "src")}, capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-m", "sphinx", *options, "-b", "html", "docs", str(folder / "html")],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+    )
     assert run.returncode == 0, run.stdout + run.stderr
     return folder / "html"
 
@@ -69,9 +72,7 @@ def test_every_command_and_public_name_is_on_its_page(site):
     from rockdamp import _HOME
     from rockdamp.cli import main
 
-    python, shell = (
-        (site / f"reference/{page}.html").read_text(encoding="utf-8") for page in ("python", "cli")
-    )  # fmt: skip
+    python, shell = ((site / f"reference/{page}.html").read_text(encoding="utf-8") for page in ("python", "cli"))
     assert all(f'id="rockdamp.{name}"' in python for name in _HOME)
     assert all(f'id="rockdamp-{name}"' in shell for name in main.commands)
 

@@ -46,9 +46,12 @@ def python_blocks():
 def test_the_python_of_a_page_runs(block, small_results):
     """In an interpreter of its own, where nothing is imported yet."""
     run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", block], cwd=small_results.parent, env={**os.environ, "MPLBACKEND": "agg"},
-        capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-W", "error", "-c", block],
+        cwd=small_results.parent,
+        env={**os.environ, "MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+    )
     assert run.returncode == 0, run.stderr
     if "print" in block:
         assert re.search(r"\d\.\d+", run.stdout)

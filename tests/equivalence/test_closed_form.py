@@ -72,9 +72,11 @@ def test_named_models_are_the_general_exponent_at_0_1_and_2():
 
 @settings(max_examples=50, deadline=None)
 @given(
-    a1=st.floats(0.005, 0.14), b1=st.floats(0.3, 0.85), share=st.floats(0.001, 0.999),
+    a1=st.floats(0.005, 0.14),
+    b1=st.floats(0.3, 0.85),
+    share=st.floats(0.001, 0.999),
     softening=st.sampled_from(["steeper", "translated"]),
-)  # fmt: skip
+)
 def test_the_energy_consistent_damper_has_the_factor_one_over_pi_of_any_curve(a1, b1, share, softening):
     a3 = 1.0 if softening == "steeper" else min(1.0, a1 + b1 + 0.5 * (1 - a1 - b1) + 1e-3)
     curve = TrilinearCurve(a1, b1, a3, softening)

@@ -61,9 +61,13 @@ def test_the_global_minimum_is_found_among_many():
     guess = float(damping_ratio_energy(CURVE, "CDC", 0.97, 0.5))
     trial = guess * np.geomspace(0.3, 3.0, 4800)
     error = solve(
-        CURVE, Damping("CDC", trial), release_amplitude=0.5, step=step, steps=steps,
+        CURVE,
+        Damping("CDC", trial),
+        release_amplitude=0.5,
+        step=step,
+        steps=steps,
         reference=Reference(cases.displacement, 0, [steps]),
-    ).error[0]  # fmt: skip
+    ).error[0]
     assert best.local_minima[0, 0] > 1
     assert best.error[0, 0] <= error.min() * 1.001
     assert best.damping_ratio[0, 0] == pytest.approx(trial[error.argmin()], rel=2e-3)

@@ -13,8 +13,13 @@ from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
 
 KEYS = [
-    "restitution", "damping_model", "damping_ratio", "rms_error", "damping_ratio_energy", "damping_ratio_fit",
-]  # fmt: skip
+    "restitution",
+    "damping_model",
+    "damping_ratio",
+    "rms_error",
+    "damping_ratio_energy",
+    "damping_ratio_fit",
+]
 
 
 def test_a_row_for_each_viscous_model_with_the_agreed_keys():

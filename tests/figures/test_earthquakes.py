@@ -65,7 +65,7 @@ def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(compariso
                 [segment[:, 1] for segment in lines.get_segments()]
                 for lines in axes.collections
                 if to_rgb(lines.get_color()[0][:3]) == pytest.approx(to_rgb(MODELS[model].colour))
-            ]  # fmt: skip
+            ]
             assert np.array(ends[0]) == pytest.approx(values[f"{name}_interval"].values)
         tops = [patch.get_y() + patch.get_height() for patch in axes.patches]
         assert tops == pytest.approx(one[f"varied_{name}"].max("variation").values)
@@ -88,7 +88,7 @@ def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(co
             peaks = one.sel(damping_model=model).values
             (median,) = (
                 line for line in coloured(panel(figure, wall), model) if line.get_marker() == MODELS[model].marker
-            )  # fmt: skip
+            )
             assert median.get_ydata() == pytest.approx(earthquakes.SCALE)
             assert median.get_xdata() == pytest.approx(peaks, nan_ok=True)
             (last,) = median.get_markevery()
@@ -149,7 +149,7 @@ def test_spectra_mark_what_overturns_and_on_every_panel_where_cr_does():
     figure = FIGURES["fig_spectra"](pulses)
     grid = np.reshape([axes for axes in figure.axes if axes.get_label() != "<colorbar>"], (2, 5))
     one = pulses.sel(restitution=0.85, damping_ratio_source="closed form")
-    for row, shape in zip(grid, pulses["pulse"].values):
+    for row, shape in zip(grid, pulses["pulse"].values, strict=True):
         cr = one["reference_collapsed"].sel(pulse=shape)
         assert 0 < cr.mean() < 1
         borders = [axes.collections[1].get_paths()[0].vertices for axes in row]

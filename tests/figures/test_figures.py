@@ -256,7 +256,7 @@ def test_fig1_draws_the_wall_rigid_in_both_states():
         [patch.get_xy()[:4] for patch in axes.patches if isinstance(patch, Polygon) and patch.get_fill()][:2]
         for axes in (rest, displaced)
     ]
-    for still, moved in zip(*shapes):
+    for still, moved in zip(*shapes, strict=True):
         sides = [np.hypot(*np.diff(np.vstack([body, body[:1]]), axis=0).T) for body in (still, moved)]
         assert sides[0] == pytest.approx(sides[1])
     lower, upper = shapes[0]
@@ -266,9 +266,25 @@ def test_fig1_draws_the_wall_rigid_in_both_states():
 def test_fig1_names_every_symbol_and_admits_its_exaggeration():
     text = all_text(drawn("fig1"))
     for symbol in (
-        "$h_1$", "$h_2$", "$t$", "$u$", "$O$", "ecc", "$W_1$", "$W_2$", r"$\alpha_1$", r"$\alpha_2$", r"$\theta_1$",
-        r"$\theta_2$", "$A'$", "$B$", "$C'$", "exaggerated", "3 times", "h/t = 15",
-    ):  # fmt: skip
+        "$h_1$",
+        "$h_2$",
+        "$t$",
+        "$u$",
+        "$O$",
+        "ecc",
+        "$W_1$",
+        "$W_2$",
+        r"$\alpha_1$",
+        r"$\alpha_2$",
+        r"$\theta_1$",
+        r"$\theta_2$",
+        "$A'$",
+        "$B$",
+        "$C'$",
+        "exaggerated",
+        "3 times",
+        "h/t = 15",
+    ):
         assert symbol in text, symbol
 
 
@@ -278,9 +294,14 @@ def test_fig1_names_every_symbol_and_admits_its_exaggeration():
 def test_fig2_draws_every_curve_of_the_dataset():
     panels, curves = drawn("fig2").axes, made_up()["mechanism"]
     for name, places in {
-        "bi-linear": (0, 1, 2), "tri-linear": (0,), "steeper": (1,), "translated": (1,), "new": (2,),
-        "moderate": (2,), "severe": (2,),
-    }.items():  # fmt: skip
+        "bi-linear": (0, 1, 2),
+        "tri-linear": (0,),
+        "steeper": (1,),
+        "translated": (1,),
+        "new": (2,),
+        "moderate": (2,),
+        "severe": (2,),
+    }.items():
         for place in places:
             assert shows(panels[place], curves["displacement"], curves["force"].sel(curve_name=name)), name
 
@@ -358,7 +379,7 @@ def test_fig4_shows_the_jump_of_cr_and_the_smooth_velocity_of_cdr():
 
 def test_fig5_shows_the_papers_amplitudes_and_no_others_with_the_closed_form():
     data = made_up()["amplitude"]
-    for model, axes in zip(VISCOUS, drawn("fig5").axes):
+    for model, axes in zip(VISCOUS, drawn("fig5").axes, strict=True):
         assert axes.get_title().startswith(model)
         assert len(lines(axes)) == 6
         for amplitude in (0.9, 0.5, 0.3):
@@ -392,7 +413,7 @@ def test_fig6_shows_every_wall_and_what_a_length_in_seconds_changes():
 
 def test_fig6_shows_a1_only_where_the_plateau_is_the_first_ones():
     row, data = np.reshape(drawn("fig6").axes, (5, 4))[4], made_up()["cracked_stiffness"]
-    for axes, model in zip(row, VISCOUS):
+    for axes, model in zip(row, VISCOUS, strict=True):
         assert len(lines(axes)) == 3
         for a1 in (0.02, 0.04, 0.14):
             assert shows(axes, E, data["damping_ratio"].sel(damping_model=model, cracked_stiffness_ratio=a1))
@@ -430,15 +451,16 @@ def test_fig7_shows_polynomials_matched_points_and_equation_15():
     data = made_up()["equivalence"]
     for axes in (together, *panels):
         assert shows(axes, E, data["giannini_masiani"])
-    for axes, model in zip(panels, VISCOUS):
+    for axes, model in zip(panels, VISCOUS, strict=True):
         assert axes.get_title().startswith(model)
         for a1 in data["cracked_stiffness_ratio"].values:
             one = data.sel(damping_model=model, cracked_stiffness_ratio=a1)
             assert shows(axes, E, one["damping_ratio_fit"])
             (points,) = (
-                line for line in axes.get_lines()
+                line
+                for line in axes.get_lines()
                 if line.get_marker() == "." and line.get_ydata()[0] == float(one["damping_ratio"][0])
-            )  # fmt: skip
+            )
             assert np.all(np.isin(points.get_ydata(), one["damping_ratio"]))
         fit = data["damping_ratio_fit"].sel(damping_model=model)
         assert labelled(together, model).get_ydata() == pytest.approx(fit.sel(cracked_stiffness_ratio=0.04).values)
@@ -471,7 +493,9 @@ def test_fig8_marks_the_peaks_on_the_side_where_they_are():
     axes = panel_titled(drawn("fig8"), "SDR")
     marks = [line for line in axes.get_lines() if line.get_linestyle() == "None"]
     sides = np.array([1, -1, 1, -1])
-    for line, peaks in zip(marks, (data["measured_decay_peak"], data["decay_peak"].sel(damping_model="SDR"))):
+    for line, peaks in zip(
+        marks, (data["measured_decay_peak"], data["decay_peak"].sel(damping_model="SDR")), strict=True
+    ):
         assert line.get_ydata() == pytest.approx(1000 * sides * peaks.values)
 
 

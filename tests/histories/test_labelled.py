@@ -100,7 +100,7 @@ def test_every_variable_says_its_unit_and_meaning():
         ({"release_amplitude": np.full((2, 2), 0.5)}, "number of dimensions of release_amplitude is 2"),
         ({"release_amplitude": xr.DataArray([0.1, 0.2], dims="restitution", coords={"restitution": [1, 2]})}, "unlike"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_named(arguments, expected):
     with pytest.raises(rd.InputError, match=expected):
         rd.free_decay(CURVE, rd.Damping.cr([0.8, 0.9]), **arguments)

@@ -1,5 +1,7 @@
 """The tri-linear curve against its drawing, its integral, mpmath's quadrature of its period, and bad input."""
 
+from itertools import pairwise
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -37,7 +39,7 @@ def test_the_force_is_the_drawn_curve_odd_and_zero_beyond_its_end(case):
 @curves
 def test_the_tangent_is_the_slope_of_the_force_between_the_corners(case):
     curve, (at, _) = TrilinearCurve(*case), corners(case)
-    x = np.concatenate([np.linspace(a, b, 9)[1:-1] for a, b in zip(at, [*at[1:], 1.2])])
+    x = np.concatenate([np.linspace(a, b, 9)[1:-1] for a, b in pairwise([*at, 1.2])])
     x = np.concatenate([-x, x])
     half = 1e-6
     slope = (curve.force(x + half) - curve.force(x - half)) / (2 * half)
@@ -130,7 +132,7 @@ def test_a_period_needs_an_amplitude_between_rest_and_collapse(x0):
 def test_the_presets_are_doherty_s_three_stages():
     # Section 3: b1 of 0.72, 0.60 and 0.50, a1 of 0.06, 0.13 and 0.20.
     assert list(PRESETS) == ["new", "moderate", "severe"]
-    for name, b1, a1 in zip(PRESETS, (0.72, 0.60, 0.50), (0.06, 0.13, 0.20)):
+    for name, b1, a1 in zip(PRESETS, (0.72, 0.60, 0.50), (0.06, 0.13, 0.20), strict=True):
         curve = TrilinearCurve.preset(name)
         assert (curve.plateau_ratio, curve.cracked_stiffness_ratio, curve.ultimate_ratio) == (b1, a1, 1.0)
     assert TrilinearCurve.preset("severe", ultimate_ratio=0.9, softening="translated").plateau_end == pytest.approx(0.4)

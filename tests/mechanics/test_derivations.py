@@ -31,9 +31,7 @@ WALL = Wall(
     overburden_ratio=np.array([0.0, 6.2, 1.0, 0.3]),
     eccentricity=np.array([0.0, -0.05, 0.2, 0.1]),
 )
-PARAPET = Parapet(
-    WALL.thickness, WALL.height, WALL.width, WALL.density, WALL.overburden_ratio, WALL.eccentricity
-)  # fmt: skip
+PARAPET = Parapet(WALL.thickness, WALL.height, WALL.width, WALL.density, WALL.overburden_ratio, WALL.eccentricity)
 
 
 def on_walls(expression, wall=WALL):
@@ -137,7 +135,7 @@ def wall_motion(side):
 def generalised_mass(first, second):
     """Sum of momentum times velocity of two motions of the wall: twice the kinetic energy where they are the same."""
     total = 0
-    for share, height, v, w, a, b in zip(SHARE, HEIGHTS, first[1], second[1], first[2], second[2]):
+    for share, height, v, w, a, b in zip(SHARE, HEIGHTS, first[1], second[1], first[2], second[2], strict=True):
         mass, polar = inertia(share, height)
         total += mass * v.dot(w) + polar * a * b
     return sp.simplify(total)
@@ -152,7 +150,7 @@ def test_the_effective_mass_and_the_excitation_factor_are_the_slender_limits():
     assert sp.simplify(exact - printed) == 0
     limit = exact.subs(t, 0)
     assert sp.simplify(limit - 2 * m / 3) == 0  # Eq. (2)
-    load = 2 * sum(m * share * v[0] for share, v in zip(SHARE, motion[1]))
+    load = 2 * sum(m * share * v[0] for share, v in zip(SHARE, motion[1], strict=True))
     assert sp.simplify(load / limit - sp.Rational(3, 2)) == 0  # Eq. (4)
     np.testing.assert_allclose(WALL.effective_mass, on_walls(limit), rtol=1e-15)
     assert EXCITATION_FACTOR == WALL.excitation_factor == 1.5
@@ -183,7 +181,7 @@ EQ_7 = (h1 * (h1 + h) - 3 * t**2) / (h1 * (h1 + h) + 3 * t**2)
 
 def printed_eq_7():
     """Eq. (7) as printed, with R1 the half diagonal of the lower body and tan(alpha) = t/height."""
-    (m1, i1), (m2, i2) = (inertia(share, height) for share, height in zip(SHARE, HEIGHTS))
+    (m1, i1), (m2, i2) = (inertia(share, height) for share, height in zip(SHARE, HEIGHTS, strict=True))
     r1 = sp.sqrt(h1**2 + t**2) / 2
     tan1, tan2 = t / h1, t / h2
     sin, cos = sp.sin(sp.atan(tan1)), sp.cos(sp.atan(tan1))
@@ -205,7 +203,7 @@ def test_eq_7_is_the_conservation_of_the_total_angular_momentum_about_the_new_ba
 
     def angular_momentum(motion):
         total = 0
-        for share, height, centre, v, spin in zip(SHARE, HEIGHTS, *motion):
+        for share, height, centre, v, spin in zip(SHARE, HEIGHTS, *motion, strict=True):
             mass, polar = inertia(share, height)
             arm = centre - pivot
             total += mass * (arm[1] * v[0] - arm[0] * v[1]) + polar * spin

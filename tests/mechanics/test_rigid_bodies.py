@@ -66,9 +66,15 @@ def along_path(expression: sp.Expr) -> sp.Expr:
 def numbers(wall: Wall) -> list[float]:
     r, mass = float(wall.hinge_ratio), float(wall.mass)
     return [
-        wall.thickness, float(wall.lower_height), float(wall.upper_height), r * mass, (1 - r) * mass, 9.80665,
-        float(wall.overburden), wall.eccentricity,
-    ]  # fmt: skip
+        wall.thickness,
+        float(wall.lower_height),
+        float(wall.upper_height),
+        r * mass,
+        (1 - r) * mass,
+        9.80665,
+        float(wall.overburden),
+        wall.eccentricity,
+    ]
 
 
 @cache
@@ -78,10 +84,17 @@ def compiled(name: str):
     speed = along_path(u)  # du/dtheta
     in_u = mass / speed**2
     expressions = {
-        "u": u, "constraint": constraint, "slope": slope, "M theta": mass, "M theta slope": along_path(mass),
-        "U theta": along_path(potential), "M": in_u, "M slope": along_path(in_u) / speed, "U": potential,
+        "u": u,
+        "constraint": constraint,
+        "slope": slope,
+        "M theta": mass,
+        "M theta slope": along_path(mass),
+        "U theta": along_path(potential),
+        "M": in_u,
+        "M slope": along_path(in_u) / speed,
+        "U": potential,
         "U slope": along_path(potential) / speed,
-    }  # fmt: skip
+    }
     return sp.lambdify((THETA, PHI, *symbols), expressions[name], modules="numpy", cse=True)
 
 
@@ -185,7 +198,7 @@ def test_large_rotation_conserves_energy_between_impacts(wall):
     times = np.arange(0, 0.95 * fall_time(wall, 0.8 * scale), h)
     u = scale * large_rotation_decay(times, wall, 0.9, 0.8)
     rate = (8 * (u[3:-1] - u[1:-3]) - (u[4:] - u[:-4])) / (12 * h) * float(wall.frequency_parameter)
-    total = np.array([0.5 * bodies.inertia(a) * b**2 + bodies.potential(a) for a, b in zip(u[2:-2], rate)])
+    total = np.array([0.5 * bodies.inertia(a) * b**2 + bodies.potential(a) for a, b in zip(u[2:-2], rate, strict=True)])
     stored = bodies.potential(0.8 * scale) - bodies.potential(0.0)
     # The difference quotient errs by h^4/30 of the fifth derivative, of order 1 here: 5e-13.
     assert np.ptp(total) < 1e-9 * stored

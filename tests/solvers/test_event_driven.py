@@ -24,9 +24,13 @@ CURVES = (
     TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
 )
 DAMPERS = (
-    Damping.cr(0.85), Damping("CDC", 0.05), Damping("CDR", 0.06), Damping("SDR", 0.07), Damping("ECD", 0.05),
+    Damping.cr(0.85),
+    Damping("CDC", 0.05),
+    Damping("CDR", 0.06),
+    Damping("SDR", 0.07),
+    Damping("ECD", 0.05),
     Damping.power(1.3, 0.05),
-)  # fmt: skip
+)
 NAMES = [damper.model for damper in DAMPERS]
 
 
@@ -74,7 +78,9 @@ def test_inside_the_first_branch_every_damper_is_the_linear_oscillator(model, xi
         root = mpmath.sqrt(mpmath.mpf(xi) ** 2 - 1 + mpmath.mpf(10) ** -24)  # critical: two roots, nearly one
         rates = [w * (-xi + root), w * (-xi - root)]
         parts = [(v0 - rates[1] * x0) / (rates[0] - rates[1]), (v0 - rates[0] * x0) / (rates[1] - rates[0])]
-        expected = [float(mpmath.re(sum(a * mpmath.exp(s * t) for a, s in zip(parts, rates)))) for t in times]
+        expected = [
+            float(mpmath.re(sum(a * mpmath.exp(s * t) for a, s in zip(parts, rates, strict=True)))) for t in times
+        ]
     assert run.displacement == pytest.approx(expected, abs=1e-11)
 
 
@@ -120,7 +126,7 @@ def test_branch_solution_holds_every_digit_for_any_stiffness_and_damping(k, c):
         start = mpmath.matrix([mpmath.mpf(n) for n in (x, v, q, slope)])
         expected = [[float(n) for n in (mpmath.expm(rates * mpmath.mpf(t)) * start)[:2]] for t in times]
     arrays = np.transpose(piece.state(np.array(times)))  # floats and arrays go through different libraries
-    for t, end, by_array in zip(times, expected, arrays):
+    for t, end, by_array in zip(times, expected, arrays, strict=True):
         # Rounding of the terms, which are up to |x''(0)| = 21, and their growth where k < 0.
         rounding = 21 * np.finfo(float).eps * math.exp(math.sqrt(max(-k, 0)) * t)
         assert piece.state(t) == pytest.approx(end, rel=2e-14, abs=rounding)
@@ -249,18 +255,26 @@ def test_a_wall_at_rest_stays_at_rest_until_the_load_comes(damper):
 
 @settings(deadline=None, max_examples=25)
 @given(
-    x0=st.floats(-0.95, 0.95), v0=st.floats(-0.5, 0.5), seed=st.integers(0, 1000),
-    damper=st.sampled_from(DAMPERS[:3]), curve=st.sampled_from(CURVES),
-)  # fmt: skip
+    x0=st.floats(-0.95, 0.95),
+    v0=st.floats(-0.5, 0.5),
+    seed=st.integers(0, 1000),
+    damper=st.sampled_from(DAMPERS[:3]),
+    curve=st.sampled_from(CURVES),
+)
 def test_the_mirrored_motion_is_the_mirror_image(x0, v0, seed, damper, curve):
     load, x0 = smooth_load(seed, 11), x0 * float(curve.ultimate_ratio)
     right, left = (
         history(
-            curve, damper, np.linspace(0, 4, 9),
-            release_amplitude=sign * x0, release_velocity=sign * v0, load=sign * load, load_step=0.3,
+            curve,
+            damper,
+            np.linspace(0, 4, 9),
+            release_amplitude=sign * x0,
+            release_velocity=sign * v0,
+            load=sign * load,
+            load_step=0.3,
         )
         for sign in (1, -1)
-    )  # fmt: skip
+    )
     assert left.outcome == right.outcome
     assert left.outcome_tau == pytest.approx(right.outcome_tau, abs=1e-9)
     assert left.displacement == pytest.approx(-right.displacement, abs=1e-9, nan_ok=True)
@@ -368,7 +382,7 @@ def test_kernel_converges_to_the_exact_history_at_second_order(forced, damper):
         ground, factor = smooth_load(1, steps // 8 + 1), np.linspace(0.6, 1.4, curves.shape[0])
         exacts = []
         for a1, b1, a3, x0, f in zip(
-            curves.cracked_stiffness_ratio, curves.plateau_ratio, curves.ultimate_ratio, start, factor
+            curves.cracked_stiffness_ratio, curves.plateau_ratio, curves.ultimate_ratio, start, factor, strict=True
         ):
             load = f * ground if forced else ()
             wall = TrilinearCurve(a1, b1, a3, softening)
@@ -376,9 +390,16 @@ def test_kernel_converges_to_the_exact_history_at_second_order(forced, damper):
             exacts.append(run.displacement)
         for n in refinements:
             kernel = solve(
-                curves, damper, step=interval / n, steps=steps * n, release_amplitude=start, load_factor=factor,
-                ground_acceleration=ground if forced else (), substeps=8 * n, store_every=n,
-            )  # fmt: skip
+                curves,
+                damper,
+                step=interval / n,
+                steps=steps * n,
+                release_amplitude=start,
+                load_factor=factor,
+                ground_acceleration=ground if forced else (),
+                substeps=8 * n,
+                store_every=n,
+            )
             errors.append(np.sqrt(np.nanmean((kernel.displacement - exacts) ** 2, axis=1)))
     mean = np.log(np.reshape(errors, (2, len(refinements), -1))).mean(axis=(0, 2))
     order = -np.polyfit(np.log(refinements), mean, 1)[0]

@@ -73,8 +73,11 @@ def run(model, scheme, **changes):
 def test_a_term_alone_is_what_the_sum_of_all_gives(row, terms, alone):
     w = np.zeros(kernels.ROWS * kernels.LANES)
     assert kernels.terms_of(w) == kernels.CONSTANT  # of no damping
-    for place, value in zip((kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3, row),
-                            (16.0, 0.8, 4.0, 0.05, 0.8, 1.0, 0.3)):  # fmt: skip
+    for place, value in zip(
+        (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3, row),
+        (16.0, 0.8, 4.0, 0.05, 0.8, 1.0, 0.3),
+        strict=True,
+    ):
         w[place : place + kernels.LANES] = value
     assert kernels.terms_of(w) == terms
     for z in (0.0, 0.01, 0.05, 0.4, 0.9, 1.1):

@@ -55,9 +55,7 @@ def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(mod
     expected = RESTITUTIONS[:, None] ** (2 * count)
     worst, typical = [], []
     for step in (1e-3, 5e-4):
-        response = solve(
-            CURVES, damping, release_amplitude=RELEASES, step=step, steps=round(20 / step), store_every=1
-        )  # fmt: skip
+        response = solve(CURVES, damping, release_amplitude=RELEASES, step=step, steps=round(20 / step), store_every=1)
         found = turning_energies(CURVES, response, count.size) / CURVES.energy(RELEASES)[..., None]
         worst.append(np.abs(found / expected - 1).max())
         typical.append(np.median(np.abs(found / expected - 1)))
@@ -70,9 +68,7 @@ def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(mod
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
 def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(model):
     xi, release, step = np.array([0.0, 0.02, 0.1, 0.4]), 0.03, 1e-3
-    response = solve(
-        CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000, store_every=1
-    )  # fmt: skip
+    response = solve(CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000, store_every=1)
     w = CURVE.initial_frequency
     tau, root = step * np.arange(6001), np.sqrt(1 - xi**2)[:, None]
     phase = w * root * tau
@@ -183,7 +179,7 @@ def integrate_si(wall, law, damping_ratio, exponent, release, elapsed, ground):
     step = 0.005 / w1 * 6
     return solve_ivp(
         rates, (0, elapsed[-1]), [release * u_ins, 0.0], "LSODA", elapsed, rtol=1e-9, atol=1e-12, max_step=step
-    ).y[0]  # fmt: skip
+    ).y[0]
 
 
 @pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])

@@ -192,9 +192,7 @@ def test_a_history_has_no_error_against_itself(model):
 def test_comparing_and_storing_change_no_result():
     run = {"release_amplitude": [0.3, 0.6], "step": 0.01, "steps": 700}
     plain = solve(CURVE, Damping("SDR", 0.1), **run)
-    busy = solve(
-        CURVE, Damping("SDR", 0.1), store_every=3, reference=Reference(np.zeros((1, 701)), 0, [5, 700]), **run
-    )  # fmt: skip
+    busy = solve(CURVE, Damping("SDR", 0.1), store_every=3, reference=Reference(np.zeros((1, 701)), 0, [5, 700]), **run)
     assert plain.error is None and plain.displacement is None and plain.velocity is None
     for name in ("outcome", "outcome_tau", "peak", "peak_tau", "impacts"):
         np.testing.assert_array_equal(getattr(busy, name), getattr(plain, name))
@@ -227,24 +225,30 @@ def seventy_lanes(model, lanes, threads, scheme):
         scheme=scheme,
     )
     return [
-        response.displacement, response.velocity, response.error.T, response.peak, response.peak_tau,
-        response.outcome, response.outcome_tau, response.impacts,
-    ]  # fmt: skip
+        response.displacement,
+        response.velocity,
+        response.error.T,
+        response.peak,
+        response.peak_tau,
+        response.outcome,
+        response.outcome_tau,
+        response.impacts,
+    ]
 
 
 @pytest.mark.parametrize(
     ("model", "scheme"), [*((m, s) for m in MODELS for s in ("newmark", "paper")), ("POWER", "newmark")]
-)  # fmt: skip
+)
 def test_a_lane_s_result_does_not_depend_on_the_lanes_beside_it_nor_on_the_threads(model, scheme):
     everything = seventy_lanes(model, np.arange(70), 1, scheme)
     assert 0 < everything[5].sum() < 70  # some collapse, some do not
     order = np.random.default_rng(4).permutation(70)
     batches = [np.arange(count) for count in range(1, 70)] + [order, order[::-1], np.array([69]), order[:33]]
     for lanes in batches:
-        for found, expected in zip(seventy_lanes(model, lanes, 1, scheme), everything):
+        for found, expected in zip(seventy_lanes(model, lanes, 1, scheme), everything, strict=True):
             np.testing.assert_array_equal(found, expected[lanes])
     for threads in (2, None):
-        for found, expected in zip(seventy_lanes(model, np.arange(70), threads, scheme), everything):
+        for found, expected in zip(seventy_lanes(model, np.arange(70), threads, scheme), everything, strict=True):
             np.testing.assert_array_equal(found, expected)
 
 

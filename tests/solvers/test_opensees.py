@@ -126,10 +126,15 @@ def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
 
     def ours(substeps):
         found = solve(
-            curve, Damping("CDC", ratio), step=p * step / substeps, steps=(ground.size - 1) * substeps,
-            load_factor=float(wall.load_factor) * scales, ground_acceleration=ground, substeps=substeps,
+            curve,
+            Damping("CDC", ratio),
+            step=p * step / substeps,
+            steps=(ground.size - 1) * substeps,
+            load_factor=float(wall.load_factor) * scales,
+            ground_acceleration=ground,
+            substeps=substeps,
             store_every=substeps,
-        )  # fmt: skip
+        )
         return np.abs(found.displacement).max(axis=1), found.outcome
 
     def theirs(substeps):

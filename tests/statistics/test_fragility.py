@@ -96,7 +96,7 @@ def test_the_weighted_median_is_that_of_the_repeated_values(values, seed):
     values = np.array(values)
     weights = np.random.default_rng(seed).integers(0, 4, (5, values.size)).astype(float)
     found = weighted_quantile(values, weights, 0.5)
-    for row, median in zip(weights, found):
+    for row, median in zip(weights, found, strict=True):
         repeated = np.repeat(values, row.astype(int))
         if repeated.size:
             assert median == pytest.approx(np.median(repeated), abs=1e-12)

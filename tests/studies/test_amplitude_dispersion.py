@@ -195,7 +195,7 @@ def test_the_table_holds_a_row_for_each_damper_and_the_largest_differences(found
     assert [line.split("|")[1].strip() for line in lines[2:]] == ["CDC", "CDR", "SDR", "best n", "ECD"]
     away = 100 * (found["damping_ratio_energy"] / found["damping_ratio_peaks"] - 1).sel(damping_model="CDC")
     cells = lines[2].split("|")[5].strip().split(" / ")
-    for cell, e in zip(cells, found["restitution"].values):
+    for cell, e in zip(cells, found["restitution"].values, strict=True):
         here = away.sel(restitution=e).values
         assert float(cell) == pytest.approx(here.ravel()[np.abs(here).argmax()], abs=0.051)
     assert lines[-1].split("|")[5].strip() == "0.0 / 0.0 / 0.0"

@@ -73,7 +73,7 @@ def test_peaks_are_those_of_the_event_driven_solver(found, model, name, frequenc
         peak = float(one["peak_displacement"].sel(damping_model=model))
     run = event_driven.history(
         CURVE, damping, [step * (wave.size - 1) + 6.0], load=0.85 * float(one["load_ratio"]) * wave, load_step=step
-    )  # fmt: skip
+    )
     assert 0.05 < peak < 0.8
     assert peak == pytest.approx(np.abs(run.turning_displacement).max(), rel=3e-3)
 
@@ -169,7 +169,7 @@ def test_fig_pulses_shows_the_map_the_pairs_and_the_medians(found):
     one = found.sel(damping_ratio_source="closed form", restitution=0.85)
     maps = [a for a in axes if a.collections and a.get_xlabel().startswith("pulse")]
     assert len(maps) == 2
-    for a, name in zip(maps, ("Ricker", "sine")):
+    for a, name in zip(maps, ("Ricker", "sine"), strict=True):
         cells = one["reference_peak"].sel(pulse=name).where(one["reference_collapsed"].sel(pulse=name) == 0)
         drawn = np.ma.filled(a.collections[0].get_array().astype(float), np.nan)
         np.testing.assert_allclose(drawn.ravel(), cells.transpose("load_ratio", "pulse_frequency").values.ravel())

@@ -134,9 +134,12 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     curve = TrilinearCurve(0.03, 0.80)
     response = respond(record, WALL, curve, Damping.cr(0.835), 0.005)
     exact = history(
-        curve, Damping.cr(0.835), P * record.elapsed,
-        load=float(WALL.load_factor) * record.ground_acceleration, load_step=P / SAMPLING,
-    )  # fmt: skip
+        curve,
+        Damping.cr(0.835),
+        P * record.elapsed,
+        load=float(WALL.load_factor) * record.ground_acceleration,
+        load_step=P / SAMPLING,
+    )
     coarse = respond(record, WALL, curve, Damping.cr(0.835), 0.01)
     error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))
     # Second order: halving the step must take off the better part of the error, down to a small part of the peak.
@@ -223,7 +226,7 @@ def test_a_record_that_cannot_be_compared_says_why(config, record, equivalence):
     def part(start, stop):
         return Record(
             record.elapsed[start:stop], record.ground_acceleration[start:stop], record.displacement[start:stop]
-        )  # fmt: skip
+        )
 
     with pytest.raises(InputError, match="samples at rest before the motion is 0; it must be at least 10"):
         validate(config, part(300, None), equivalence)

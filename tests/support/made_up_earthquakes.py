@@ -17,9 +17,13 @@ FACTOR = np.array([1.0, 1.08, 0.99, 0.9, 0.96])  # of the peak with each model t
 BETA = 0.4  # dispersion of collapse
 
 COORDS = {
-    "restitution": E, "damping_model": MODELS, "damping_ratio_source": SOURCES, "wall": WALLS, "scale": SCALE,
+    "restitution": E,
+    "damping_model": MODELS,
+    "damping_ratio_source": SOURCES,
+    "wall": WALLS,
+    "scale": SCALE,
     "variation": VARIATIONS,
-}  # fmt: skip
+}
 
 
 def _complete(data, kind):
@@ -43,11 +47,12 @@ def natural(records=6):
     data = xr.Dataset(
         {"peak_displacement": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
         coords={
-            **COORDS, "record": [f"far-field/{i}/a" for i in range(records)],
+            **COORDS,
+            "record": [f"far-field/{i}/a" for i in range(records)],
             "record_set": ("record", ["far-field"] * records),
             "station": ("record", [f"far-field/{i}" for i in range(records)]),
         },
-    )  # fmt: skip
+    )
     return _complete(data, "natural")
 
 
@@ -83,15 +88,22 @@ def comparison():
                 (*e_dims, "scale"),
                 np.broadcast_to(0.01 * FACTOR[:, None, None] * SCALE**0.1, (*lead, SCALE.size)),
             ),
-            "pooled": ("wall", np.array([1, 1, 1, 0, 1])), "records": 100, "stations": 50, "settled_share": 0.99,
+            "pooled": ("wall", np.array([1, 1, 1, 0, 1])),
+            "records": 100,
+            "stations": 50,
+            "settled_share": 0.99,
             "relative_uncertainty": ("share", np.array([1e-3, 2e-3, 0.04, 1.0])),
         },
         coords={
-            **COORDS, "bound": ["lower", "upper"], "probability": [0.16, 0.5, 0.84], "share": [0.5, 0.9, 0.99, 1.0],
-            "band": band, "band_start": ("band", np.r_[EDGES[0], EDGES[:-1]]),
+            **COORDS,
+            "bound": ["lower", "upper"],
+            "probability": [0.16, 0.5, 0.84],
+            "share": [0.5, 0.9, 0.99, 1.0],
+            "band": band,
+            "band_start": ("band", np.r_[EDGES[0], EDGES[:-1]]),
             "band_end": ("band", np.r_[EDGES[-1], EDGES[1:]]),
         },
-    )  # fmt: skip
+    )
     return _complete(data, "comparison")
 
 
@@ -109,12 +121,23 @@ def walls():
         {
             "damping_ratio": (("wall", "restitution", "damping_model", "damping_ratio_source"), ratio),
             "parapet": ("wall", np.array([0, 0, 0, 0, 1], dtype=np.int8)),
-            **{name: ("wall", 0.1 + 0.1 * np.arange(5.0)) for name in (
-                "thickness", "height", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio",
-                "instability_displacement", "frequency_parameter", "initial_period")},
+            **{
+                name: ("wall", 0.1 + 0.1 * np.arange(5.0))
+                for name in (
+                    "thickness",
+                    "height",
+                    "slenderness",
+                    "overburden_ratio",
+                    "cracked_stiffness_ratio",
+                    "plateau_ratio",
+                    "instability_displacement",
+                    "frequency_parameter",
+                    "initial_period",
+                )
+            },
         },
         coords={name: COORDS[name] for name in ("wall", "restitution", "damping_model", "damping_ratio_source")},
-    )  # fmt: skip
+    )
     return _complete(data, "natural_walls")
 
 
@@ -135,8 +158,11 @@ def population():
             "records": 10,
         },
         coords={
-            "damping_model": MODELS, "intensity": intensity, "parameter": parameters, "bound": ["lower", "upper"],
+            "damping_model": MODELS,
+            "intensity": intensity,
+            "parameter": parameters,
+            "bound": ["lower", "upper"],
             "wall": np.arange(40),
         },
-    )  # fmt: skip
+    )
     return _complete(data, "population")

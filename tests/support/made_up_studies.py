@@ -32,7 +32,10 @@ def mechanism():
     a3 = np.array([np.nan, 1.0, 0.93, 0.93, 1.0, 1.0, 1.0])
     a2 = np.array([np.nan, 0.15, 0.15, 0.08, 0.28, 0.40, 0.50])
     x = np.unique(np.concatenate([np.linspace(0, 1, 101), a1[1:], a2[1:], a3[1:]]))
-    force = [1 - x, *(np.interp(x, [0, p, q, r, 1.01], [0, b, b, 0, 0]) for p, q, r, b in zip(a1, a2, a3, b1))]
+    force = [
+        1 - x,
+        *(np.interp(x, [0, p, q, r, 1.01], [0, b, b, 0, 0]) for p, q, r, b in zip(a1, a2, a3, b1, strict=True)),
+    ]
     data = xr.Dataset(
         {
             "force": (("curve_name", "displacement"), np.stack([force[0], *force[2:]])),
@@ -175,9 +178,12 @@ def orders():
             "finest_order": (dims, slopes + 0.01),
         },
         coords={
-            "scheme": ["newmark", "paper"], "excitation": ["free", "forced"], "damping_model": ALL, "step": step,
+            "scheme": ["newmark", "paper"],
+            "excitation": ["free", "forced"],
+            "damping_model": ALL,
+            "step": step,
         },
-    )  # fmt: skip
+    )
     return complete(data, "orders")
 
 
@@ -204,14 +210,20 @@ def dispersion():
             ),
         },
         coords={
-            "damping_model": models, "case": ["stiff", "paper", "soft"], "release_share": share, "restitution": e,
-            "cracked_stiffness_ratio": ("case", a1), "plateau_ratio": ("case", b1),
-            "ultimate_ratio": ("case", np.ones(3)), "softening": ("case", ["none"] * 3),
+            "damping_model": models,
+            "case": ["stiff", "paper", "soft"],
+            "release_share": share,
+            "restitution": e,
+            "cracked_stiffness_ratio": ("case", a1),
+            "plateau_ratio": ("case", b1),
+            "ultimate_ratio": ("case", np.ones(3)),
+            "softening": ("case", ["none"] * 3),
             "release_amplitude": (("case", "release_share"), np.tile(share, (3, 1))),
-            "map_softening": ["none", "steeper", "translated"], "map_plateau_ratio": [0.75, 0.85],
+            "map_softening": ["none", "steeper", "translated"],
+            "map_plateau_ratio": [0.75, 0.85],
             "map_cracked_stiffness_ratio": map_a1,
         },
-    )  # fmt: skip
+    )
     return complete(data, "dispersion")
 
 
@@ -239,11 +251,18 @@ def pulses():
             **{name: ("restitution", np.full(3, 480)) for name in ("reference_collapses", "reference_survivals")},
         },
         coords={
-            "damping_ratio_source": ["closed form", "error"], "damping_model": VISCOUS, "pulse": ["Ricker", "sine"],
-            "pulse_frequency": frequency, "load_ratio": load, "restitution": e, "release_amplitude": 0.5,
-            "band": np.arange(bands), "band_start": ("band", edges[:-1]), "band_end": ("band", edges[1:]),
+            "damping_ratio_source": ["closed form", "error"],
+            "damping_model": VISCOUS,
+            "pulse": ["Ricker", "sine"],
+            "pulse_frequency": frequency,
+            "load_ratio": load,
+            "restitution": e,
+            "release_amplitude": 0.5,
+            "band": np.arange(bands),
+            "band_start": ("band", edges[:-1]),
+            "band_end": ("band", edges[1:]),
         },
-    )  # fmt: skip
+    )
     return complete(data, "pulses")
 
 

@@ -16,9 +16,20 @@ from rockdamp.storage import dataset
 from rockdamp.vocabulary import STUDIES
 
 KINDS = (
-    "mechanism", "loops", "equivalence", "validation", "calibration", "windows", "orders", "accuracy", "dispersion",
-    "pulses", "explorer", "comparison", "population",
-)  # fmt: skip
+    "mechanism",
+    "loops",
+    "equivalence",
+    "validation",
+    "calibration",
+    "windows",
+    "orders",
+    "accuracy",
+    "dispersion",
+    "pulses",
+    "explorer",
+    "comparison",
+    "population",
+)
 
 COORDINATES = {
     "damping_model": list(MODELS),
@@ -43,9 +54,14 @@ COORDINATES = {
     "tau": [0.05 * i for i in range(61)],
 }
 SCALARS = {
-    "window": 8.0, "release_amplitude": 0.5, "restitution": 0.85, "cracked_stiffness_ratio": 0.04,
-    "ultimate_ratio": 1.0, "plateau_ratio": 0.85, "plateau_end_ratio": 0.15,
-}  # fmt: skip
+    "window": 8.0,
+    "release_amplitude": 0.5,
+    "restitution": 0.85,
+    "cracked_stiffness_ratio": 0.04,
+    "ultimate_ratio": 1.0,
+    "plateau_ratio": 0.85,
+    "plateau_end_ratio": 0.15,
+}
 WITHOUT_CR = {"match", "equivalence", "dispersion", "pulses", "windows"}
 
 
@@ -95,17 +111,26 @@ def content():
     verdicts = ("reproduced", "reproduced under conditions", "not reproduced")
     claims = [
         {
-            "id": f"claim-{i}", "section": f"{i}.1", "claim": f"Claim {i}: a < b & c.", "verdict": verdicts[i % 3],
-            "measured": f"one is 0.{i}1; two is 0.{i}2", "threshold": f"less than 0.{i}",
+            "id": f"claim-{i}",
+            "section": f"{i}.1",
+            "claim": f"Claim {i}: a < b & c.",
+            "verdict": verdicts[i % 3],
+            "measured": f"one is 0.{i}1; two is 0.{i}2",
+            "threshold": f"less than 0.{i}",
             "condition": f"condition {i}" if i % 2 else "",
         }
         for i in range(5)
-    ]  # fmt: skip
+    ]
     errata = [
-        {"id": f"erratum-{i}", "where": f"Eq. ({i})", "printed": f"printed {i}", "used": f"used {i}",
-         "evidence": f"evidence {i} </script>"}
+        {
+            "id": f"erratum-{i}",
+            "where": f"Eq. ({i})",
+            "printed": f"printed {i}",
+            "used": f"used {i}",
+            "evidence": f"evidence {i} </script>",
+        }
         for i in range(3)
-    ]  # fmt: skip
+    ]
     return Content(
         claims=claims,
         errata=errata,

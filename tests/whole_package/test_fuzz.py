@@ -213,21 +213,38 @@ def number(low, high):
 
 @settings(max_examples=300)
 @given(
-    a1=number(0.005, 0.3), b1=number(0.3, 0.95), a3=number(0.5, 1.0), softening=st.sampled_from(SOFTENING),
-    model=st.sampled_from(["CR", "CDC", "CDR", "SDR", "ECD", "POWER"]), parameter=number(0.01, 1.0),
-    release=number(-0.9, 0.9), velocity=number(-0.5, 0.5), step=number(0.001, 0.2), steps=st.integers(1, 400),
-    factor=number(0.0, 3.0), motion=st.lists(number(-5, 5), max_size=6), scheme=st.sampled_from(["newmark", "paper"]),
-)  # fmt: skip
+    a1=number(0.005, 0.3),
+    b1=number(0.3, 0.95),
+    a3=number(0.5, 1.0),
+    softening=st.sampled_from(SOFTENING),
+    model=st.sampled_from(["CR", "CDC", "CDR", "SDR", "ECD", "POWER"]),
+    parameter=number(0.01, 1.0),
+    release=number(-0.9, 0.9),
+    velocity=number(-0.5, 0.5),
+    step=number(0.001, 0.2),
+    steps=st.integers(1, 400),
+    factor=number(0.0, 3.0),
+    motion=st.lists(number(-5, 5), max_size=6),
+    scheme=st.sampled_from(["newmark", "paper"]),
+)
 def test_a_response_that_completed_is_finite(
     a1, b1, a3, softening, model, parameter, release, velocity, step, steps, factor, motion, scheme
 ):
     try:
         curve = rd.TrilinearCurve(a1, b1, ultimate_ratio=a3, softening=softening)
         response = rd.solve(
-            curve, rd.Damping(model, parameter), step=step, steps=steps, release_amplitude=release,
-            release_velocity=velocity, load_factor=factor, ground_acceleration=motion, substeps=100, store_every=1,
+            curve,
+            rd.Damping(model, parameter),
+            step=step,
+            steps=steps,
+            release_amplitude=release,
+            release_velocity=velocity,
+            load_factor=factor,
+            ground_acceleration=motion,
+            substeps=100,
+            store_every=1,
             scheme=scheme,
-        )  # fmt: skip
+        )
     except InputError as error:
         assert str(error)
         return

@@ -116,9 +116,14 @@ def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(scheme, curv
 @given(wall=walls(), size=numbers(0.2, 5))
 def test_walls_of_one_shape_differ_in_time_as_the_root_of_their_size(wall, size):
     other = Wall(
-        wall.thickness * size, wall.height * size, wall.width, wall.density, wall.hinge_ratio, wall.overburden_ratio,
+        wall.thickness * size,
+        wall.height * size,
+        wall.width,
+        wall.density,
+        wall.hinge_ratio,
+        wall.overburden_ratio,
         wall.eccentricity * size,
-    )  # fmt: skip
+    )
     assert other.frequency_parameter == pytest.approx(wall.frequency_parameter / np.sqrt(size), rel=1e-12)
     assert other.instability_displacement == pytest.approx(wall.instability_displacement * size, rel=1e-12)
     # The same acceleration does the same: strength goes with weight.
@@ -148,9 +153,14 @@ def test_a_wall_four_times_as_large_shaken_half_as_fast_moves_four_times_as_far(
         return response.displacement * wall.instability_displacement
 
     large = Wall(
-        wall.thickness * size, wall.height * size, 1.0, wall.density, wall.hinge_ratio, wall.overburden_ratio,
+        wall.thickness * size,
+        wall.height * size,
+        1.0,
+        wall.density,
+        wall.hinge_ratio,
+        wall.overburden_ratio,
         wall.eccentricity * size,
-    )  # fmt: skip
+    )
     small_history = displacement(wall, sample)
     large_history = displacement(large, sample * np.sqrt(size))
     assume(np.all(np.isfinite(small_history)))

@@ -34,9 +34,18 @@ OUTPUTS = [
     *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
 ]
 RULES = [
-    "decay_study", "match_study", "windows", "equivalence_fit", "coefficients", "loops", "mechanism", "orders",
-    "validation", "calibration", *FIGURES,
-]  # fmt: skip
+    "decay_study",
+    "match_study",
+    "windows",
+    "equivalence_fit",
+    "coefficients",
+    "loops",
+    "mechanism",
+    "orders",
+    "validation",
+    "calibration",
+    *FIGURES,
+]
 STUDY_JOBS = {"decay_study": len(STUDIES), "match_study": len(STUDIES)}
 STAGES = ["decay", "match", "windows", "equivalence", "validation", "calibration", "orders"]
 

@@ -13,7 +13,7 @@ with job(snakemake):
     results = Path(snakemake.output.claims).parent
     paths = [path for path in snakemake.input if path.endswith(".nc")]
     names = [Path(path).relative_to(results).with_suffix("").as_posix() for path in paths]
-    datasets = {name: dataset.open(path) for name, path in zip(names, paths)}
+    datasets = {name: dataset.open(path) for name, path in zip(names, paths, strict=True)}
     verdicts = claims.judge(claims.read(snakemake.input.claims), datasets)
     evidence = errata.table(errata.read(snakemake.input.errata), datasets)
     with replacing(snakemake.output.claims) as one, replacing(snakemake.output.errata) as other:

@@ -12,8 +12,8 @@ with job(snakemake):
     content = Content(
         claims=tables.rows(given.claims, tables.CLAIMS),
         errata=tables.rows(given.errata, tables.ERRATA),
-        figures={name: Path(path).read_bytes() for name, path in zip(params.figures, given.figures)},
-        datasets={name: dataset.open(path) for name, path in zip(params.datasets, given.datasets)},
+        figures={name: Path(path).read_bytes() for name, path in zip(params.figures, given.figures, strict=True)},
+        datasets={name: dataset.open(path) for name, path in zip(params.datasets, given.datasets, strict=True)},
         assumptions=Path(given.assumptions).read_text(encoding="utf-8"),
         citation=Path(given.citation).read_text(encoding="utf-8"),
         config=params.config,

@@ -90,9 +90,14 @@ def eq_3(_: Datasets) -> dict[str, str]:
     at = np.linspace(0.001, 0.999, 5) * float(bare.instability_displacement)
     apart = max(abs(printed_force(bare, u) - float(bare.rigid_force(u))) for u in at) / float(bare.rigid_strength)
     return {
-        "value": value, "slope": slope, "zero": zero, "used_value": used_value, "used_slope": used_slope,
-        "used_zero": used_zero, "apart": number(round(apart, 12)),
-    }  # fmt: skip
+        "value": value,
+        "slope": slope,
+        "zero": zero,
+        "used_value": used_value,
+        "used_slope": used_slope,
+        "used_zero": used_zero,
+        "apart": number(round(apart, 12)),
+    }
 
 
 def eq_7(_: Datasets) -> dict[str, str]:
@@ -150,7 +155,7 @@ def lambda_of_captions(_: Datasets) -> dict[str, str]:
 def a1_of_section_7(_: Datasets) -> dict[str, str]:
     """Ends of the plateaus."""
     ends = (float(TrilinearCurve(0.02, b1).plateau_end) for b1 in (0.85, 0.80))
-    return dict(zip(("end", "end_wall"), map(number, ends)))
+    return dict(zip(("end", "end_wall"), map(number, ends), strict=True))
 
 
 # --- datasets ------------------------------------------------------------------------------------------------------
@@ -162,10 +167,14 @@ def sdr_and_a1(data: Datasets) -> dict[str, str]:
     xi = ratios(data["match/cracked_stiffness"]).sel(damping_model="SDR").sortby(dim)
     mean = xi.mean("restitution").values
     return {
-        "low": number(xi[dim][0]), "high": number(xi[dim][-1]), "xi_low": number(mean[0]), "xi_high": number(mean[-1]),
-        "more": str(int(steady(xi, dim, -1).sum())), "less": str(int(steady(xi, dim, 1).sum())),
+        "low": number(xi[dim][0]),
+        "high": number(xi[dim][-1]),
+        "xi_low": number(mean[0]),
+        "xi_high": number(mean[-1]),
+        "more": str(int(steady(xi, dim, -1).sum())),
+        "less": str(int(steady(xi, dim, 1).sum())),
         "count": str(xi.sizes["restitution"]),
-    }  # fmt: skip
+    }
 
 
 def err_range_and_err_e(data: Datasets) -> dict[str, str]:

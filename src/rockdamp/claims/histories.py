@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent
 from rockdamp.mechanics.damping import PAPER_MODELS
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
@@ -23,7 +25,9 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
         low, high = ends["slenderness"].values
         measured = "; ".join(
             f"{number(first)} to {number(last)} at h1/h {number(hinge)}"
-            for hinge, (first, last) in zip(e["hinge_height_ratio"].values, ends.transpose(..., "slenderness").values)
+            for hinge, (first, last) in zip(
+                e["hinge_height_ratio"].values, ends.transpose(..., "slenderness").values, strict=True
+            )
         )
         measured = f"{variable} from h/t {number(low)} to {number(high)}: {measured}"
         parts[name] = judged(rises.all("slenderness"), measured, "h1/h")
@@ -50,7 +54,7 @@ def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> A
     peaks = turns(v[loops["tau"].values <= window])
     work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
     middle = np.abs(0.5 * (u[1:] + u[:-1]))
-    halves = zip(peaks[:-1], peaks[1:])
+    halves = pairwise(peaks)
     return np.array([work[i:j][middle[i:j] <= inner * abs(u[i])].sum() for i, j in halves])
 
 
@@ -71,7 +75,9 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
     count = min(losses.size, *(values.size for values in found.values()))
     table, losses = np.stack([values[:count] for values in found.values()]), losses[:count]
     mean = table.mean(axis=0)
-    totals = ", ".join(f"{model} {percent(row.sum() / losses.sum())}" for model, row in zip(PAPER_MODELS, table))
+    totals = ", ".join(
+        f"{model} {percent(row.sum() / losses.sum())}" for model, row in zip(PAPER_MODELS, table, strict=True)
+    )
     parts = {}
     for name, reference, of in (("models", mean, "their mean"), ("impact", losses, f"CR's loss (in all {totals})")):
         relative = table / reference - 1

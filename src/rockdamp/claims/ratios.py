@@ -103,7 +103,7 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
     parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), f"spread of SDR {percent(sdr)}")
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
-    measured = f"all amplitudes: {listed(f'{m} {spans_of(held)}' for m, held in zip(SIGNS, everywhere))}"
+    measured = f"all amplitudes: {listed(f'{m} {spans_of(held)}' for m, held in zip(SIGNS, everywhere, strict=True))}"
     parts["wide"] = judged(wide_held, measured, "e", limits["enough"])
     return parts
 

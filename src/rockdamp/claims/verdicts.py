@@ -132,7 +132,7 @@ def percent(value: Any) -> str:
 def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:
     """``CDC 1.2, CDR 3.4``."""
     models = [str(model) for model in values["damping_model"].values]
-    return ", ".join(f"{model} {words(value)}" for model, value in zip(models, values.values))
+    return ", ".join(f"{model} {words(value)}" for model, value in zip(models, values.values, strict=True))
 
 
 def listed(names: Iterable[str]) -> str:

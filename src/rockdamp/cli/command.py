@@ -119,7 +119,7 @@ def print_table(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str] | No
         lines.insert(1, [f"[{units[name]}]" if name in units else "" for name in names])
     widths = [max(len(line[i]) for line in lines) for i in range(len(names))]
     for line in lines:
-        click.echo("  ".join(text.rjust(width) for text, width in zip(line, widths)).rstrip())
+        click.echo("  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)).rstrip())
 
 
 def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:

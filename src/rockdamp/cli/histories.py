@@ -73,18 +73,33 @@ class Length(click.ParamType):
 @damping_options
 @click.option("--release", type=float, default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
 @click.option(
-    "--length", type=Length(), default=str(LENGTH), show_default=True,
+    "--length",
+    type=Length(),
+    default=str(LENGTH),
+    show_default=True,
     help="Of the history: in tau = p t, or with a unit in seconds (5s), for which the wall must be given.",
-)  # fmt: skip
+)
 @wall_options(required=False)
 @output_option
 @plot_option
 @json_option
 def decay(
-    a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str, damping_model: str | None,
-    damping_ratio: float | None, restitution: float | None, compare: bool, release: float, length: tuple[str, float],
-    output: Path | None, plot: Path | None, as_json: bool, **options: Any,
-) -> None:  # fmt: skip
+    a1: float | None,
+    b1: float | None,
+    preset: str | None,
+    a3: float,
+    softening: str,
+    damping_model: str | None,
+    damping_ratio: float | None,
+    restitution: float | None,
+    compare: bool,
+    release: float,
+    length: tuple[str, float],
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
     """Free decay: the peak of each half cycle.
 
     The wall is released at rest. With --thickness and --height of a wall also in seconds and metres.
@@ -159,10 +174,24 @@ def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.option("--animate", "animation", type=OutputFile(".gif"), help="The rocking bodies beside the history.")
 @json_option
 def respond(
-    record: Path, a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str,
-    damping_model: str | None, damping_ratio: float | None, restitution: float | None, compare: bool, scale: float,
-    tail: float, output: Path | None, plot: Path | None, animation: Path | None, as_json: bool, **options: Any,
-) -> None:  # fmt: skip
+    record: Path,
+    a1: float | None,
+    b1: float | None,
+    preset: str | None,
+    a3: float,
+    softening: str,
+    damping_model: str | None,
+    damping_ratio: float | None,
+    restitution: float | None,
+    compare: bool,
+    scale: float,
+    tail: float,
+    output: Path | None,
+    plot: Path | None,
+    animation: Path | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
     """Response to a record: peak and outcome.
 
     The wall starts at rest. A wall that collapses ends its history there, which is an outcome and no error.

@@ -59,10 +59,13 @@ def wall_options(required: bool = True) -> Decorator:
 softening_options = _all(
     click.option("--a3", type=float, default=1.0, show_default=True, help="Ultimate ratio u3/u_ins."),
     click.option(
-        "--softening", type=click.Choice(SOFTENING), default="steeper", show_default=True,
+        "--softening",
+        type=click.Choice(SOFTENING),
+        default="steeper",
+        show_default=True,
         help="Last branch for a3 < 1.",
     ),
-)  # fmt: skip
+)
 
 curve_options = _all(
     click.option("--a1", type=float, help="Cracked stiffness ratio u1/u_ins."),

@@ -11,14 +11,27 @@ from rockdamp.cli.options import curve_options, json_option, make_curve, make_wa
 from rockdamp.cli.types import Numbers
 
 KEYS = (
-    "weight", "effective_mass", "excitation_factor", "rigid_strength", "rigid_stiffness", "instability_displacement",
-    "frequency_parameter", "restitution", "restitution_impulsive",
-)  # fmt: skip
+    "weight",
+    "effective_mass",
+    "excitation_factor",
+    "rigid_strength",
+    "rigid_stiffness",
+    "instability_displacement",
+    "frequency_parameter",
+    "restitution",
+    "restitution_impulsive",
+)
 UNITS = {
-    "weight": "N", "effective_mass": "kg", "rigid_strength": "N", "rigid_stiffness": "N m-1",
-    "instability_displacement": "m", "frequency_parameter": "rad s-1", "displacement": "m", "rigid_period": "s",
+    "weight": "N",
+    "effective_mass": "kg",
+    "rigid_strength": "N",
+    "rigid_stiffness": "N m-1",
+    "instability_displacement": "m",
+    "frequency_parameter": "rad s-1",
+    "displacement": "m",
+    "rigid_period": "s",
     "period": "s",
-}  # fmt: skip
+}
 AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 
 
@@ -36,9 +49,15 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 )
 @json_option
 def wall(
-    a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str, amplitude: list[float] | None,
-    as_json: bool, **options: Any,
-) -> None:  # fmt: skip
+    a1: float | None,
+    b1: float | None,
+    preset: str | None,
+    a3: float,
+    softening: str,
+    amplitude: list[float] | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
     """Constants of a wall's motion, restitution, periods.
 
     Restitution is given by each formula, the period for several amplitudes. With a curve (--a1 and --b1, or --preset)
@@ -108,9 +127,16 @@ def _periods(made: Any, curve: Any, amplitudes: Any, strict: bool) -> list[dict[
 @click.option("--window", type=float, default=None, help="Length of the response in tau = p t.  [default: 8]")
 @json_option
 def equivalent(
-    restitution: list[float], a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str,
-    release: float, window: float | None, as_json: bool,
-) -> None:  # fmt: skip
+    restitution: list[float],
+    a1: float | None,
+    b1: float | None,
+    preset: str | None,
+    a3: float,
+    softening: str,
+    release: float,
+    window: float | None,
+    as_json: bool,
+) -> None:
     """Damping ratios equivalent to a restitution.
 
     One row for each coefficient of restitution and viscous model.
@@ -120,9 +146,14 @@ def equivalent(
 
     curve = make_curve(a1, b1, preset, a3, softening)
     rows = compute(
-        restitution, float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio), a3, softening, release,
+        restitution,
+        float(curve.cracked_stiffness_ratio),
+        float(curve.plateau_ratio),
+        a3,
+        softening,
+        release,
         DEFAULT_WINDOW if window is None else window,
-    )  # fmt: skip
+    )
     if as_json:
         print_json(rows)
         return

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -252,7 +253,7 @@ def _study_problems(config: Config) -> Iterator[Problem]:
     """A study's values ascend, and what other stages look up in them is there."""
     for study, key in STUDIES.items():
         values = config["studies"][study][key]
-        for index, (one, other) in enumerate(zip(values, values[1:]), start=1):
+        for index, (one, other) in enumerate(pairwise(values), start=1):
             if not one < other:
                 path = ("studies", study, key, index)
                 yield Problem(path, f"is {other}; it must be greater than the value before it, {one}")

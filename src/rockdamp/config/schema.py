@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,8 +25,11 @@ NOUNS = {
     "object": "a mapping of keys to values",
 }
 BOUNDS = {
-    "exclusiveMinimum": "greater than", "minimum": "at least", "exclusiveMaximum": "less than", "maximum": "at most",
-}  # fmt: skip
+    "exclusiveMinimum": "greater than",
+    "minimum": "at least",
+    "exclusiveMaximum": "less than",
+    "maximum": "at most",
+}
 
 
 COMMAND_LINE = "the command line"
@@ -171,6 +175,6 @@ def _line(node: yaml.Node | None, path: KeyPath) -> int | None:
 
 def ascending(path: KeyPath, values: Sequence[float]) -> Iterator[Problem]:
     """Yield a problem for each value that is not greater than the one before it."""
-    for index, (one, other) in enumerate(zip(values, values[1:]), start=1):
+    for index, (one, other) in enumerate(pairwise(values), start=1):
         if not one < other:
             yield Problem((*path, index), f"is {other}; it must be greater than the value before it, {one}")

@@ -12,9 +12,12 @@ order: xi = delta/sqrt(pi^2 + delta^2).
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from itertools import pairwise
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rockdamp.arrays import Array
 from rockdamp.errors import require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -23,7 +26,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers of x along the plateau
 
 
-def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> NDArray[np.float64]:
+def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> Array:
     """g(x0; a1, b1, a3) of the closed form, for the model and exponent of `damping` (its xi is not used).
 
     The integral is taken branch by branch in s = sqrt(x0 - x), in which the integrand is smooth up to the turning
@@ -68,9 +71,9 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
     ends = [np.zeros(()), *(np.minimum(end, x0) for end in inner), x0]
     work = np.zeros(np.broadcast_shapes(x0.shape, curve.shape, unit.shape))
-    for low, high in zip(ends[:-1], ends[1:]):
+    for low, high in pairwise(ends):
         s0, s1 = np.sqrt(x0 - high), np.sqrt(x0 - low)
-        for node, weight in zip(NODES, WEIGHTS):
+        for node, weight in zip(NODES, WEIGHTS, strict=True):
             s = 0.5 * (s0 + s1) + 0.5 * (s1 - s0) * node
             x = x0 - s * s
             speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
@@ -84,7 +87,7 @@ def damping_ratio_energy(
     restitution: ArrayLike,
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
-) -> NDArray[np.float64]:
+) -> Array:
     """Damping ratio by the closed form; for ECD the exact one, which reproduces every peak. [-]
 
     The exponent is used by the general exponent's model, ``"POWER"``, alone.
@@ -115,7 +118,7 @@ def damping_ratio_middle(
     restitution: ArrayLike,
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
-) -> NDArray[np.float64]:
+) -> Array:
     """Damping ratio by the closed form at the half cycle's middle energy, second order in the loss. [-]
 
     A half cycle from x0 runs from V(x0) to e^2 V(x0). With g at their geometric mean, V(xm) = e V(x0), in place of
@@ -136,13 +139,13 @@ def damping_ratio_middle(
     return np.pi * g * exact_ratio(e)
 
 
-def exact_ratio(restitution: ArrayLike) -> NDArray[np.float64]:
+def exact_ratio(restitution: ArrayLike) -> Array:
     """xi = delta/sqrt(pi^2 + delta^2): the linear oscillator with one impact per crossing, and ECD on any curve. [-]"""
     delta = 0.0 - np.log(check_restitution(restitution))
     return delta / np.hypot(np.pi, delta)
 
 
-def giannini_masiani(restitution: ArrayLike) -> NDArray[np.float64]:
+def giannini_masiani(restitution: ArrayLike) -> Array:
     """xi = 2 (1 - e)/(pi (1 + e)), Eq. (15). [-]
 
     Raises
@@ -160,7 +163,7 @@ def giannini_masiani(restitution: ArrayLike) -> NDArray[np.float64]:
     return 2 * (1 - e) / (np.pi * (1 + e))
 
 
-def check_restitution(restitution: ArrayLike) -> NDArray[np.float64]:
+def check_restitution(restitution: ArrayLike) -> Array:
     """Return e as an array of floats, or raise `InputError` unless it lies in (0, 1]."""
     require_finite("restitution (e)", restitution)
     e = np.asarray(restitution, dtype=float)

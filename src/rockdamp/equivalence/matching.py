@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import elementwise
 
+from rockdamp.arrays import Array, Quantity
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.errors import InputError, Quantity
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import Reference, solve, stable_step
@@ -26,8 +27,6 @@ RIVALS = 1.5  # local minima of the scan within this factor of the lowest are re
 WINDOWS_AT_ONCE = 8
 RESOLUTION = 3e-5  # of the minimiser, in parts of xi
 NEARBY = 0.001  # first bracket around a damping ratio that is known already, in parts of it
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,9 @@ def match_cases(
             cases, damping_model, windows[some], window[chosen] - some[0], case[chosen], around, scheme
         )
     best = Match(np.full(lowest.shape, np.nan), np.full(lowest.shape, np.inf), lower.sum(axis=-1))
-    for w, c, xi, value in zip(window, case, ratio, error):  # ascending in xi: of equal errors the first stays
+    for w, c, xi, value in zip(
+        window, case, ratio, error, strict=True
+    ):  # ascending in xi: of equal errors the first stays
         if value < best.error[w, c]:
             best.damping_ratio[w, c], best.error[w, c] = xi, value
     return best

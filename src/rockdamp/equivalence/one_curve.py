@@ -9,8 +9,9 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
 from rockdamp.equivalence.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
 from rockdamp.errors import InputError, require, require_finite
@@ -72,8 +73,12 @@ def equivalent(
     curve = TrilinearCurve(cracked_stiffness_ratio, plateau_ratio, ultimate_ratio, softening)
     require_finite("window", window)
     require_finite("release_amplitude", release_amplitude)
-    require(bool(0 < release_amplitude < curve.ultimate_ratio), "release_amplitude", release_amplitude,
-            "greater than 0 and less than a3")  # fmt: skip
+    require(
+        bool(0 < release_amplitude < curve.ultimate_ratio),
+        "release_amplitude",
+        release_amplitude,
+        "greater than 0 and less than a3",
+    )
     require(float(window) > 0, "window", window, "greater than 0 (in tau)")
     step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
     _require_affordable(float(window), step, e.size, float(curve.cracked_stiffness_ratio))
@@ -154,20 +159,21 @@ def equivalent_dampings(
 
 
 @cache
-def shipped_coefficients() -> dict[str, NDArray[np.float64]]:
+def shipped_coefficients() -> dict[str, Array]:
     """Return the polynomials that the package ships, coefficients.csv: by column, its rows in the file's order.
 
     A test holds the file equal to what the pipeline builds.
     """
     text = files("rockdamp.equivalence").joinpath("coefficients.csv").read_text(encoding="utf-8").splitlines()
     names = text[0].split(",")
-    columns = zip(*(line.split(",") for line in text[1:]))
+    columns = zip(*(line.split(",") for line in text[1:]), strict=True)
     return {
-        name: np.array(column, dtype=str if name == "damping_model" else float) for name, column in zip(names, columns)
+        name: np.array(column, dtype=str if name == "damping_model" else float)
+        for name, column in zip(names, columns, strict=True)
     }
 
 
-def polynomial(damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> NDArray[np.float64]:
+def polynomial(damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> Array:
     """xi(e) by the shipped polynomials, linear in a1 between them; NaN outside their range or without any. [-]"""
     table = shipped_coefficients()
     own = table["damping_model"] == damping_model

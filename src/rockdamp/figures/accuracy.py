@@ -65,9 +65,13 @@ def _errors(axes: Axes, one: xr.Dataset) -> None:
         label = f"{model}: {float(curve['order']):.2f}"
         axes.plot(step, curve["median_solver_error"], label=label, **line_of(model))
         axes.plot(
-            step, curve["largest_solver_error"], linestyle="none", marker=MODELS[model].marker,
-            color=MODELS[model].colour, markerfacecolor="none",
-        )  # fmt: skip
+            step,
+            curve["largest_solver_error"],
+            linestyle="none",
+            marker=MODELS[model].marker,
+            color=MODELS[model].colour,
+            markerfacecolor="none",
+        )
     for name in ("solver_step", "published_step"):
         axes.axvline(float(one[name]), color=PALE, linewidth=0.6, zorder=0)
     axes.set_xscale("log")
@@ -103,9 +107,15 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
         one, style = accuracy.sel(viscous_model=model), MODELS[model]
         bound, error = (np.maximum(np.abs(one[name].values), LEAST) for name in ("sample_bound", "sample_difference"))
         axes.plot(
-            bound, error, linestyle="none", marker=style.marker, color=style.colour, markerfacecolor="none",
-            label=model, clip_on=False,
-        )  # fmt: skip
+            bound,
+            error,
+            linestyle="none",
+            marker=style.marker,
+            color=style.colour,
+            markerfacecolor="none",
+            label=model,
+            clip_on=False,
+        )
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(LEAST, LARGEST)
@@ -134,8 +144,8 @@ def fig_rigid(accuracy: xr.Dataset) -> Figure:
     releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
     figure = new_figure(DOUBLE_COLUMN, 25.0 + 55.0 * len(releases))
     grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)
-    for row, x0 in zip(grid, releases):
-        for axes, r in zip(row, hinges):
+    for row, x0 in zip(grid, releases, strict=True):
+        for axes, r in zip(row, hinges, strict=True):
             _differences(axes, accuracy.sel(rocking_release_amplitude=x0, hinge_ratio=r))
             axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {x0:g}$, $h_1/h = {r:g}$")
         row[0].set_ylabel("|difference| [-]")

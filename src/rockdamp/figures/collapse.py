@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpecBase, SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from rockdamp.arrays import Array
 from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, dampers, middle, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
@@ -26,8 +26,6 @@ from rockdamp.figures.style import (
     styled,
     title_of,
 )
-
-Array = NDArray[np.float64]
 
 COLUMNS = 4
 SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
@@ -61,15 +59,19 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
     low, centre, high = (f"{100 * value:g}" for value in one["probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
-        *(Line2D([], [], marker=MODELS[model].marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
-          for model in ("CR", *dampers(one))),
+        *(
+            Line2D([], [], marker=MODELS[model].marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
+            for model in ("CR", *dampers(one))
+        ),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
-    ]  # fmt: skip
+    ]
     figure.legend(
-        handles=handles, loc="outside upper center", ncols=4,
+        handles=handles,
+        loc="outside upper center",
+        ncols=4,
         title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall. A fractile ends at the last "
-              "scale at which that wall stands; the median has a marker there",
-    )  # fmt: skip
+        "scale at which that wall stands; the median has a marker there",
+    )
     return figure
 
 
@@ -95,8 +97,14 @@ def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
         for values in wall["fractile"]
     )
     # A fractile that has collapsed is beyond any displacement: the band is open there.
-    axes.fill_betweenx(scale, low["CR"], np.where(np.isfinite(high["CR"]), high["CR"], 1.0),
-                       where=np.isfinite(low["CR"]).tolist(), color=BAND, linewidth=0)  # fmt: skip
+    axes.fill_betweenx(
+        scale,
+        low["CR"],
+        np.where(np.isfinite(high["CR"]), high["CR"], 1.0),
+        where=np.isfinite(low["CR"]).tolist(),
+        color=BAND,
+        linewidth=0,
+    )
     for model in ("CR", *dampers(wall)):
         if model != "CR":
             for values in (low[model], high[model]):
@@ -130,9 +138,15 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     for axes in panels[::COLUMNS]:
         axes.set_ylabel("probability of collapse [-]")
     _forests(figure, halves[1, 0], comparison)
-    figure.legend(handles=_handles(one), loc="outside upper center", ncols=4, title=(
-        f"Curves: $e = {float(one['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls together, "
-        "95 % bootstrap intervals"))  # fmt: skip
+    figure.legend(
+        handles=_handles(one),
+        loc="outside upper center",
+        ncols=4,
+        title=(
+            f"Curves: $e = {float(one['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls "
+            "together, 95 % bootstrap intervals"
+        ),
+    )
     return figure
 
 
@@ -149,17 +163,23 @@ def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array,
 def _curves(axes: Axes, wall: xr.Dataset) -> None:
     intensity = np.geomspace(float(wall["scale"][0]), float(wall["scale"][-1]), 201)
     cr = wall.sel(damping_model="CR")
-    low, high = envelope(
-        intensity, cr["wall_median_intensity_interval"].values, cr["wall_dispersion_interval"].values
-    )  # fmt: skip
+    low, high = envelope(intensity, cr["wall_median_intensity_interval"].values, cr["wall_dispersion_interval"].values)
     axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
     for model in (*dampers(wall), "CR"):
         fragility = wall.sel(damping_model=model)
         beta = float(fragility["wall_dispersion"])
         probability = ndtr(np.log(intensity / float(fragility["wall_median_intensity"])) / beta)
         axes.plot(intensity, probability, label=model, **line_of(model))
-    axes.plot(wall["scale"], cr["collapse_fraction"], linestyle="none", marker="o", color=MODELS["CR"].colour,
-              markerfacecolor="white", markersize=2.8, zorder=4)  # fmt: skip
+    axes.plot(
+        wall["scale"],
+        cr["collapse_fraction"],
+        linestyle="none",
+        marker="o",
+        color=MODELS["CR"].colour,
+        markerfacecolor="white",
+        markersize=2.8,
+        zorder=4,
+    )
 
 
 def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None:
@@ -185,8 +205,13 @@ def _forest(axes: Axes, one: xr.Dataset) -> None:
             y = row + 0.24 * (shift - (len(sources) - 1) / 2)
             ends = cell["median_intensity_ratio_interval"].values
             axes.plot(ends, [y, y], color=MODELS[model].colour, linewidth=1.1)
-            axes.plot(float(cell["median_intensity_ratio"]), y, marker=SOURCE_MARKS.get(source, "o"), markersize=3.6,
-                      color=MODELS[model].colour)  # fmt: skip
+            axes.plot(
+                float(cell["median_intensity_ratio"]),
+                y,
+                marker=SOURCE_MARKS.get(source, "o"),
+                markersize=3.6,
+                color=MODELS[model].colour,
+            )
     axes.axvline(1.0, color="black", linewidth=0.6)
     for row in range(1, len(models)):
         axes.axhline(row - 0.5, color=PALE, linewidth=0.4)
@@ -199,9 +224,16 @@ def _handles(one: xr.Dataset) -> list[Line2D | Patch]:
     found: list[Line2D | Patch] = [
         Line2D([], [], label="CR", **line_of("CR")),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
-        Line2D([], [], linestyle="none", marker="o", markerfacecolor="white", color=MODELS["CR"].colour,
-               label="CR, share of the records"),
-    ]  # fmt: skip
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="white",
+            color=MODELS["CR"].colour,
+            label="CR, share of the records",
+        ),
+    ]
     found += [Line2D([], [], label=title_of(model), **line_of(model)) for model in dampers(one)]
     return found + [
         Line2D([], [], linestyle="none", marker=mark, color=GREY, label=f"below: {SOURCE_NAMES[source]}")

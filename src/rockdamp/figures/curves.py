@@ -27,7 +27,7 @@ def fig2(mechanism: xr.Dataset) -> Figure:
     figure = new_figure(DOUBLE_COLUMN, 68.0)
     panels = figure.subplots(1, 3, sharey=True)
     titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) Doherty's stages of degradation")
-    for axes, title in zip(panels, titles):
+    for axes, title in zip(panels, titles, strict=True):
         curve = mechanism.sel(curve_name="bi-linear")
         axes.plot(curve["displacement"], curve["force"], color=GREY, linestyle="dashed", label="bi-linear, rigid")
         axes.set_title(title, pad=16)
@@ -89,14 +89,21 @@ def _variants(axes: Axes, mechanism: xr.Dataset) -> None:
     ultimate = float(mechanism["ultimate_ratio"].sel(curve_name="steeper"))
     axes.plot(ultimate, 0, "o", color="black", clip_on=False, zorder=5)
     axes.annotate(
-        f"$a_3 = {ultimate:g}$", (ultimate, 0), (ultimate - 0.2, 0.12), ha="right", va="center", fontsize=7,
+        f"$a_3 = {ultimate:g}$",
+        (ultimate, 0),
+        (ultimate - 0.2, 0.12),
+        ha="right",
+        va="center",
+        fontsize=7,
         arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3},
-    )  # fmt: skip
+    )
     axes.legend(loc="upper right")
 
 
 def _presets(axes: Axes, mechanism: xr.Dataset) -> None:
-    for name, linestyle, colour in zip(PRESETS, ("solid", "dashed", "dashdot"), ("black", "#404040", "#707070")):
+    for name, linestyle, colour in zip(
+        PRESETS, ("solid", "dashed", "dashdot"), ("black", "#404040", "#707070"), strict=True
+    ):
         curve = mechanism.sel(curve_name=name)
         a1, b1 = float(curve["cracked_stiffness_ratio"]), float(curve["plateau_ratio"])
         label = f"{name}: $a_1 = {a1:.2f}$, $b_1 = {b1:.2f}$"

@@ -90,9 +90,16 @@ def _fan(axes: Axes, one: xr.Dataset) -> None:
         height = max(value, last + gap)
         last = height
         axes.annotate(
-            name_of(model), (share[-1], height), xytext=(4, 0), textcoords="offset points",
-            color=STYLES[model].colour, fontweight="bold", va="center", fontsize=8, annotation_clip=False,
-        )  # fmt: skip
+            name_of(model),
+            (share[-1], height),
+            xytext=(4, 0),
+            textcoords="offset points",
+            color=STYLES[model].colour,
+            fontweight="bold",
+            va="center",
+            fontsize=8,
+            annotation_clip=False,
+        )
     axes.set_xlim(0, share[-1])
     axes.set_xlabel(SHARE)
     axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
@@ -110,18 +117,32 @@ def _bars(axes: Axes, one: xr.Dataset) -> None:
         axes.plot(values[reference], row, marker=style.marker, color=style.colour, markersize=5, linestyle="none")
         text = "0" if values.max() < 0.05 else f"{values.min():.1f} to {values.max():.1f} %"
         axes.annotate(
-            text, (values.max(), row), xytext=(5, 0), textcoords="offset points", va="center", fontsize=7,
+            text,
+            (values.max(), row),
+            xytext=(5, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=7,
             color=style.colour,
-        )  # fmt: skip
+        )
         axes.text(
-            -0.03, row, name_of(model), transform=axes.get_yaxis_transform(), color=style.colour, fontweight="bold",
-            ha="right", va="center",
-        )  # fmt: skip
+            -0.03,
+            row,
+            name_of(model),
+            transform=axes.get_yaxis_transform(),
+            color=style.colour,
+            fontweight="bold",
+            ha="right",
+            va="center",
+        )
     axes.set_yticks([])
     axes.invert_yaxis()
     axes.set_xlim(0, 1.5 * float(spread.max()))
-    axes.set_xlabel(r"spread of $\xi$ over the amplitudes,"
-                    "\n" r"standard deviation of $\ln\,\xi$ [%]")  # fmt: skip
+    axes.set_xlabel(
+        r"spread of $\xi$ over the amplitudes,"
+        "\n"
+        r"standard deviation of $\ln\,\xi$ [%]"
+    )
     axes.set_title("a mark for each curve")
 
 
@@ -149,16 +170,14 @@ def fig_exponent(dispersion: xr.Dataset) -> Figure:
 def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[float]) -> None:
     colours = ramp(STYLES[BEST].colour, len(b1))
     handles = []
-    for colour, value, text in zip(colours, b1, texts(b1)):
+    for colour, value, text in zip(colours, b1, texts(b1), strict=True):
         for variant in map(str, dispersion["map_softening"].values):
             n = dispersion["map_best_exponent"].sel(map_softening=variant, map_plateau_ratio=value)
             axes.plot(
                 a1, n, color=colour, linestyle=VARIANT_LINES[variant], linewidth=1.2 if variant == "none" else 0.7
             )
         handles.append(Line2D([], [], color=colour, label=text))
-    legend = axes.legend(
-        handles=handles, title="$b_1$ [-]", loc="lower right", ncols=2, bbox_to_anchor=(1.0, 0.08)
-    )  # fmt: skip
+    legend = axes.legend(handles=handles, title="$b_1$ [-]", loc="lower right", ncols=2, bbox_to_anchor=(1.0, 0.08))
     axes.add_artist(legend)
     variants = [
         Line2D([], [], color=GREY, linestyle=VARIANT_LINES[variant], label=VARIANTS[variant])
@@ -171,9 +190,15 @@ def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[flo
     for order, model in ((1.0, "CDR"), (2.0, "SDR")):
         axes.axhline(order, color=MODELS[model].colour, linewidth=0.8, linestyle=MODELS[model].linestyle)
         axes.text(
-            0.02, order, f"{model}, $n = {order:g}$", transform=axes.get_yaxis_transform(), color=MODELS[model].colour,
-            fontsize=7, ha="left", va="top" if order > 1.5 else "bottom",
-        )  # fmt: skip
+            0.02,
+            order,
+            f"{model}, $n = {order:g}$",
+            transform=axes.get_yaxis_transform(),
+            color=MODELS[model].colour,
+            fontsize=7,
+            ha="left",
+            va="top" if order > 1.5 else "bottom",
+        )
     axes.set_ylabel(r"exponent $n$ with the least spread [-]")
 
 
@@ -212,11 +237,13 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
     models = [str(model) for model in dispersion["damping_model"].values]
     figure = new_figure(DOUBLE_COLUMN, 112.0)
     grid = figure.subplots(2, len(models), sharex=True, sharey=True, squeeze=False)
-    for row, (measure, name) in zip(grid, (("damping_ratio_peaks", "the first peak"), ("damping_ratio", "Err"))):
-        for axes, model in zip(row, models):
+    for row, (measure, name) in zip(
+        grid, (("damping_ratio_peaks", "the first peak"), ("damping_ratio", "Err")), strict=True
+    ):
+        for axes, model in zip(row, models, strict=True):
             _differences(axes, dispersion.sel(damping_model=model), measure, model)
         row[0].set_ylabel(f"closed form less {name} [%]")
-    for axes, model in zip(grid[0], models):
+    for axes, model in zip(grid[0], models, strict=True):
         axes.set_title(name_of(model), color=STYLES[model].colour, fontweight="bold")
     for axes in grid[-1]:
         axes.set_xlabel(r"$u_0/u_3$ [-]")

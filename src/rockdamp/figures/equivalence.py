@@ -91,8 +91,8 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
     values = numbers(amplitude, "release_amplitude")
     chosen = present(values, PAPER_AMPLITUDES)
-    for axes, model in zip(panels, models):
-        for index, colour, marker in zip(chosen, shades(model, len(chosen)), MARKERS):
+    for axes, model in zip(panels, models, strict=True):
+        for index, colour, marker in zip(chosen, shades(model, len(chosen)), MARKERS[: len(chosen)], strict=True):
             curve = amplitude.sel(damping_model=model).isel(release_amplitude=index)
             e, label = curve["restitution"], f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$"
             axes.plot(e, curve["damping_ratio"], color=colour, marker=marker, markevery=_every(e), label=label)
@@ -137,7 +137,9 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     grid = figure.subplots(
         5, len(models), sharex=True, sharey="row", squeeze=False, gridspec_kw={"height_ratios": ratios}
     )
-    for panels, strips, (dataset, parameter, title) in zip(grid[[1, 3, 4]], (grid[0], grid[2], None), studies):
+    for panels, strips, (dataset, parameter, title) in zip(
+        grid[[1, 3, 4]], (grid[0], grid[2], None), studies, strict=True
+    ):
         for column, model in enumerate(models):
             _study(panels[column], dataset.sel(damping_model=model), parameter, model)
             if strips is not None:
@@ -145,7 +147,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         panels[0].set_ylabel(DAMPING_RATIO)
         panels[0].set_ylim(0, 1.05 * max(float(study["damping_ratio"].max()) for study, _, _ in studies))
         _legend(panels[-1], models, title, numbers(dataset, parameter), strips is not None)
-    for axes, model in zip(grid[0], models):
+    for axes, model in zip(grid[0], models, strict=True):
         _title(axes, model)
     for strip in grid[[0, 2], 0]:
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
@@ -196,9 +198,14 @@ def _legend(axes: Axes, models: Sequence[str], title: str, values: Sequence[floa
         handles.append(Line2D([], [], color=GREY, **CLOSED_FORM))
         labels.append("same length\nin seconds,\n$\\Delta\\xi$ above")
     axes.legend(
-        handles, labels, title=title, loc="center left", bbox_to_anchor=(1.02, 0.5), alignment="left",
+        handles,
+        labels,
+        title=title,
+        loc="center left",
+        bbox_to_anchor=(1.02, 0.5),
+        alignment="left",
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
-    )  # fmt: skip
+    )
 
 
 @styled
@@ -230,8 +237,14 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     axes.set_ylim(0, top)
     axes.axvspan(*PAPER_RANGE, color="#EDEDED", linewidth=0, zorder=0)
     low, high = PAPER_RANGE
-    axes.text((low + high) / 2, 0.99 * top, f"paper: CDR lowest,\n${low:.2f} \\leq e \\leq {high:.2f}$",
-              ha="center", va="top", fontsize=7)  # fmt: skip
+    axes.text(
+        (low + high) / 2,
+        0.99 * top,
+        f"paper: CDR lowest,\n${low:.2f} \\leq e \\leq {high:.2f}$",
+        ha="center",
+        va="top",
+        fontsize=7,
+    )
     _lowest(axes, root.sel(damping_model=[model for model in models if model not in BEYOND_PAPER]), 0.8 * top)
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")

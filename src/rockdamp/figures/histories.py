@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.figures.style import (
     BEYOND_PAPER,
     DISPLACEMENT,
@@ -22,7 +23,6 @@ from rockdamp.figures.style import (
     styled,
 )
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
@@ -96,7 +96,7 @@ def peak_indices(displacement: Array) -> Indices:
     """Indices of the largest displacement between successive changes of sign, the release left out."""
     at = crossings(displacement)
     parts = np.split(np.abs(displacement), at)[1:]
-    return np.array([start + int(np.argmax(part)) for start, part in zip(at, parts)])
+    return np.array([start + int(np.argmax(part)) for start, part in zip(at, parts, strict=True)])
 
 
 @styled

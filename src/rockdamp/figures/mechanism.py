@@ -9,11 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.figures.style import GREY, SINGLE_COLUMN, new_figure, styled
-
-Array = NDArray[np.float64]
 
 # Drawn stouter than the wall and displaced far, so that angles and gaps can be seen.
 DRAWN_SLENDERNESS = 5.0
@@ -121,7 +119,7 @@ def _draw_rest(axes: Axes, t: float, h: float, ratio: float) -> None:
         (np.array([t, 0.0]), h1, 0.62 * h1, 90.0, r"$\alpha_1$"),
         (np.array([t, h]), h - h1, 0.4 * (h - h1), 270.0, r"$\alpha_2$"),
     ):
-        axes.plot(*zip(pivot, hinge), color=GREY, linewidth=THIN, linestyle="dashed")
+        axes.plot(*zip(pivot, hinge, strict=True), color=GREY, linewidth=THIN, linestyle="dashed")
         angle = np.degrees(np.arctan2(t, part))
         first, last = (facing, facing + angle) if facing == 90 else (facing - angle, facing)
         _angle(axes, pivot, radius, first, last, symbol, t, outwards=0.2 * t)
@@ -182,9 +180,11 @@ def _overburden(axes: Axes, t: float, top: float) -> None:
     axes.plot([t / 2] * 2, [plate + 0.05 * t, plate + 1.2 * t], color=GREY, linewidth=THIN, linestyle="dashdot")
     axes.plot([at] * 2, [plate + 0.85 * t, plate + 1.2 * t], color=GREY, linewidth=THIN)
     axes.annotate(
-        "", (t / 2, plate + 1.1 * t), (at, plate + 1.1 * t),
+        "",
+        (t / 2, plate + 1.1 * t),
+        (at, plate + 1.1 * t),
         arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
-    )  # fmt: skip
+    )
     axes.text(at + 0.1 * t, plate + 1.1 * t, "ecc", ha="left", va="center")
 
 
@@ -208,9 +208,11 @@ def _dimension(
     axes: Axes, start: Any, end: Any, symbol: str, shift: tuple[float, float], ha: str, va: str = "center"
 ) -> None:
     axes.annotate(
-        "", start, end,
+        "",
+        start,
+        end,
         arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
-    )  # fmt: skip
+    )
     middle = (np.asarray(start) + np.asarray(end)) / 2 + shift
     axes.text(middle[0], middle[1], symbol, ha=ha, va=va)
 

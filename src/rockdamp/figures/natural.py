@@ -15,18 +15,21 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, PALE, line_of, new_figure, ramp, styled, title_of
-
-Array = NDArray[np.float64]
 
 SOURCE = "error"  # of the damping ratio, where a figure shows one: the least error at that wall
 SOURCE_NAMES = {
-    "fit": r"$\xi$ of the polynomials", "error": r"$\xi$ of least error", "closed form": r"$\xi$ of the closed form",
-}  # fmt: skip
+    "fit": r"$\xi$ of the polynomials",
+    "error": r"$\xi$ of least error",
+    "closed form": r"$\xi$ of the closed form",
+}
 VARIATION_NAMES = {
-    "step": "step four times as long", "impact": "impact at the end of the step", "lower e": "slightly lower $e$",
+    "step": "step four times as long",
+    "impact": "impact at the end of the step",
+    "lower e": "slightly lower $e$",
     "higher e": "slightly higher $e$",
-}  # fmt: skip
+}
 VARIATION_MARKS = {"step": "x", "impact": "+", "lower e": "1", "higher e": "2"}
 MARGIN = 1.5  # where the panels of peaks end; beyond 1 are the collapses
 PEAK_OF_CR = r"peak under CR, $u/u_\mathrm{ins}$ [-]"
@@ -76,7 +79,7 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     low = float(comparison["band_start"].min()) / 2
     norm = LogNorm(1, _busiest(one))
-    for axes, model in zip(grid.flat, dampers(one)):
+    for axes, model in zip(grid.flat, dampers(one), strict=True):
         _peaks(axes, one, model, low, norm)
     for axes in grid[-1]:
         axes.set_xlabel(PEAK_OF_CR)
@@ -90,9 +93,10 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
             Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
             Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
         ],
-        loc="outside upper center", ncols=4,
+        loc="outside upper center",
+        ncols=4,
         title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
-    )  # fmt: skip
+    )
     return figure
 
 
@@ -116,9 +120,17 @@ def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -
     colour, stand = MODELS[model].colour, ~fell & ~collapsed
     ends = (np.log10(low), 0.0, np.log10(low), 0.0)
     axes.hexbin(
-        np.clip(reference[stand], low, 1), np.clip(peak[stand], low, 1), gridsize=56, extent=ends, xscale="log",
-        yscale="log", mincnt=1, norm=norm, cmap=pale_to_dark(colour), linewidths=0.1,
-    )  # fmt: skip
+        np.clip(reference[stand], low, 1),
+        np.clip(peak[stand], low, 1),
+        gridsize=56,
+        extent=ends,
+        xscale="log",
+        yscale="log",
+        mincnt=1,
+        norm=norm,
+        cmap=pale_to_dark(colour),
+        linewidths=0.1,
+    )
     for factor, style in ((1.0, "solid"), (2.0, (0, (4, 2))), (0.5, (0, (4, 2)))):
         start, end = max(low, low / factor), min(1.0, 1.0 / factor)
         shade = "black" if factor == 1 else GREY
@@ -137,8 +149,9 @@ def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -
     axes.set_title(
         f"{title_of(model)}\nfalse safe {missed.sum()} of {fell.sum()} collapses\n"
         f"false collapse {only.sum()} of {(~fell).sum()} survivals",
-        color=colour, fontsize=7,
-    )  # fmt: skip
+        color=colour,
+        fontsize=7,
+    )
 
 
 def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
@@ -174,17 +187,24 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
     plain_logarithmic(grid[0, 0], y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
     grid[0, 0].set_ylim(*_limits(one["median_ratio_interval"], (0.85, 1.2)))
     grid[1, 0].set_ylim(bottom=0)
-    for axes, label in zip(grid[:, 0], (
-        "median of peak over that of CR [-]", "rms of the logarithm\nof that ratio [-]",
-        "misfit over the decay\nover CR's peak [-]",
-    )):  # fmt: skip
+    for axes, label in zip(
+        grid[:, 0],
+        (
+            "median of peak over that of CR [-]",
+            "rms of the logarithm\nof that ratio [-]",
+            "misfit over the decay\nover CR's peak [-]",
+        ),
+        strict=True,
+    ):
         axes.set_ylabel(label)
     grid[2, 0].set_ylim(bottom=0)
     figure.legend(
-        handles=_handles(one), loc="outside upper center", ncols=4,
+        handles=_handles(one),
+        loc="outside upper center",
+        ncols=4,
         title=f"$e = {float(one['restitution']):g}$; markers with 95 % bootstrap intervals; grey: CR itself after a "
-              "small change, and the range of the four",
-    )  # fmt: skip
+        "small change, and the range of the four",
+    )
     return figure
 
 
@@ -206,19 +226,36 @@ def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
         axes.axhline(1.0, color="black", linewidth=0.6, zorder=1)
     for row, variation in enumerate(map(str, one["variation"].values)):
         axes.plot(
-            place + 0.2 * (row - 1.5), varied.sel(variation=variation), linestyle="none", color=GREY, markersize=4,
-            marker=VARIATION_MARKS.get(variation, "x"), markeredgewidth=0.7,
-        )  # fmt: skip
+            place + 0.2 * (row - 1.5),
+            varied.sel(variation=variation),
+            linestyle="none",
+            color=GREY,
+            markersize=4,
+            marker=VARIATION_MARKS.get(variation, "x"),
+            markeredgewidth=0.7,
+        )
     models = dampers(one)
     for row, model in enumerate(models):
         values = one.sel(damping_model=model)
         bounds = values[f"{name}_interval"]
-        axes.vlines(x := place + 0.18 * (row - (len(models) - 1) / 2), bounds.sel(bound="lower"),
-                    bounds.sel(bound="upper"), color=MODELS[model].colour, linewidth=1.0)  # fmt: skip
-        axes.plot(x, values[name], linestyle="none", marker=MODELS[model].marker, color=MODELS[model].colour,
-                  markersize=3.2, label=model)  # fmt: skip
+        axes.vlines(
+            x := place + 0.18 * (row - (len(models) - 1) / 2),
+            bounds.sel(bound="lower"),
+            bounds.sel(bound="upper"),
+            color=MODELS[model].colour,
+            linewidth=1.0,
+        )
+        axes.plot(
+            x,
+            values[name],
+            linestyle="none",
+            marker=MODELS[model].marker,
+            color=MODELS[model].colour,
+            markersize=3.2,
+            label=model,
+        )
     axes.axvline(0.5, color=PALE, linewidth=0.6)
-    edges = zip(one["band_start"].values, one["band_end"].values)
+    edges = zip(one["band_start"].values, one["band_end"].values, strict=True)
     axes.set_xticks(place, ["all", *(f"{low:g}–\n{high:g}" for low, high in list(edges)[1:])])
     axes.set_xlim(-0.5, place[-1] + 0.5)
     axes.tick_params(axis="x", length=0)
@@ -229,9 +266,14 @@ def _misfits(axes: Axes, one: xr.Dataset) -> None:
     for model in dampers(one):
         style = MODELS[model]
         axes.plot(
-            one["scale"], one["median_decay_misfit"].sel(damping_model=model), color=style.colour,
-            linestyle=style.linestyle, marker=style.marker, markersize=2.2, label=model,
-        )  # fmt: skip
+            one["scale"],
+            one["median_decay_misfit"].sel(damping_model=model),
+            color=style.colour,
+            linestyle=style.linestyle,
+            marker=style.marker,
+            markersize=2.2,
+            label=model,
+        )
     plain_logarithmic(axes, [0.2, 0.5, 1, 2, 5])
     axes.set_xlabel(r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
 
@@ -239,9 +281,16 @@ def _misfits(axes: Axes, one: xr.Dataset) -> None:
 def _handles(one: xr.Dataset) -> list[Line2D]:
     found = [
         Line2D([], [], marker=MODELS[model].marker, label=title_of(model), **line_of(model)) for model in dampers(one)
-    ]  # fmt: skip
+    ]
     return found + [
-        Line2D([], [], linestyle="none", marker=VARIATION_MARKS.get(name, "x"), color=GREY, markersize=4,
-               label=f"CR, {VARIATION_NAMES.get(name, name)}")
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker=VARIATION_MARKS.get(name, "x"),
+            color=GREY,
+            markersize=4,
+            label=f"CR, {VARIATION_NAMES.get(name, name)}",
+        )
         for name in map(str, one["variation"].values)
-    ]  # fmt: skip
+    ]

@@ -27,8 +27,8 @@ def fig_orders(orders: xr.Dataset) -> Figure:
     schemes, excitations = orders["scheme"].values, orders["excitation"].values
     figure = new_figure(DOUBLE_COLUMN, 135.0)
     grid = figure.subplots(len(schemes), len(excitations), sharex=True, sharey=True, squeeze=False)
-    for row, scheme in zip(grid, schemes):
-        for axes, excitation in zip(row, excitations):
+    for row, scheme in zip(grid, schemes, strict=True):
+        for axes, excitation in zip(row, excitations, strict=True):
             _panel(axes, orders.sel(scheme=scheme, excitation=excitation))
             axes.set_title(f"{SCHEMES.get(str(scheme), scheme)}: {excitation}")
         row[0].set_ylabel(r"error of $u/u_\mathrm{ins}$ [-]")

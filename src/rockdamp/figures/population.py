@@ -43,14 +43,27 @@ def fig_population(population: xr.Dataset) -> Figure:
     handles = [
         Line2D([], [], label="CR", **line_of("CR")),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
-        *(Line2D([], [], label=title_of(model), marker=MODELS[model].marker, markersize=3.5, **line_of(model))
-          for model in dampers(population)),
-        Line2D([], [], linestyle="none", marker="o", markerfacecolor="white", color=MODELS["CR"].colour,
-               label="CR, share of the runs"),
-    ]  # fmt: skip
+        *(
+            Line2D([], [], label=title_of(model), marker=MODELS[model].marker, markersize=3.5, **line_of(model))
+            for model in dampers(population)
+        ),
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="white",
+            color=MODELS["CR"].colour,
+            label="CR, share of the runs",
+        ),
+    ]
     walls, records = population.sizes["wall"], int(population["records"])
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, title=(
-        f"{walls} walls under {records} records; damping ratios by the closed form at each wall"))  # fmt: skip
+    figure.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=4,
+        title=(f"{walls} walls under {records} records; damping ratios by the closed form at each wall"),
+    )
     return figure
 
 
@@ -64,8 +77,16 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
         one = population.sel(damping_model=model)
         probability = ndtr(np.log(intensity / float(one["median_intensity"])) / float(one["dispersion"]))
         axes.plot(intensity, probability, label=model, **line_of(model))
-    axes.plot(population["intensity"], cr["collapse_fraction"], linestyle="none", marker="o", markersize=2.8,
-              color=MODELS["CR"].colour, markerfacecolor="white", zorder=4)  # fmt: skip
+    axes.plot(
+        population["intensity"],
+        cr["collapse_fraction"],
+        linestyle="none",
+        marker="o",
+        markersize=2.8,
+        color=MODELS["CR"].colour,
+        markerfacecolor="white",
+        zorder=4,
+    )
     plain_logarithmic(axes, TICKS)
     axes.set_xlim(low, high)
     axes.set_ylim(0, 1.02)
@@ -92,9 +113,16 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
 def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     names = [str(name) for name in population["parameter"].values]
     rows, cr = np.arange(len(names)), population.sel(damping_model="CR")
-    axes.barh(rows, cr["sensitivity"], height=0.6, color=BAND, edgecolor=GREY, linewidth=0.5,
-              xerr=cr["sensitivity_confidence"],
-              error_kw={"linewidth": 0.7, "ecolor": MODELS["CR"].colour})  # fmt: skip
+    axes.barh(
+        rows,
+        cr["sensitivity"],
+        height=0.6,
+        color=BAND,
+        edgecolor=GREY,
+        linewidth=0.5,
+        xerr=cr["sensitivity_confidence"],
+        error_kw={"linewidth": 0.7, "ecolor": MODELS["CR"].colour},
+    )
     for model in dampers(population):
         one, style = population.sel(damping_model=model), MODELS[model]
         axes.plot(one["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour)

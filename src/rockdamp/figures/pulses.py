@@ -73,9 +73,15 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
         rows, columns = np.nonzero(other != fell)
         style = MODELS[model]
         axes.plot(
-            frequency[columns], load[rows], linestyle="none", marker=style.marker, color=style.colour,
-            markersize=SIZES.get(model, 3.0), markerfacecolor="none", markeredgewidth=0.8,
-        )  # fmt: skip
+            frequency[columns],
+            load[rows],
+            linestyle="none",
+            marker=style.marker,
+            color=style.colour,
+            markersize=SIZES.get(model, 3.0),
+            markerfacecolor="none",
+            markeredgewidth=0.8,
+        )
     for scale in (axes.set_xscale, axes.set_yscale):
         scale("log")
     for axis in (axes.xaxis, axes.yaxis):
@@ -106,9 +112,16 @@ def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
     centre, median = np.sqrt(start * end), one["median_ratio"].values
     factor = np.exp(one["log_dispersion"].values)
     axes.errorbar(
-        centre, median, yerr=[median - median / factor, median * factor - median], fmt="D", color="black",
-        markersize=3.5, linewidth=0.9, capsize=2, zorder=4,
-    )  # fmt: skip
+        centre,
+        median,
+        yerr=[median - median / factor, median * factor - median],
+        fmt="D",
+        color="black",
+        markersize=3.5,
+        linewidth=0.9,
+        capsize=2,
+        zorder=4,
+    )
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(start[0], end[-1])
@@ -124,23 +137,34 @@ def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
         f"all: {float(one['median_ratio_all']):.2f} ± {float(one['log_dispersion_all']):.2f}\n"
         f"false safe {int(one['false_safe'])} of {int(one['reference_collapses'])}\n"
         f"false collapse {int(one['false_collapse'])} of {int(one['reference_survivals'])}",
-        color=style.colour, fontsize=7,
-    )  # fmt: skip
+        color=style.colour,
+        fontsize=7,
+    )
 
 
 def _legend(figure: Figure, shapes: list[str], e: float, amplitude: float) -> None:
     handles: list[Line2D | Patch] = [Patch(facecolor=COLLAPSED, label="CR collapses")]
     handles += [
-        Line2D([], [], linestyle="none", marker=style.marker, color=style.colour, markerfacecolor="none",
-               label=f"{model} judges otherwise")
-        for model, style in MODELS.items() if model != "CR"
-    ]  # fmt: skip
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker=style.marker,
+            color=style.colour,
+            markerfacecolor="none",
+            label=f"{model} judges otherwise",
+        )
+        for model, style in MODELS.items()
+        if model != "CR"
+    ]
     handles += [
         Line2D([], [], linestyle="none", marker=MARKS.get(shape, "s"), color=GREY, markersize=2.5, label=shape)
         for shape in shapes
     ]
     handles.append(Line2D([], [], marker="D", color="black", markersize=3.5, label="median ± log-dispersion"))
     figure.legend(
-        handles=handles, loc="outside upper center", ncols=4,
+        handles=handles,
+        loc="outside upper center",
+        ncols=4,
         title=f"$e = {e:g}$; damping ratios from the closed form at {amplitude:g} $u_\\mathrm{{ins}}$",
-    )  # fmt: skip
+    )

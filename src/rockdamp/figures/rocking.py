@@ -15,12 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.figures.single import TIME, label_of, record_title
 from rockdamp.figures.style import GREY, MODELS, PALE, STYLE, line_of, new_figure
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.progress import track
-
-Array = NDArray[np.float64]
 
 RATE = 12  # frames per second of the film
 SAMPLED = 24  # frames per second of the response: walls rock too fast for the eye
@@ -90,9 +89,13 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
     with matplotlib.style.context([STYLE, FIXED_LAYOUT], after_reset=True):
         stage = _Stage(response, elapsed, displacement, moments)
         film = FuncAnimation(
-            stage.figure, stage.show, frames=iter(track(moments, "animation", len(moments))), save_count=len(moments),
-            cache_frame_data=False, init_func=list,
-        )  # fmt: skip
+            stage.figure,
+            stage.show,
+            frames=iter(track(moments, "animation", len(moments))),
+            save_count=len(moments),
+            cache_frame_data=False,
+            init_func=list,
+        )
         try:
             film.save(temporary, writer=PillowWriter(fps=RATE), dpi=RESOLUTION)
             temporary.replace(path)
@@ -156,7 +159,9 @@ class _Stage:
     def show(self, sample: int) -> list[Polygon]:
         """Move everything to a moment."""
         offset = self.factor * float(self.displacement[sample])
-        for body, corners in zip(self.bodies, wall_corners(self.thickness, self.height, self.hinge_ratio, offset)):
+        for body, corners in zip(
+            self.bodies, wall_corners(self.thickness, self.height, self.hinge_ratio, offset), strict=True
+        ):
             body.set_xy(corners)
         mm = MILLIMETRES * self.displacement
         self.line.set_data(self.elapsed[: sample + 1], mm[: sample + 1])

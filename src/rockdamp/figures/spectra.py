@@ -36,11 +36,11 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
     levels = [0.0, *one["band_start"].values, float(one["band_end"][-1])]
     figure = new_figure(DOUBLE_COLUMN, 130.0)
     grid = figure.subplots(len(shapes), len(models), sharex=True, sharey=True, squeeze=False)
-    for row, shape in zip(grid, shapes):
-        for axes, model in zip(row, models):
+    for row, shape in zip(grid, shapes, strict=True):
+        for axes, model in zip(row, models, strict=True):
             _spectrum(axes, one.sel(pulse=shape), model, levels)
         row[0].set_ylabel(f"{NAMES.get(shape, shape)}\nload over plateau [-]")
-    for axes, model in zip(grid[0], models):
+    for axes, model in zip(grid[0], models, strict=True):
         ratio = "" if model == "CR" else f"\n$\\xi = {float(one['damping_ratio'].sel(damping_model=model)):.3f}$"
         axes.set_title(f"{title_of(model).replace(' (', chr(10) + '(')}{ratio}", color=MODELS[model].colour)
     for axes in grid[-1]:
@@ -51,10 +51,11 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
             Patch(facecolor=COLLAPSED, label="overturns"),
             Line2D([], [], color=BORDER, linewidth=1.2, label="where CR overturns"),
         ],
-        loc="outside upper center", ncols=2,
+        loc="outside upper center",
+        ncols=2,
         title=f"$e = {float(one['restitution']):g}$; damping ratios from the closed form at "
-              f"{float(one['release_amplitude']):g} $u_\\mathrm{{ins}}$",
-    )  # fmt: skip
+        f"{float(one['release_amplitude']):g} $u_\\mathrm{{ins}}$",
+    )
     return figure
 
 

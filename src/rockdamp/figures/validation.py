@@ -42,7 +42,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     figure = new_figure(DOUBLE_COLUMN, 155.0)
     panels = figure.subplots((len(models) + 2) // 2, 2, sharex=True, squeeze=False).ravel()
     _table(panels[0], validation)
-    for axes, model in zip(panels[1:], models):
+    for axes, model in zip(panels[1 : 1 + len(models)], models, strict=True):
         if axes is not panels[1]:
             axes.sharey(panels[1])
         _history(axes, validation, model)
@@ -97,9 +97,14 @@ def _table(axes: Axes, validation: xr.Dataset) -> None:
     _phases(axes, validation)
     top = float(validation["ground_acceleration"].max())
     axes.annotate(
-        "free decay", (float(validation["free_phase_start"]), top), (4, 0), textcoords="offset points",
-        fontsize=7, ha="left", va="top",
-    )  # fmt: skip
+        "free decay",
+        (float(validation["free_phase_start"]), top),
+        (4, 0),
+        textcoords="offset points",
+        fontsize=7,
+        ha="left",
+        va="top",
+    )
 
 
 def _phases(axes: Axes, validation: xr.Dataset) -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rockdamp.arrays import Array
 
 # ASSUME: the paper gives no definition of a half cycle's least size.
 CLEAR = 10  # standard deviations of the sensor at rest: a measured half cycle is one that goes beyond them
@@ -53,13 +52,20 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
     turns = np.flatnonzero(np.diff(side) != 0)
     firsts = beyond[np.concatenate([[0], turns + 1])] if beyond.size else beyond
     lasts = beyond[np.concatenate([turns, [beyond.size - 1]])] if beyond.size else beyond
-    at = [first + int(np.argmax(np.abs(displacement[first : last + 1]))) for first, last in zip(firsts, lasts)]
-    between = [_crossing(elapsed, displacement, last, first) for last, first in zip(lasts[:-1], firsts[1:])]
+    at = [
+        first + int(np.argmax(np.abs(displacement[first : last + 1])))
+        for first, last in zip(firsts, lasts, strict=True)
+    ]
+    between = [
+        _crossing(elapsed, displacement, last, first) for last, first in zip(lasts[:-1], firsts[1:], strict=True)
+    ]
     outer = [np.nan] if beyond.size else []
     return HalfCycles(
-        displacement[at] if at else np.empty(0), elapsed[at] if at else np.empty(0),
-        np.array(outer + between), np.array(between + outer),
-    )  # fmt: skip
+        displacement[at] if at else np.empty(0),
+        elapsed[at] if at else np.empty(0),
+        np.array(outer + between),
+        np.array(between + outer),
+    )
 
 
 def _crossing(elapsed: Array, displacement: Array, start: int, stop: int) -> float:

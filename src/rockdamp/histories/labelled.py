@@ -14,8 +14,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockdamp.broadcasting import is_named
-from rockdamp.errors import InputError, Quantity, require, require_finite
+from rockdamp.arrays import Quantity, is_named
+from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -195,7 +195,7 @@ class _Batch:
             together = xr.broadcast(*xr.align(*self.given.values(), join="exact", copy=False))
         except ValueError as error:
             raise InputError(f"parameters have unlike values along a dimension that they share: {error}") from None
-        lanes: dict[str, Any] = {name: array.values for name, array in zip(self.given, together)}
+        lanes: dict[str, Any] = {name: array.values for name, array in zip(self.given, together, strict=True)}
         self.dims, self.model = together[0].dims, damping.model
         self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
         self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})
@@ -249,7 +249,7 @@ def _names(values: Mapping[str, Quantity]) -> dict[str, xr.DataArray]:
             array.ndim == 1, f"the number of dimensions of {name}", array.ndim, "1, or named in an xarray.DataArray"
         )
     first = next(iter(plain), "")
-    along = dict(zip(plain, np.broadcast_arrays(*plain.values())))
+    along = dict(zip(plain, np.broadcast_arrays(*plain.values()), strict=True))
     coords = {first: along[first]} if plain else {}
     return {
         name: xr.DataArray(along[name], dims=first, coords=coords) if name in plain else xr.DataArray(value)

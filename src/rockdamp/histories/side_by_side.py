@@ -21,9 +21,15 @@ from rockdamp.solvers.newmark import stable_step
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 DECAY = ("displacement", "velocity", "impacts", "outcome", "outcome_tau")
 RESPONSE = (
-    "displacement", "velocity", "peak_displacement", "peak_ratio", "peak_elapsed", "impacts", "outcome",
+    "displacement",
+    "velocity",
+    "peak_displacement",
+    "peak_ratio",
+    "peak_elapsed",
+    "impacts",
+    "outcome",
     "outcome_elapsed",
-)  # fmt: skip
+)
 
 
 def decays(
@@ -142,7 +148,7 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
     for model in map(str, decay["damping_model"].values):
         found = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
         ended = np.isfinite(found.end)
-        for number, (peak, tau) in enumerate(zip(np.abs(found.peak[ended]), found.peak_elapsed[ended])):
+        for number, (peak, tau) in enumerate(zip(np.abs(found.peak[ended]), found.peak_elapsed[ended], strict=True)):
             row: dict[str, Any] = {
                 "damping_model": model,
                 "half_cycle": number,
@@ -171,12 +177,16 @@ def _side_by_side(
     runs: Sequence[xr.Dataset], dampings: Sequence[Damping], kept: Sequence[str], curve: TrilinearCurve
 ) -> xr.Dataset:
     """Stack histories of one wall along ``damping_model``."""
-    for damping, run in zip(dampings, runs):
+    for damping, run in zip(dampings, runs, strict=True):
         _require_numbers(damping.model, run)
     together = xr.concat(
-        [run[list(kept)].drop_attrs() for run in runs], "damping_model", data_vars="all", coords="minimal",
-        compat="override", join="exact",
-    )  # fmt: skip
+        [run[list(kept)].drop_attrs() for run in runs],
+        "damping_model",
+        data_vars="all",
+        coords="minimal",
+        compat="override",
+        join="exact",
+    )
     parameter = np.array([float(damping.parameter) for damping in dampings])
     by_impact = np.array([damping.model == "CR" for damping in dampings])
     return together.assign(
@@ -193,5 +203,7 @@ def _require_numbers(model: str, run: xr.Dataset) -> None:
     completed = str(run["outcome"].item()) == "completed"
     whole = not completed or bool(np.isfinite(run["displacement"]).all() and np.isfinite(run["velocity"]).all())
     if not (whole and np.isfinite(float(run["peak_ratio"]))):
-        raise InputError(f"the response under {model} is beyond what floating point numbers hold; the load or the"
-                         " damping ratio is too large")  # fmt: skip
+        raise InputError(
+            f"the response under {model} is beyond what floating point numbers hold; the load or the"
+            " damping ratio is too large"
+        )

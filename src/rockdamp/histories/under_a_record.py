@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import Response, solve
-
-Array = NDArray[np.float64]
 
 # ASSUME: the paper gives no definitions of its own for any of these.
 QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rockdamp import kernels
-from rockdamp.broadcasting import together
-from rockdamp.errors import InputError, Quantity, require, require_finite
+from rockdamp.arrays import Array, Quantity, together
+from rockdamp.errors import InputError, require, require_finite
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
 ROUNDING = 1e-12
@@ -77,7 +77,9 @@ class TrilinearCurve:
         else:
             allowed = "greater than a1 + b1 with translated softening"
             require(a3 > a1 + b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
-        for name, value in zip(("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio"), (a1, b1, a3)):
+        for name, value in zip(
+            ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio"), (a1, b1, a3), strict=True
+        ):
             object.__setattr__(self, name, value)
         require(
             a1 < self.plateau_end - ROUNDING,
@@ -95,27 +97,27 @@ class TrilinearCurve:
         return cls(a1, b1, **kwargs)
 
     @property
-    def plateau_end(self) -> NDArray[np.float64]:
+    def plateau_end(self) -> Array:
         """a2 = u2/u_ins, where the plateau ends. [-]"""
         start = 1.0 if self.softening == "steeper" else self.ultimate_ratio
         return np.asarray(start - self.plateau_ratio)
 
     @property
-    def initial_stiffness(self) -> NDArray[np.float64]:
+    def initial_stiffness(self) -> Array:
         """k1 = b1/a1, the first branch's stiffness over K0. [-]"""
         return np.asarray(self.plateau_ratio / self.cracked_stiffness_ratio)
 
     @property
-    def softening_stiffness(self) -> NDArray[np.float64]:
+    def softening_stiffness(self) -> Array:
         """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
         return np.asarray(self.plateau_ratio / (self.ultimate_ratio - self.plateau_end))
 
     @property
-    def initial_frequency(self) -> NDArray[np.float64]:
+    def initial_frequency(self) -> Array:
         """w1 = sqrt(k1), the first branch's angular frequency over p. [-]"""
         return np.sqrt(self.initial_stiffness)
 
-    def map(self, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> TrilinearCurve:
+    def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
         """Return the curve with `function`, which picks or repeats elements, applied to each of its parameters."""
         parts = np.broadcast_arrays(self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio)
         a1, b1, a3 = map(function, parts)
@@ -126,34 +128,38 @@ class TrilinearCurve:
         """Shape that the parameters broadcast to."""
         return np.broadcast_shapes(*(np.shape(p) for p in self.parameters()))
 
-    def parameters(self) -> tuple[NDArray[np.float64], ...]:
+    def parameters(self) -> tuple[Array, ...]:
         """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
         return (
-            self.initial_stiffness, np.asarray(self.plateau_ratio), self.softening_stiffness,
-            np.asarray(self.cracked_stiffness_ratio), self.plateau_end, np.asarray(self.ultimate_ratio),
-        )  # fmt: skip
+            self.initial_stiffness,
+            np.asarray(self.plateau_ratio),
+            self.softening_stiffness,
+            np.asarray(self.cracked_stiffness_ratio),
+            self.plateau_end,
+            np.asarray(self.ultimate_ratio),
+        )
 
-    def force(self, x: ArrayLike) -> NDArray[np.float64]:
+    def force(self, x: ArrayLike) -> Array:
         """f(x), the force over K0 u_ins. [-]"""
         k1, b1, ks, _, _, a3 = self.parameters()
         return np.sign(x) * kernels.force(np.abs(x), k1, b1, ks, a3)
 
-    def tangent(self, x: ArrayLike) -> NDArray[np.float64]:
+    def tangent(self, x: ArrayLike) -> Array:
         """df/dx; at a corner that of the branch further out. [-]"""
         k1, _, ks, a1, a2, a3 = self.parameters()
         return kernels.tangent(np.abs(x), k1, ks, a1, a2, a3)
 
-    def secant(self, x: ArrayLike) -> NDArray[np.float64]:
+    def secant(self, x: ArrayLike) -> Array:
         """f(x)/x, and k1 at x = 0 (Eq. 9 holds its square root). [-]"""
         k1, b1, ks, _, _, a3 = self.parameters()
         z = np.maximum(np.abs(x), kernels.TINY)
         return kernels.force(z, k1, b1, ks, a3) / z
 
-    def energy(self, x: ArrayLike) -> NDArray[np.float64]:
+    def energy(self, x: ArrayLike) -> Array:
         """V(x), the integral of f from 0 to x; constant beyond a3. [-]"""
         return 0.5 * kernels.double_energy(np.abs(x), *self.parameters())
 
-    def amplitude(self, energy: ArrayLike) -> NDArray[np.float64]:
+    def amplitude(self, energy: ArrayLike) -> Array:
         """The x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3].
 
         Raises
@@ -175,7 +181,7 @@ class TrilinearCurve:
         falling = a3 - np.sqrt(np.maximum(2 * (largest - energy) / ks, 0))
         return np.where(energy <= at_a1, rising, np.where(energy <= at_a2, plateau, falling))
 
-    def period(self, x0: ArrayLike) -> NDArray[np.float64]:
+    def period(self, x0: ArrayLike) -> Array:
         """Period of the undamped free vibration of amplitude `x0`, in tau, by closed form on each branch. [-]
 
         Raises
@@ -188,7 +194,7 @@ class TrilinearCurve:
         require((x0 > 0) & (x0 < a3), "release_amplitude", x0, "greater than 0 and less than a3")
         v0 = self.energy(x0)
 
-        def speed(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        def speed(x: Array) -> Array:
             return np.sqrt(np.maximum(2 * (v0 - self.energy(x)), 0))
 
         # Each branch covers [its start, min(its end, x0)]; empty branches give zero time.

@@ -8,11 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rockdamp import kernels
-from rockdamp.broadcasting import together
-from rockdamp.errors import InputError, Quantity, require, require_finite
+from rockdamp.arrays import Array, Quantity, together
+from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 
 TITLES = {
@@ -91,7 +91,7 @@ class Damping:
         """Shape that the parameters broadcast to."""
         return np.broadcast_shapes(np.shape(self.parameter), np.shape(self.exponent))
 
-    def terms(self, curve: TrilinearCurve) -> dict[int, NDArray[np.float64]]:
+    def terms(self, curve: TrilinearCurve) -> dict[int, Array]:
         """Return the rows that the kernel needs, by row: each of a shape that broadcasts with the curve's.
 
         In C = c0 + c1 sqrt(w^2) + c2 w^2 (see `kernels.viscous`), w^2 is the secant's or, for ECD, the energy's.
@@ -128,7 +128,7 @@ class Damping:
             return kernels.RESTITUTION_LOCATED if scheme == "newmark" else kernels.RESTITUTION_PRINTED
         return kernels.VISCOUS_NEWMARK if scheme == "newmark" else kernels.VISCOUS_PRINTED
 
-    def coefficient(self, curve: TrilinearCurve, x: ArrayLike) -> NDArray[np.float64]:
+    def coefficient(self, curve: TrilinearCurve, x: ArrayLike) -> Array:
         """C(x) over m_eff p at displacement `x`; zero for CR, which damps by impacts. [-]"""
         if self.model == "CR":
             return np.zeros(np.broadcast_shapes(np.shape(x), curve.shape, self.shape))

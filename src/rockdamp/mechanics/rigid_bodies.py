@@ -12,15 +12,15 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 
-Array = NDArray[np.float64]
 Fall = Callable[[Array], Array]
 
 REST = 1e-10  # peaks below this times the release count as rest
@@ -99,9 +99,15 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
         # From rest under at least the force at the peak: the fall cannot last longer than this.
         longest = 2 * np.sqrt(2 * peak * bodies.inertia(0.0) / bodies.potential_slope(peak)) * p
         fall = solve_ivp(
-            rates, (0.0, longest), (peak, 0.0), method="DOP853", events=ground, dense_output=True,
-            rtol=TOLERANCE, atol=1e-3 * TOLERANCE * peak,
-        )  # fmt: skip
+            rates,
+            (0.0, longest),
+            (peak, 0.0),
+            method="DOP853",
+            events=ground,
+            dense_output=True,
+            rtol=TOLERANCE,
+            atol=1e-3 * TOLERANCE * peak,
+        )
         return peak / scale, float(fall.t_events[0][0]), lambda t: fall.sol(t)[0] / scale
 
     return _decay(times, half_cycle)
@@ -156,9 +162,15 @@ class TwoBodies:
 
     def __init__(self, wall: Wall) -> None:
         numbers = (
-            wall.thickness, wall.lower_height, wall.upper_height, wall.hinge_ratio, wall.mass, wall.weight,
-            wall.overburden, wall.eccentricity,
-        )  # fmt: skip
+            wall.thickness,
+            wall.lower_height,
+            wall.upper_height,
+            wall.hinge_ratio,
+            wall.mass,
+            wall.weight,
+            wall.overburden,
+            wall.eccentricity,
+        )
         t, h1, h2, r, mass, weight, overburden, eccentricity = (float(np.asarray(number)) for number in numbers)
         self._thickness, self._lower, self._upper = t, h1, h2
         self._masses = r * mass, (1 - r) * mass

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from rockdamp.broadcasting import is_named, together
-from rockdamp.errors import Quantity, require, require_finite
+from rockdamp.arrays import Array, Quantity, is_named, together
+from rockdamp.errors import require, require_finite
 
 STANDARD_GRAVITY = 9.80665  # [m s-2], CODATA
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
@@ -28,7 +28,7 @@ class _Mechanism:
     def _check(self) -> None:
         given = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
         if any(map(is_named, given.values())):
-            for name, value in zip(given, together(**given)):
+            for name, value in zip(given, together(**given), strict=True):
                 object.__setattr__(self, name, value)
         for name, unit in (("thickness", "m"), ("height", "m"), ("width", "m"), ("density", "kg m-3")):
             value = getattr(self, name)
@@ -37,14 +37,18 @@ class _Mechanism:
         require_finite("overburden_ratio (O/W)", self.overburden_ratio)
         require(
             np.asarray(self.overburden_ratio, dtype=float) >= 0,
-            "overburden_ratio (O/W)", self.overburden_ratio, "at least 0",
-        )  # fmt: skip
+            "overburden_ratio (O/W)",
+            self.overburden_ratio,
+            "at least 0",
+        )
         require_finite("eccentricity", self.eccentricity)
         limit = np.asarray(self.thickness, dtype=float) / 2
         require(
             np.abs(np.asarray(self.eccentricity, dtype=float)) <= limit,
-            "eccentricity", self.eccentricity, "at most half the thickness, either way [m]",
-        )  # fmt: skip
+            "eccentricity",
+            self.eccentricity,
+            "at most half the thickness, either way [m]",
+        )
 
     def _check_arithmetic(self) -> None:
         """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
@@ -54,27 +58,27 @@ class _Mechanism:
         require(usual, "the wall's load factor", factor, "a finite number; its sizes are out of all scale")
 
     @property
-    def slenderness(self) -> NDArray[np.float64]:
+    def slenderness(self) -> Array:
         """h/t. [-]"""
         return np.divide(self.height, self.thickness)
 
     @property
-    def mass(self) -> NDArray[np.float64]:
+    def mass(self) -> Array:
         """Mass of the masonry; the overburden has none of its own. [kg]"""
         return np.multiply(np.multiply(self.density, self.width), np.multiply(self.thickness, self.height))
 
     @property
-    def weight(self) -> NDArray[np.float64]:
+    def weight(self) -> Array:
         """Self-weight W. [N]"""
         return self.mass * STANDARD_GRAVITY
 
     @property
-    def overburden(self) -> NDArray[np.float64]:
+    def overburden(self) -> Array:
         """Vertical force O on the top. [N]"""
         return np.multiply(self.overburden_ratio, self.weight)
 
     @property
-    def effective_mass(self) -> NDArray[np.float64]:
+    def effective_mass(self) -> Array:
         """m_eff = 2/3 m, Eq. (2), the limit of slender blocks. [kg]"""
         return 2 * self.mass / 3
 
@@ -84,31 +88,31 @@ class _Mechanism:
         return EXCITATION_FACTOR
 
     @property
-    def rigid_strength(self) -> NDArray[np.float64]:
+    def rigid_strength(self) -> Array:
         """F0. [N]"""
         raise NotImplementedError
 
     @property
-    def rigid_stiffness(self) -> NDArray[np.float64]:
+    def rigid_stiffness(self) -> Array:
         """K0, the bi-linear law's negative stiffness, taken positive. [N m-1]"""
         raise NotImplementedError
 
     @property
-    def instability_displacement(self) -> NDArray[np.float64]:
+    def instability_displacement(self) -> Array:
         """u_ins = F0/K0, Eq. (6). [m]"""
         return self.rigid_strength / self.rigid_stiffness
 
     @property
-    def frequency_parameter(self) -> NDArray[np.float64]:
+    def frequency_parameter(self) -> Array:
         """p = sqrt(K0/m_eff), which makes time dimensionless: tau = p t. [rad s-1]"""
         return np.sqrt(self.rigid_stiffness / self.effective_mass)
 
     @property
-    def load_factor(self) -> NDArray[np.float64]:
+    def load_factor(self) -> Array:
         """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
         return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
 
-    def rigid_period(self, release_amplitude: ArrayLike) -> NDArray[np.float64]:
+    def rigid_period(self, release_amplitude: ArrayLike) -> Array:
         """Period of free rocking without loss under the rigid law, T = 4 arccosh(1/(1 - u0/u_ins))/p. [s]
 
         Housner's result for one block (doi:10.1785/BSSA0530020403), in terms of the wall's own p.
@@ -123,7 +127,7 @@ class _Mechanism:
         require((x0 > 0) & (x0 < 1), "release_amplitude", x0, "greater than 0 and less than 1")
         return 4 * np.arccosh(1 / (1 - x0)) / self.frequency_parameter
 
-    def rigid_force(self, u: ArrayLike) -> NDArray[np.float64]:
+    def rigid_force(self, u: ArrayLike) -> Array:
         """The rigid bi-linear law f_bi(u) = F0 - K0 u for u > 0, odd in u, zero beyond u_ins. [N]"""
         magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(u), 0.0)
         return np.sign(u) * magnitude
@@ -181,17 +185,17 @@ class Wall(_Mechanism):
         self._check_arithmetic()
 
     @property
-    def lower_height(self) -> NDArray[np.float64]:
+    def lower_height(self) -> Array:
         """h1, the height of the hinge. [m]"""
         return np.multiply(self.hinge_ratio, self.height)
 
     @property
-    def upper_height(self) -> NDArray[np.float64]:
+    def upper_height(self) -> Array:
         """h2 = h - h1. [m]"""
         return self.height - self.lower_height
 
     @property
-    def rigid_strength(self) -> NDArray[np.float64]:
+    def rigid_strength(self) -> Array:
         """F0, Eq. (5). [N]"""
         t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
         return (
@@ -200,18 +204,18 @@ class Wall(_Mechanism):
         )
 
     @property
-    def rigid_stiffness(self) -> NDArray[np.float64]:
+    def rigid_stiffness(self) -> Array:
         """K0, the denominator of Eq. (6). [N m-1]"""
         return 2 * (self.weight + self.overburden) / self.lower_height + 2 * self.overburden / self.upper_height
 
     @property
-    def restitution(self) -> NDArray[np.float64]:
+    def restitution(self) -> Array:
         """e_an of Eq. (7), total angular momentum about the new base pivot kept; ignores the top support's impulse."""
         product = self.lower_height * (self.lower_height + self.height)
         return (product - 3 * np.square(self.thickness)) / (product + 3 * np.square(self.thickness))
 
     @property
-    def restitution_impulsive(self) -> NDArray[np.float64]:
+    def restitution_impulsive(self) -> Array:
         """e with the impulse of every support: momentum before projected on the motion admissible after."""
         r = np.asarray(self.hinge_ratio)
         q = 1 / self.slenderness**2
@@ -242,22 +246,22 @@ class Parapet(_Mechanism):
         self._check_arithmetic()
 
     @property
-    def rigid_strength(self) -> NDArray[np.float64]:
+    def rigid_strength(self) -> Array:
         """F0 = [W t + O (t + 2 ecc)]/h. [N]"""
         t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
         return (self.weight * t + self.overburden * (t + 2 * ecc)) / self.height
 
     @property
-    def rigid_stiffness(self) -> NDArray[np.float64]:
+    def rigid_stiffness(self) -> Array:
         """K0 = (W + 2 O)/h. [N m-1]"""
         return (self.weight + 2 * self.overburden) / self.height
 
     @property
-    def restitution(self) -> NDArray[np.float64]:
+    def restitution(self) -> Array:
         """Housner's e = 1 - 3/2 sin^2(alpha), tan(alpha) = t/h (doi:10.1785/BSSA0530020403)."""
         return 1 - 1.5 / (1 + self.slenderness**2)
 
     @property
-    def restitution_impulsive(self) -> NDArray[np.float64]:
+    def restitution_impulsive(self) -> Array:
         """The same as `restitution`: with one body and one contact the two principles coincide."""
         return self.restitution

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions.records import Record
-
-Array = NDArray[np.float64]
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
 PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak

@@ -12,13 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.storage.atomic import replacing
-
-Array = NDArray[np.float64]
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")
 REQUIRED = COLUMNS[:2]
@@ -68,7 +66,7 @@ class Record:
     header: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, column in zip(("elapsed", "ground_acceleration", "displacement"), COLUMNS):
+        for name, column in zip(("elapsed", "ground_acceleration", "displacement"), COLUMNS, strict=True):
             values = getattr(self, name)
             if values is None and name == "displacement":
                 continue
@@ -142,7 +140,7 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     for key, value in record.header.items():
         if key != key.strip() or not key or ":" in key or len(f"{key}{value}".splitlines()) > 1:
             raise InputError(f"header key {key!r} is {value!r}; it must be one line, without a colon in the key")
-    columns = zip(COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement))
+    columns = zip(COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True)
     frame = pd.DataFrame({name: values for name, values in columns if values is not None})
     header = "".join(f"# {key}: {value}\n" for key, value in record.header.items())
     text = header + frame.to_csv(index=False, lineterminator="\n")

@@ -11,9 +11,10 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from rockdamp.arrays import Array
 from rockdamp.errors import require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -21,15 +22,11 @@ from rockdamp.mechanics.wall import STANDARD_GRAVITY, Wall
 from rockdamp.motions.records import Record, write_record
 from rockdamp.solvers import event_driven
 
-Array = NDArray[np.float64]
-
 RICKER_SIDE_LOBE = 2 * np.exp(-1.5)  # 0.446 of the peak
 
 # The wall of Fig. 8; width and density too, though neither changes the response.
 # ASSUME: width 1.438 m and density 1835 kg m-3, from a secondary source that was not verified.
-WALL = Wall(
-    thickness=0.102, height=27 * 0.102, width=1.438, density=1835.0, hinge_ratio=0.57, overburden_ratio=6.2
-)  # fmt: skip
+WALL = Wall(thickness=0.102, height=27 * 0.102, width=1.438, density=1835.0, hinge_ratio=0.57, overburden_ratio=6.2)
 
 # What makes the record: near a1 = 0.03, b1 = 0.80, e = 0.835 of Fig. 8, and not equal, as a test would not be.
 CRACKED_STIFFNESS_RATIO, PLATEAU_RATIO, RESTITUTION = 0.033, 0.795, 0.845

@@ -190,8 +190,10 @@ def _fig6_error(data: Data) -> dict[str, Any]:
 def _fig7(data: Data) -> dict[str, Any]:
     fits = data["equivalence"]
     index = nearest(numbers(fits, "cracked_stiffness_ratio"), REFERENCE_CRACKED_STIFFNESS)
-    at = fits.isel(cracked_stiffness_ratio=index, restitution=nearest(
-        numbers(fits, "restitution"), float(data["loops"]["restitution"])))  # fmt: skip
+    at = fits.isel(
+        cracked_stiffness_ratio=index,
+        restitution=nearest(numbers(fits, "restitution"), float(data["loops"]["restitution"])),
+    )
     return {
         "r_squared": f"{np.floor(1e4 * float(fits['r_squared'].min())) / 1e4:.4f}",
         "residual": number(fits["largest_residual"].max(), 2),
@@ -228,6 +230,15 @@ def _fig_orders(data: Data) -> dict[str, Any]:
 
 
 VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
-    "fig1": _fig1, "fig2": _fig2, "fig3": _fig3, "fig4": _fig4, "fig5": _fig5, "fig6": _fig6,
-    "fig6_error": _fig6_error, "fig7": _fig7, "fig8": _fig8, "fig_orders": _fig_orders, **further.VARIABLES,
-}  # fmt: skip
+    "fig1": _fig1,
+    "fig2": _fig2,
+    "fig3": _fig3,
+    "fig4": _fig4,
+    "fig5": _fig5,
+    "fig6": _fig6,
+    "fig6_error": _fig6_error,
+    "fig7": _fig7,
+    "fig8": _fig8,
+    "fig_orders": _fig_orders,
+    **further.VARIABLES,
+}

@@ -76,9 +76,11 @@ def _ida(data: Data) -> dict[str, Any]:
         return Markup("{} and {}").format(fraction(off.median()), fraction(off.max()))
 
     return {
-        "records": int(one["records"]), "scales": one.sizes["scale"], "restitution": plain(one["restitution"]),
+        "records": int(one["records"]),
+        "scales": one.sizes["scale"],
+        "restitution": plain(one["restitution"]),
         "apart": _by_damper(one, told),
-    }  # fmt: skip
+    }
 
 
 def _fragility(data: Data) -> dict[str, Any]:
@@ -98,18 +100,28 @@ def _population(data: Data) -> dict[str, Any]:
     order = np.argsort(-np.nan_to_num(index.values))[:3]
     cr = one.sel(damping_model="CR")
     return {
-        "walls": one.sizes["wall"], "records": int(one["records"]), "intensities": one.sizes["intensity"],
-        "median": known(cr["median_intensity"]), "dispersion": known(cr["dispersion"], 2),
-        "ratios": _by_damper(one, lambda at: Markup("{} ({} to {})").format(
-            *map(known, (at["median_intensity_ratio"], *at["median_intensity_ratio_interval"].values)))),
+        "walls": one.sizes["wall"],
+        "records": int(one["records"]),
+        "intensities": one.sizes["intensity"],
+        "median": known(cr["median_intensity"]),
+        "dispersion": known(cr["dispersion"], 2),
+        "ratios": _by_damper(
+            one,
+            lambda at: Markup("{} ({} to {})").format(
+                *map(known, (at["median_intensity_ratio"], *at["median_intensity_ratio_interval"].values))
+            ),
+        ),
         "most": Markup(", ").join(
             Markup("{} ({})").format(str(index["parameter"].values[i]).replace("_", " "), known(index[i], 2))
             for i in order
         ),
-    }  # fmt: skip
+    }
 
 
 VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
-    "fig_natural": _natural, "fig_natural_ratio": _ratio, "fig_ida": _ida, "fig_fragility": _fragility,
+    "fig_natural": _natural,
+    "fig_natural_ratio": _ratio,
+    "fig_ida": _ida,
+    "fig_fragility": _fragility,
     "fig_population": _population,
-}  # fmt: skip
+}

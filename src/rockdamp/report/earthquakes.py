@@ -21,8 +21,12 @@ from rockdamp.studies.earthquakes.comparison import best
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
-VARIATIONS = {"step": "step four times as long", "impact": "impact at the end of the step", "lower e": "e lower by {}",
-              "higher e": "e higher by {}"}  # fmt: skip
+VARIATIONS = {
+    "step": "step four times as long",
+    "impact": "impact at the end of the step",
+    "lower e": "e lower by {}",
+    "higher e": "e higher by {}",
+}
 
 # ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
 # could tell, or where it is a tenth, finer than what is known of any wall.
@@ -47,11 +51,17 @@ def section(data: Mapping[str, xr.Dataset], config: Mapping[str, Any]) -> Markup
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     change = plain(config["natural"]["restitution_change"])
     values = {
-        **_run(compared, walls), "check": _check(data.get("natural/check")), **_floor(compared, change),
-        **_recommendation(compared), **_walls(compared, walls), "change": change, "floors": plain(FLOORS),
-        "tolerance": plain(TOLERANCE), "middle": compared.sizes["restitution"] // 2,
+        **_run(compared, walls),
+        "check": _check(data.get("natural/check")),
+        **_floor(compared, change),
+        **_recommendation(compared),
+        **_walls(compared, walls),
+        "change": change,
+        "floors": plain(FLOORS),
+        "tolerance": plain(TOLERANCE),
+        "middle": compared.sizes["restitution"] // 2,
         "steps": [_at(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])],
-    }  # fmt: skip
+    }
     return Markup(environment.from_string(text).render(values))
 
 
@@ -104,7 +114,9 @@ def _run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "restitutions": listed(plain(value) for value in compared["restitution"].values),
         "histories": f"{int(compared['records']) * compared.sizes['scale'] * each:,}".replace(",", "\u202f"),
         "settled": f"{100 * float(compared['settled_share']):.2f}",
-        "uncertainty": [(percent(part, 3), fraction(value)) for part, value in zip(uncertainty["share"], uncertainty)],
+        "uncertainty": [
+            (percent(part, 3), fraction(value)) for part, value in zip(uncertainty["share"], uncertainty, strict=True)
+        ],
     }
 
 
@@ -117,10 +129,12 @@ def _check(sample: xr.Dataset | None) -> dict[str, Any] | None:
     judged = same & (sample["collapsed"] == 0) & np.isfinite(bound)
     off = abs(sample["peak_displacement"] - sample["exact_peak"])
     return {
-        "histories": sample.sizes["history"], "same": int(same.sum()), "judged": int(judged.sum()),
+        "histories": sample.sizes["history"],
+        "same": int(same.sum()),
+        "judged": int(judged.sum()),
         "within": int((off <= bound).where(judged, False).sum()),
         "largest": fraction((off / sample["exact_peak"]).where(judged).max()),
-    }  # fmt: skip
+    }
 
 
 def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
@@ -137,9 +151,10 @@ def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
     found = Choice(*best(one.expand_dims("restitution"), float(one["restitution"])))
     high = float(_cell(one, found)["log_error_interval"].isel(band=0, bound=1))
     near = [
-        choice for choice in _choices(one)
+        choice
+        for choice in _choices(one)
         if choice != found and float(_cell(one, choice)["log_error_interval"].isel(band=0, bound=0)) <= high
-    ]  # fmt: skip
+    ]
     return found, near
 
 
@@ -150,13 +165,19 @@ def _at(one: xr.Dataset) -> dict[str, Any]:
     rows = []
     for choice in _choices(one):
         cell, whole = _cell(one, choice), _cell(one, choice).isel(band=0)
-        rows.append({
-            "model": choice.model, "source": SOURCES.get(choice.source, choice.source), "mark": marks.get(choice, ""),
-            "median": with_interval(whole, "median_ratio"), "dispersion": known(whole["log_dispersion"]),
-            "error": with_interval(whole, "log_error"), "safe": with_interval(cell, "false_safe_rate", rate=True),
-            "collapse": with_interval(cell, "false_collapse_rate", rate=True),
-            "intensity": with_interval(cell, "median_intensity_ratio"),
-        })  # fmt: skip
+        rows.append(
+            {
+                "model": choice.model,
+                "source": SOURCES.get(choice.source, choice.source),
+                "mark": marks.get(choice, ""),
+                "median": with_interval(whole, "median_ratio"),
+                "dispersion": known(whole["log_dispersion"]),
+                "error": with_interval(whole, "log_error"),
+                "safe": with_interval(cell, "false_safe_rate", rate=True),
+                "collapse": with_interval(cell, "false_collapse_rate", rate=True),
+                "intensity": with_interval(cell, "median_intensity_ratio"),
+            }
+        )
     found: dict[str, Any] = {"e": _e(one), "rows": rows, "least": None}
     if judged:
         found["least"] = grouped([judged[0]])
@@ -177,20 +198,26 @@ def _floor(compared: xr.Dataset, change: str) -> dict[str, Any]:
     rows = []
     for name in map(str, compared["variation"].values):
         changed = compared.sel(variation=name)
-        rows.append({
-            "name": VARIATIONS.get(name, name).format(change),
-            "cells": [
-                {
-                    "error": known(one["varied_log_error"].isel(band=0), 2),
-                    "last": known(one["varied_log_error"].isel(band=-1), 2),
-                    "safe": fraction(one["varied_false_safe_rate"]),
-                    "collapse": fraction(one["varied_false_collapse_rate"]),
-                }
-                for one in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
-            ],
-        })  # fmt: skip
-    return {"floor_rows": rows, "floor_told": span(floor(compared).isel(band=0)),
-            "floor_last": span(floor(compared).isel(band=-1)), "last_band": _band(compared, -1)}  # fmt: skip
+        rows.append(
+            {
+                "name": VARIATIONS.get(name, name).format(change),
+                "cells": [
+                    {
+                        "error": known(one["varied_log_error"].isel(band=0), 2),
+                        "last": known(one["varied_log_error"].isel(band=-1), 2),
+                        "safe": fraction(one["varied_false_safe_rate"]),
+                        "collapse": fraction(one["varied_false_collapse_rate"]),
+                    }
+                    for one in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
+                ],
+            }
+        )
+    return {
+        "floor_rows": rows,
+        "floor_told": span(floor(compared).isel(band=0)),
+        "floor_last": span(floor(compared).isel(band=-1)),
+        "last_band": _band(compared, -1),
+    }
 
 
 def _band(compared: xr.Dataset, index: int) -> str:
@@ -258,8 +285,14 @@ def _amplitude(compared: xr.Dataset, cell: xr.Dataset, own: xr.DataArray, band: 
     cells = []
     for index in range(compared.sizes["restitution"]):
         error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], own))
-        cells.append({"error": known(error, 2), "floor": known(least, 2), "known": bool(np.isfinite(error)),
-                      "holds": holds(error, least)})  # fmt: skip
+        cells.append(
+            {
+                "error": known(error, 2),
+                "floor": known(least, 2),
+                "known": bool(np.isfinite(error)),
+                "holds": holds(error, least),
+            }
+        )
     return {"band": _band(compared, band), "cells": cells}
 
 
@@ -269,9 +302,11 @@ def _fragility(cell: xr.Dataset) -> dict[str, Any]:
     sign = "higher" if low > 1 else "lower" if high < 1 else "same"
     judged = np.isfinite([low, high]).all()
     return {
-        "e": _e(cell), "sign": sign if judged else "unknown", "ratio": with_interval(cell, "median_intensity_ratio"),
+        "e": _e(cell),
+        "sign": sign if judged else "unknown",
+        "ratio": with_interval(cell, "median_intensity_ratio"),
         "by": fraction(abs(cell["median_intensity_ratio"] - 1)),
-    }  # fmt: skip
+    }
 
 
 def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
@@ -279,12 +314,15 @@ def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
     found = []
     for model in dampers(compared):
         error = compared["log_error"].sel(damping_model=model).isel(band=0).min("damping_ratio_source")
-        beyond = ~np.array([holds(*pair) for pair in zip(error.values, own.isel(band=0).values)])
+        beyond = ~np.array([holds(*pair) for pair in zip(error.values, own.isel(band=0).values, strict=True)])
         if beyond.any():
-            found.append({
-                "model": model, "at": listed(plain(e) for e in compared["restitution"].values[beyond]),
-                "times": span((error / own.isel(band=0))[beyond]),
-            })  # fmt: skip
+            found.append(
+                {
+                    "model": model,
+                    "at": listed(plain(e) for e in compared["restitution"].values[beyond]),
+                    "times": span((error / own.isel(band=0))[beyond]),
+                }
+            )
     return found
 
 
@@ -310,20 +348,27 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     sources = [str(source) for source in walls["damping_ratio_source"].values]
     rows = [
         {
-            "name": name, "kind": "parapet" if int(one["parapet"]) == 1 else "wall",
-            "values": [plain(one[key]) for key in (
-                "thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")],
-            "derived": [known(one[key]) for key in (
-                "instability_displacement", "frequency_parameter", "initial_period")],
+            "name": name,
+            "kind": "parapet" if int(one["parapet"]) == 1 else "wall",
+            "values": [
+                plain(one[key])
+                for key in ("thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")
+            ],
+            "derived": [
+                known(one[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")
+            ],
             "ratios": [
                 [known(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
                 for model in dampers(walls)
             ],
         }
         for name, one in ((name, walls.sel(wall=name)) for name in names)
-    ]  # fmt: skip
+    ]
     apart = compared["wall"].values[compared["pooled"].values != 1]
     return {
-        "walls": rows, "wall_e": plain(walls["restitution"][middle]), "models": dampers(walls),
-        "sources": [SOURCES.get(source, source) for source in sources], "apart": listed(map(str, apart)),
-    }  # fmt: skip
+        "walls": rows,
+        "wall_e": plain(walls["restitution"][middle]),
+        "models": dampers(walls),
+        "sources": [SOURCES.get(source, source) for source in sources],
+        "apart": listed(map(str, apart)),
+    }

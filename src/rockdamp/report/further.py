@@ -144,6 +144,12 @@ def _rigid(data: Data) -> dict[str, Any]:
 
 
 VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
-    "fig_dispersion": _dispersion, "fig_exponent": _exponent, "fig_closed_form": _closed_form, "fig_pulses": _pulses,
-    "fig_accuracy": _accuracy, "fig_rigid": _rigid, "fig_spectra": _spectra, **earthquake_captions.VARIABLES,
-}  # fmt: skip
+    "fig_dispersion": _dispersion,
+    "fig_exponent": _exponent,
+    "fig_closed_form": _closed_form,
+    "fig_pulses": _pulses,
+    "fig_accuracy": _accuracy,
+    "fig_rigid": _rigid,
+    "fig_spectra": _spectra,
+    **earthquake_captions.VARIABLES,
+}

@@ -75,8 +75,11 @@ def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> 
         e and u0/u_ins that the sliders start at. [-]
     """
     scalars = {
-        "a1": "cracked_stiffness_ratio", "b1": "plateau_ratio", "a2": "plateau_end_ratio", "a3": "ultimate_ratio",
-    }  # fmt: skip
+        "a1": "cracked_stiffness_ratio",
+        "b1": "plateau_ratio",
+        "a2": "plateau_end_ratio",
+        "a3": "ultimate_ratio",
+    }
     curve = {symbol: float(explorer[name]) for symbol, name in scalars.items()}
     a2 = curve.pop("a2")
     softening = "steeper" if abs(a2 + curve["b1"] - 1) < 1e-9 else "translated"

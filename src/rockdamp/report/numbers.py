@@ -56,7 +56,7 @@ def ranges(values: Sequence[float], holds: Sequence[bool]) -> Markup:
     """Say at which of ascending values something holds: "0.80 to 0.91 and 0.95"; "none" where nowhere."""
     runs: list[list[float]] = []
     before = False
-    for value, now in zip(values, holds):
+    for value, now in zip(values, holds, strict=True):
         if now and before:
             runs[-1].append(value)
         elif now:

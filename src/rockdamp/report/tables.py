@@ -115,7 +115,7 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
 def _told(variable: xr.DataArray) -> Markup:
     if variable.dims in (("damping_model",), ("viscous_model",)):
         models = variable[variable.dims[0]].values
-        return of_models({str(model): number(value) for model, value in zip(models, variable.values)})
+        return of_models({str(model): number(value) for model, value in zip(models, variable.values, strict=True)})
     low, high = number(np.nanmin(variable.values)), number(np.nanmax(variable.values))
     return high if low == high else Markup("{} to {}").format(low, high)
 
@@ -163,8 +163,12 @@ def citation(text: str) -> dict[str, str]:
     where = cff.get("doi") or cff.get("url") or cff.get("repository-code") or ""
     kind = "Computer software"
     parts = [f"{', '.join(names)}. {cff['title']} (version {cff['version']}) [{kind}]. {cff['license']}.", where]
-    lines = {"author": " and ".join(f"{{{name}}}" for name in names), "title": f"{{{cff['title']}}}",
-             "version": cff["version"], "note": kind}  # fmt: skip
+    lines = {
+        "author": " and ".join(f"{{{name}}}" for name in names),
+        "title": f"{{{cff['title']}}}",
+        "version": cff["version"],
+        "note": kind,
+    }
     body = ",\n".join(f"  {key} = {{{value}}}" for key, value in lines.items())
     return {
         "message": str(cff["message"]),

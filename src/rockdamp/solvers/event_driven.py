@@ -16,16 +16,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 from scipy.special import hyp1f1
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import ENERGY_EXPONENTS, EXPONENTS, Damping
 
-Array = NDArray[np.float64]
 Time = Any  # a float, or an array of them
 State = Callable[[Time], tuple[Time, Time]]
 
@@ -111,9 +111,15 @@ def history(
             run.cross(segment)
     turning_tau, turning_displacement = np.reshape(run.turns, (-1, 2)).T
     return ExactHistory(
-        times, run.displacement, run.velocity, np.array(run.impacts), turning_tau, turning_displacement,
-        "collapsed" if run.collapsed else "completed", run.tau,
-    )  # fmt: skip
+        times,
+        run.displacement,
+        run.velocity,
+        np.array(run.impacts),
+        turning_tau,
+        turning_displacement,
+        "collapsed" if run.collapsed else "completed",
+        run.tau,
+    )
 
 
 def cr_peaks(curve: TrilinearCurve, restitution: float, release_amplitude: float, count: int) -> Array:

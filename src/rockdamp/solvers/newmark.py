@@ -6,13 +6,14 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp import kernels
-from rockdamp.broadcasting import is_named
+from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -21,8 +22,6 @@ COMPLETED, COLLAPSED = 0, 1
 OUTCOMES = ("completed", "collapsed")
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3)  # as `parameters` returns them
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -165,37 +164,55 @@ def solve(
     """
     kind = damping.kind(scheme)
     given = {
-        "cracked_stiffness_ratio": curve.cracked_stiffness_ratio, "the damping's parameter": damping.parameter,
-        "step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity,
+        "cracked_stiffness_ratio": curve.cracked_stiffness_ratio,
+        "the damping's parameter": damping.parameter,
+        "step": step,
+        "release_amplitude": release_amplitude,
+        "release_velocity": release_velocity,
         "load_factor": load_factor,
-    }  # fmt: skip
+    }
     _refuse_names(given)
     ground = np.ascontiguousarray(ground_acceleration, dtype=float)
     _check_record(ground, steps, substeps, store_every)
     h, x0, v0, g = _check_start(curve, step, release_amplitude, release_velocity, load_factor)
     case = 0 if reference is None else reference.case
     batch = _Batch(
-        np.broadcast_shapes(
-            curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, np.shape(case)
-        )
-    )  # fmt: skip
+        np.broadcast_shapes(curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, np.shape(case))
+    )
     start = _start_acceleration(curve, damping, x0, v0, g, ground)
     work = batch.pack(
         {
-            kernels.X: x0, kernels.V: v0, kernels.H: h, kernels.G: g, kernels.E: 1.0,
-            kernels.A: start, kernels.ALIVE: 1.0, kernels.PEAK: np.abs(x0),
-            **dict(zip(CURVE_ROWS, curve.parameters())), **damping.terms(curve),
+            kernels.X: x0,
+            kernels.V: v0,
+            kernels.H: h,
+            kernels.G: g,
+            kernels.E: 1.0,
+            kernels.A: start,
+            kernels.ALIVE: 1.0,
+            kernels.PEAK: np.abs(x0),
+            **dict(zip(CURVE_ROWS, curve.parameters(), strict=True)),
+            **damping.terms(curve),
         }
-    )  # fmt: skip
+    )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
     stored = steps // store_every + 1 if store_every else 0
     displacement, velocity = (batch.histories(stored) for _ in range(2))
 
     def advance(part: slice) -> None:
         kernels.march(
-            kind, work[part], ground, substeps, steps, compared, case_of_lane[part], checkpoints, error[part],
-            max(store_every, 1), displacement[part], velocity[part],
-        )  # fmt: skip
+            kind,
+            work[part],
+            ground,
+            substeps,
+            steps,
+            compared,
+            case_of_lane[part],
+            checkpoints,
+            error[part],
+            max(store_every, 1),
+            displacement[part],
+            velocity[part],
+        )
 
     _in_threads(advance, batch.blocks, threads)
 
@@ -330,7 +347,7 @@ def _in_threads(advance: Callable[[slice], None], blocks: int, threads: int | No
     chunks = min(blocks, 4 * threads)  # a few each, so that no thread idles at the end
     edges = np.linspace(0, blocks, chunks + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(advance, (slice(start, stop) for start, stop in zip(edges[:-1], edges[1:]))))
+        list(pool.map(advance, (slice(start, stop) for start, stop in pairwise(edges))))
 
 
 def available_threads() -> int:

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_ndtr
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
-
-Array = NDArray[np.float64]
 
 INTERVAL = (0.025, 0.975)
 ITERATIONS = 50

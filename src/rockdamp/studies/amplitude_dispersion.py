@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
 from rockdamp.errors import InputError
@@ -34,8 +35,6 @@ HALF_CYCLE_STEPS = 5000  # the damping ratio of ECD from peaks, whose exact valu
 LONGER = 1.7  # bounds what a half cycle lasts under damping, over its undamped duration
 BRACKET = (0.25, 4.0)  # of the damping ratio from peaks, over the closed form's
 TOLERANCES = {"xrtol": 1e-9, "fatol": 1e-12}
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -63,14 +62,16 @@ def groups(config: Config) -> list[Group]:
     a3 = float(section["ultimate_ratio"])
     steeper = [(*shape, 1.0) for shape in shapes] + [(*shape, a3) for shape in shapes]
     translated = [(*shape, a3) for shape in shapes if shape[1] + shape[2] < a3]
-    return [_group(cases, softening) for cases, softening in zip((steeper, translated), SOFTENING) if cases]
+    return [
+        _group(cases, softening) for cases, softening in zip((steeper, translated), SOFTENING, strict=True) if cases
+    ]
 
 
 def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Group:
-    names, *parameters = zip(*cases)
+    names, *parameters = zip(*cases, strict=True)
     a1, b1, a3 = (np.array(values, dtype=float) for values in parameters)
     curve = TrilinearCurve(a1, b1, a3, softening)
-    return Group([name if end == 1 else f"{name}, {softening}" for name, end in zip(names, a3)], curve)
+    return Group([name if end == 1 else f"{name}, {softening}" for name, end in zip(names, a3, strict=True)], curve)
 
 
 def dispersion(config: Config) -> xr.Dataset:

@@ -11,10 +11,10 @@ from itertools import product
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import QUIET, measured_displacement, record_attributes, respond, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -24,8 +24,6 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.decays import Config, make_wall
-
-Array = NDArray[np.float64]
 
 PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
 
@@ -101,7 +99,7 @@ def calibrate(
     """
     fit = _Fit.of(record, wall, float(ultimate_ratio), softening, float(step))
     point, local_minima = fit.search()
-    for name, value, low, high in zip(SEARCHED, point, LOWEST, HIGHEST):
+    for name, value, low, high in zip(SEARCHED, point, LOWEST, HIGHEST, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):
             raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
     estimate = fit.physical(point)

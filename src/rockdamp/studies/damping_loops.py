@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.matching import Cases, match_cases, response_length
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -17,7 +17,6 @@ from rockdamp.studies.decays import Config, step_count
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
 # ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
 ROCKING_MODELS = ("tri-linear", "slender", "large rotation")
-Array = NDArray[np.float64]
 
 
 def loops(config: Config) -> xr.Dataset:
@@ -94,9 +93,14 @@ def _rocking(config: Config) -> xr.Dataset:
     steps = step_count(float(config["loops"]["window"]), step)
     tau = step * np.arange(steps + 1)
     response = solve(
-        curve, Damping.cr(e), release_amplitude=x0, step=step, steps=steps, store_every=1,
+        curve,
+        Damping.cr(e),
+        release_amplitude=x0,
+        step=step,
+        steps=steps,
+        store_every=1,
         scheme=config["solver"]["scheme"],
-    )  # fmt: skip
+    )
     histories: list[Array | None] = [
         response.displacement,
         rigid_bodies.slender_decay(tau, wall, e, x0),

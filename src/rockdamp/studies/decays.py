@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
@@ -37,10 +37,10 @@ class Study:
 
     name: str
     parameter: str
-    values: NDArray[np.float64]
+    values: Array
     curve: TrilinearCurve
-    release_amplitude: NDArray[np.float64]
-    frequency_parameter: NDArray[np.float64]
+    release_amplitude: Array
+    frequency_parameter: Array
 
 
 def make_wall(section: Config) -> Wall:
@@ -71,7 +71,7 @@ def describe(name: str, config: Config) -> Study:
     return Study(name, parameter, values, TrilinearCurve(softening=softening, **arrays), release, frequency)
 
 
-def restitution_grid(config: Config) -> NDArray[np.float64]:
+def restitution_grid(config: Config) -> Array:
     """Return the coefficients of restitution that the config states, rounded to 12 decimals."""
     grid = config["restitution"]
     count = round((grid["stop"] - grid["start"]) / grid["step"]) + 1

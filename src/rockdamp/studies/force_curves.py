@@ -63,7 +63,9 @@ def mechanism(config: Config) -> xr.Dataset:
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
         },
         coords={
-            "curve_name": ["bi-linear", *curves], "displacement": x,
-            "hinge_height_ratio": HINGE_RATIOS, "slenderness": SLENDERNESSES,
+            "curve_name": ["bi-linear", *curves],
+            "displacement": x,
+            "hinge_height_ratio": HINGE_RATIOS,
+            "slenderness": SLENDERNESSES,
         },
-    )  # fmt: skip
+    )

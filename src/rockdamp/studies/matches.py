@@ -9,14 +9,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import RESOLUTION, Cases, follow, match_cases, refined, response_length
 from rockdamp.mechanics.damping import VISCOUS_MODELS
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.decays import Config, Study, describe, make_wall, step_count
-
-Array = NDArray[np.float64]
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:

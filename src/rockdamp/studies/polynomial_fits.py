@@ -50,7 +50,8 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
         {
             "coefficient": ((*lead, "degree"), coefficient.T.reshape(*shape, -1)),
             "coefficient_covariance": (
-                (*lead, "degree", "other_degree"), covariance.reshape(*shape, DEGREE + 1, DEGREE + 1)
+                (*lead, "degree", "other_degree"),
+                covariance.reshape(*shape, DEGREE + 1, DEGREE + 1),
             ),
             "damping_ratio": xi,
             "damping_ratio_uncertainty": matched["damping_ratio_uncertainty"].transpose(*xi.dims),
@@ -68,7 +69,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             "ultimate_ratio": float(config["curve"]["ultimate_ratio"]),
             "release_amplitude": float(config["release_amplitude"]),
         },
-    ).drop_vars("frequency_parameter")  # fmt: skip
+    ).drop_vars("frequency_parameter")
 
 
 def table(dataset: xr.Dataset) -> pd.DataFrame:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -25,8 +27,6 @@ from rockdamp.studies.decays import Config, step_count
 PULSES = ("Ricker", "sine")
 SOURCES = ("closed form", "error")
 RICKER_HALF_LENGTH = 1.5  # periods before and after the peak, where the wavelet is 1e-8 of it
-
-Array = NDArray[np.float64]
 
 
 def pulse(name: str, frequency: float, step: float) -> Array:
@@ -137,9 +137,14 @@ class _Run:
         ground = np.concatenate([shape, rest])
         curve = TrilinearCurve(**self.config["curve"])
         return solve(
-            curve, damping, load_factor=float(curve.plateau_ratio) * self.load[:, None], ground_acceleration=ground,
-            step=self.step, steps=ground.size - 1, store_every=store,
-        )  # fmt: skip
+            curve,
+            damping,
+            load_factor=float(curve.plateau_ratio) * self.load[:, None],
+            ground_acceleration=ground,
+            step=self.step,
+            steps=ground.size - 1,
+            store_every=store,
+        )
 
 
 def _impacts_before_peak(response: Response, step: float) -> NDArray[np.int64]:
@@ -176,7 +181,7 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
     ratio = (dataset["peak_displacement"] / peak).where(~fell & ~reference)
     logarithm = xr.apply_ufunc(np.log, ratio)
-    in_bands = [logarithm.where((peak >= low) & (peak < high)) for low, high in zip(edges[:-1], edges[1:])]
+    in_bands = [logarithm.where((peak >= low) & (peak < high)) for low, high in pairwise(edges)]
     by_band = xr.concat(in_bands, "band").assign_coords(
         band=np.arange(edges.size - 1), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
     )
@@ -205,14 +210,14 @@ def table(dataset: xr.Dataset) -> list[str]:
     """Return the comparison at the middle e, damping ratios from the closed form, as a table in Markdown."""
     e = dataset["restitution"].values
     one = dataset.isel(damping_ratio_source=0, restitution=e.size // 2)
-    bands = [f"{start:g}-{end:g}" for start, end in zip(one["band_start"].values, one["band_end"].values)]
+    bands = [f"{start:g}-{end:g}" for start, end in zip(one["band_start"].values, one["band_end"].values, strict=True)]
     head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for model in one["damping_model"].values:
         row = one.sel(damping_model=model)
         medians = [row["median_ratio_all"].values, *row["median_ratio"].values]
         scatters = [row["log_dispersion_all"].values, *row["log_dispersion"].values]
-        ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters)]
+        ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters, strict=True)]
         before = f"{float(row['median_ratio_before_impact']):.2f}"
         false = [f"{int(row['false_safe'])} of {int(row['reference_collapses'])}"]
         false.append(f"{int(row['false_collapse'])} of {int(row['reference_survivals'])}")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.matching import match_cases
 from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.progress import track
@@ -17,7 +17,7 @@ PAPER_RANGE = (0.80, 0.91)
 ROUNDING = 1e-9
 
 
-def window_lengths(config: Config) -> NDArray[np.float64]:
+def window_lengths(config: Config) -> Array:
     """Return the lengths that the config states, in tau."""
     grid = config["windows"]
     count = int(np.floor((grid["stop"] - grid["start"]) / grid["step"] + ROUNDING)) + 1

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
 from rockdamp.histories.under_a_record import (
@@ -23,8 +23,6 @@ from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import COLLAPSED, Response
 from rockdamp.studies.decays import Config, make_wall
-
-Array = NDArray[np.float64]
 
 
 def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Dataset:
@@ -95,10 +93,12 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
             "sensor_zero": zero,
         },
         coords={
-            "damping_model": list(MODELS), "elapsed": record.elapsed, "half_cycle": np.arange(1, decay.peak.size + 1)
+            "damping_model": list(MODELS),
+            "elapsed": record.elapsed,
+            "half_cycle": np.arange(1, decay.peak.size + 1),
         },
         attrs=record_attributes(record),
-    )  # fmt: skip
+    )
 
 
 def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Sequence[float]) -> dict[str, float]:

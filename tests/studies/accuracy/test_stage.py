@@ -62,10 +62,12 @@ def made_up(config, name, models=VISCOUS_MODELS):
     return xr.Dataset(
         {"damping_ratio": (dims, ratio), "damping_ratio_uncertainty": (dims, relative * ratio)},
         coords={
-            "damping_model": list(models), study.parameter: study.values, "restitution": e,
+            "damping_model": list(models),
+            study.parameter: study.values,
+            "restitution": e,
             "window": float(config["matching"]["window"]),
         },
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +96,10 @@ def stage(config, matches, looped):
 
 def test_each_curve_and_release_of_the_studies_is_there_once(drawn):
     rows = zip(
-        drawn.curve.cracked_stiffness_ratio[:, 0], drawn.curve.plateau_ratio[:, 0], drawn.release_amplitude[:, 0]
+        drawn.curve.cracked_stiffness_ratio[:, 0],
+        drawn.curve.plateau_ratio[:, 0],
+        drawn.release_amplitude[:, 0],
+        strict=True,
     )
     assert sorted(rows) == [(0.04, 0.85, 0.3), (0.04, 0.85, 0.5), (0.10, 0.85, 0.5), (0.20, 0.75, 0.5)]
     assert drawn.restitution.tolist() == [0.8, 0.9]
@@ -197,9 +202,12 @@ def test_a_solver_that_does_not_converge_shows(config, drawn, stage):
             return 1.01 * displacement, velocity
 
     few = {
-        "curve": drawn.curve.map(lambda p: p[:1]), "load": drawn.load[:1], "factor": drawn.factor[:1],
-        "release_amplitude": drawn.release_amplitude[:1], "ratio": {m: r[:1] for m, r in drawn.ratio.items()},
-    }  # fmt: skip
+        "curve": drawn.curve.map(lambda p: p[:1]),
+        "load": drawn.load[:1],
+        "factor": drawn.factor[:1],
+        "release_amplitude": drawn.release_amplitude[:1],
+        "ratio": {m: r[:1] for m, r in drawn.ratio.items()},
+    }
     found = solver_errors(config, Wrong(**{**drawn.__dict__, **few}))
     assert (found["order"] < 0.5).all()
     assert (stage["order"] > 1.5).all()  # 2, less the scatter of a few walls
@@ -472,9 +480,12 @@ def test_the_stage_audits_both_excitations_to_second_order(stage, drawn):
 def test_every_stored_history_is_audited(stage, config, looped):
     one = looped.sel(damping_model="SDR")
     sums = energy_audit.balance(
-        TrilinearCurve(**config["curve"]), Damping("SDR", float(one["damping_ratio"])), one["displacement"].values,
-        one["velocity"].values, 0.01,
-    )  # fmt: skip
+        TrilinearCurve(**config["curve"]),
+        Damping("SDR", float(one["damping_ratio"])),
+        one["displacement"].values,
+        one["velocity"].values,
+        0.01,
+    )
     assert float(stage["loops_energy_residual"].sel(damping_model="SDR")) == pytest.approx(sums.largest_residual)
     assert stage["study"].values.tolist() == list(STUDIES)
     # The solver's own residual, at this step, is at most that of the ensemble but for the longer histories.

@@ -35,7 +35,9 @@ def equivalence():
     """The polynomials that the package ships, as the pipeline's dataset has them."""
     table = shipped_coefficients()
     a1 = np.unique(table["cracked_stiffness_ratio"])
-    rows = {(m, x): i for i, (m, x) in enumerate(zip(table["damping_model"], table["cracked_stiffness_ratio"]))}
+    rows = {
+        (m, x): i for i, (m, x) in enumerate(zip(table["damping_model"], table["cracked_stiffness_ratio"], strict=True))
+    }
     values = [[[table[f"c{k}"][rows[model, x]] for k in range(3)] for x in a1] for model in VISCOUS_MODELS]
     return xr.Dataset(
         {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), values)},
@@ -202,10 +204,15 @@ def made_up(ratio=1.0):
         "damping_ratio": (dims[2:], xi),
     }
     coords = {
-        "record": [f"r{i}" for i in range(40)], "scale": scale, "wall": ["a", "b"], "restitution": e,
-        "damping_model": list(MODELS), "damping_ratio_source": list(incremental.SOURCES),
-        "variation": list(incremental.VARIATIONS), "station": ("record", [f"s{i // 2}" for i in range(40)]),
-    }  # fmt: skip
+        "record": [f"r{i}" for i in range(40)],
+        "scale": scale,
+        "wall": ["a", "b"],
+        "restitution": e,
+        "damping_model": list(MODELS),
+        "damping_ratio_source": list(incremental.SOURCES),
+        "variation": list(incremental.VARIATIONS),
+        "station": ("record", [f"s{i // 2}" for i in range(40)]),
+    }
     return xr.Dataset(data, coords=coords)
 
 

@@ -24,9 +24,13 @@ from rockdamp.studies.earthquakes import incremental, population
 def config():
     full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     full["population"] |= {
-        "walls": 120, "walls_per_job": 50, "records": ["fema-p695:far-field/[12]/a"], "step": 0.1,
-        "intensity": {"start": 0.2, "stop": 4.0, "count": 4}, "bootstrap": {"replicates": 20, "seed": 1},
-    }  # fmt: skip
+        "walls": 120,
+        "walls_per_job": 50,
+        "records": ["fema-p695:far-field/[12]/a"],
+        "step": 0.1,
+        "intensity": {"start": 0.2, "stop": 4.0, "count": 4},
+        "bootstrap": {"replicates": 20, "seed": 1},
+    }
     return full
 
 
@@ -125,9 +129,12 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
             parameter = some["restitution"][i] if model == "CR" else some["damping_ratio"][i, j]
             end = p * (motion.record.step * (ground.size - 1) + section["tail"])
             solved = history(
-                own, Damping(model, float(parameter)), [end], load=0.3 * wall.load_factor[i] * ground,
+                own,
+                Damping(model, float(parameter)),
+                [end],
+                load=0.3 * wall.load_factor[i] * ground,
                 load_step=p * motion.record.step,
-            )  # fmt: skip
+            )
             assert (solved.outcome == "collapsed") == collapsed[i, 0, j]
             if not collapsed[i, 0, j]:
                 compared += 1
@@ -162,7 +169,7 @@ def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
     scores = [(drawn[name] - drawn[name].mean()) / drawn[name].std() for name in ("slenderness", "restitution")]
     made_up = np.tile((2 * scores[0] + scores[1]).values[:, None], (1, len(MODELS)))
     index, confidence = population._sensitivity(drawn, made_up, 1)
-    found = dict(zip(population.PARAMETERS, index[:, 0]))
+    found = dict(zip(population.PARAMETERS, index[:, 0], strict=True))
     # Of a linear sum each explains the square of its coefficient's share: 4/5 and 1/5.
     assert found.pop("slenderness") == pytest.approx(0.8, abs=0.08)
     assert found.pop("restitution") == pytest.approx(0.2, abs=0.08)

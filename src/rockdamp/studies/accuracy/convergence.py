@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
@@ -17,7 +17,6 @@ from rockdamp.studies.decays import Config
 
 SCHEMES = ("newmark", "paper")
 EXCITATIONS = ("free", "forced")
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

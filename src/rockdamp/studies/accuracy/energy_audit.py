@@ -25,14 +25,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
 from rockdamp.studies.damping_loops import loops as run_loops
 from rockdamp.studies.decays import Config, describe, make_wall
-
-Array = NDArray[np.float64]
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy
 HALF_CYCLES = 6  # of which the loss is given in joules
@@ -233,6 +232,8 @@ def losses(config: Config, loops: xr.Dataset) -> xr.Dataset:
             "audited_restitution": ("audited_wall", e),
         },
         coords={
-            "audited_wall": list(AUDITED), "damping_model": list(MODELS), "half_cycle": np.arange(1, HALF_CYCLES + 1),
+            "audited_wall": list(AUDITED),
+            "damping_model": list(MODELS),
+            "half_cycle": np.arange(1, HALF_CYCLES + 1),
         },
-    )  # fmt: skip
+    )

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.matching import response_length
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
@@ -22,8 +23,6 @@ LOAD_SAMPLE = 0.2  # in tau, about: a tenth of the load's shortest period
 LOAD_FREQUENCIES = (0.3, 3.0)  # over p: the load's band
 ROUNDING = 1e-9  # a length that is a whole number of samples but for rounding is one
 FACTORS = np.geomspace(0.02, 2.0, 40)  # of the load's peak over F0 that are tried
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -127,7 +126,7 @@ def collect(config: Config, matches: Mapping[str, xr.Dataset]) -> Ensemble:
             own = study.curve.map(itemgetter(i))
             key = (*map(float, (own.cracked_stiffness_ratio, own.plateau_ratio, own.ultimate_ratio)), float(x0))
             rows.setdefault(key, ratio.values[i][:, chosen])
-    a1, b1, a3, x0 = (np.array(column)[:, None] for column in zip(*rows))
+    a1, b1, a3, x0 = (np.array(column)[:, None] for column in zip(*rows, strict=True))
     models = [str(model) for model in match["damping_model"].values]
     own_step = float(config["solver"]["step"])
     coarsest = own_step * 2 ** section["doublings"]

@@ -8,7 +8,6 @@ from operator import itemgetter
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from rockdamp.errors import InputError
@@ -22,7 +21,6 @@ THOUSANDTH = 1e-3
 QUANTILES = np.concatenate([np.linspace(0.0, 0.98, 50), [0.99, 1.0]])
 SPACING = 0.0005  # in tau, of the samples of the integral: halving it moves no minimum by more than 3e-7 of itself
 
-Array = NDArray[np.float64]
 Matches = Mapping[str, xr.Dataset]
 
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Array
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.progress import track
 from rockdamp.studies.decays import Config
-
-Array = NDArray[np.float64]
 
 FEATURES = ("first impact", "peaks", "p")
 TOLERANCES = (0.01, 0.05)
@@ -40,7 +41,7 @@ def features(times: ArrayLike, displacement: ArrayLike, peaks: int) -> Array:
     if after.size:
         k = after[0]  # the line goes on from before the impact, where the velocity jumps
         found[0] = tau[k - 1] + (tau[k - 1] - tau[k - 2]) * x[k - 1] / (x[k - 2] - x[k - 1])
-    for n, (start, stop) in enumerate(zip(after[:peaks], after[1:])):
+    for n, (start, stop) in enumerate(pairwise(after[: peaks + 1])):
         size = np.abs(x[start:stop])
         top = int(size.argmax())
         if 0 < top < size.size - 1:
@@ -111,7 +112,7 @@ def rotations(config: Config, loops: xr.Dataset) -> xr.Dataset:
     shape = [axis.size for axis in axes]
     found = np.empty((len(FEATURES), *shape))
     for index in track(list(np.ndindex(*shape)), "rotations"):
-        r, x0, slenderness = (axis[i] for axis, i in zip(axes, index))
+        r, x0, slenderness = (axis[i] for axis, i in zip(axes, index, strict=True))
         wall = Wall(thickness, slenderness * thickness, hinge_ratio=r)
         found[:, *index] = differences(wall, e, x0, peaks)
     least = [

@@ -7,8 +7,8 @@ from operator import itemgetter
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
@@ -17,8 +17,6 @@ from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, f
 from rockdamp.studies.accuracy.small_rotations import rotations
 from rockdamp.studies.decays import Config
 from rockdamp.vocabulary import STUDIES
-
-Array = NDArray[np.float64]
 
 
 def accuracy(
@@ -44,7 +42,7 @@ def accuracy(
     *decays : xarray.Dataset
         What `decay.study` returned for each study, in the order of `STUDIES`.
     """
-    matches = dict(zip(STUDIES, (amplitude, slenderness, overburden, cracked_stiffness)))
+    matches = dict(zip(STUDIES, (amplitude, slenderness, overburden, cracked_stiffness), strict=True))
     ensemble = collect(config, matches)
     parts = [
         solver_errors(config, ensemble),
@@ -52,7 +50,7 @@ def accuracy(
         matched_ratios.minima(config, matches),
         rotations(config, loops),
         energy_audit.residuals(config, ensemble),
-        energy_audit.stored(config, loops, dict(zip(STUDIES, decays))),
+        energy_audit.stored(config, loops, dict(zip(STUDIES, decays, strict=True))),
         energy_audit.losses(config, loops),
     ]
     return xr.merge(parts, compat="no_conflicts", join="exact")

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
 from rockdamp.studies.decays import Config
-
-Array = NDArray[np.float64]
 
 FRACTILES = (0.16, 0.50, 0.84)
 BOUND = ("lower", "upper")
@@ -49,31 +48,44 @@ def compare(config: Config, natural: xr.Dataset) -> xr.Dataset:
         ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks.
     """
     section = config["natural"]
-    weights = resample(natural["station"].values, int(section["bootstrap"]["replicates"]),
-                       int(section["bootstrap"]["seed"]))  # fmt: skip
+    weights = resample(
+        natural["station"].values, int(section["bootstrap"]["replicates"]), int(section["bootstrap"]["seed"])
+    )
     edges = np.asarray(section["bands"], dtype=float)
     pooled = natural.isel(wall=_complete(natural))
     damper = _Alternatives(pooled, "peak_displacement", "collapsed", ("damping_model", "damping_ratio_source"))
     varied = _Alternatives(pooled, "varied_peak", "varied_collapsed", ("variation",))
     found = xr.merge(
         [
-            damper.ratios(edges, weights, ""), damper.collapses(weights, ""),
-            varied.ratios(edges, weights, "varied_"), varied.collapses(weights, "varied_"),
-            damper.fragility(weights), _per_wall(natural, weights), _misfit(pooled),
+            damper.ratios(edges, weights, ""),
+            damper.collapses(weights, ""),
+            varied.ratios(edges, weights, "varied_"),
+            varied.collapses(weights, "varied_"),
+            damper.fragility(weights),
+            _per_wall(natural, weights),
+            _misfit(pooled),
         ],
         join="exact",
-    )  # fmt: skip
+    )
     kept = ("damping_model", "damping_ratio_source", "variation", "restitution", "wall", "scale")
     settled = natural["settled"].where(natural["settled"] >= 0)
     return found.assign(
-        settled_share=settled.mean(), records=natural.sizes["record"], stations=np.unique(natural["station"]).size,
+        settled_share=settled.mean(),
+        records=natural.sizes["record"],
+        stations=np.unique(natural["station"]).size,
         pooled=("wall", _complete(natural).astype(np.int8)),
         relative_uncertainty=("share", _uncertainty(natural)),
-    ).assign_coords({name: natural[name].values for name in kept} | {
-        "bound": list(BOUND), "probability": list(FRACTILES), "share": [0.5, 0.9, 0.99, 1.0],
-        "band": np.arange(edges.size), "band_start": ("band", np.r_[edges[0], edges[:-1]]),
-        "band_end": ("band", np.r_[edges[-1], edges[1:]]),
-    })  # fmt: skip
+    ).assign_coords(
+        {name: natural[name].values for name in kept}
+        | {
+            "bound": list(BOUND),
+            "probability": list(FRACTILES),
+            "share": [0.5, 0.9, 0.99, 1.0],
+            "band": np.arange(edges.size),
+            "band_start": ("band", np.r_[edges[0], edges[:-1]]),
+            "band_end": ("band", np.r_[edges[-1], edges[1:]]),
+        }
+    )
 
 
 def _complete(natural: xr.Dataset) -> NDArray[np.bool_]:
@@ -104,10 +116,11 @@ class _Alternatives:
         cr = self.natural.sel(damping_model="CR").isel(damping_ratio_source=0)
         order = ("record", "scale", "wall", "restitution")
         return (
-            cr["peak_displacement"].transpose(*order), cr["collapsed"].transpose(*order),
+            cr["peak_displacement"].transpose(*order),
+            cr["collapsed"].transpose(*order),
             self.natural[self.peak].transpose(*order, *self.dims),
             self.natural[self.collapsed].transpose(*order, *self.dims),
-        )  # fmt: skip
+        )
 
     def _each(self, values: Callable[..., Mapping[str, Any]], dims: Mapping[str, tuple[str, ...]]) -> xr.Dataset:
         """Collect what `values(restitution index, alternative's index)` returns for each of them."""
@@ -128,7 +141,7 @@ class _Alternatives:
         """Statistics of the ratios of peaks, over all bands and in each."""
         reference, fell, peaks, collapsed = (array.values for array in self._arrays())
         record = np.broadcast_to(np.arange(reference.shape[0])[:, None, None], reference.shape[:3])
-        bands = [(edges[0], edges[-1]), *zip(edges[:-1], edges[1:])]
+        bands = [(edges[0], edges[-1]), *pairwise(edges)]
 
         def values(e: int, *alternative: int) -> dict[str, Any]:
             at: Any = (..., e, *alternative)
@@ -248,9 +261,9 @@ def _per_wall(natural: xr.Dataset, weights: Array) -> xr.Dataset:
 def _misfit(natural: xr.Dataset) -> xr.Dataset:
     """Median over records and walls of the misfit over the decay, at each scale."""
     median = natural["decay_misfit"].median(("record", "wall"))
-    return xr.Dataset({
-        "median_decay_misfit": median.transpose("restitution", "damping_model", "damping_ratio_source", "scale")
-    })  # fmt: skip
+    return xr.Dataset(
+        {"median_decay_misfit": median.transpose("restitution", "damping_model", "damping_ratio_source", "scale")}
+    )
 
 
 def best(compared: xr.Dataset, restitution: float) -> tuple[str, str]:

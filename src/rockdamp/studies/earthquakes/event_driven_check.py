@@ -49,10 +49,16 @@ def check(config: Config, natural: xr.Dataset) -> xr.Dataset:
     with ThreadPoolExecutor(available_threads()) as pool:
         found = list(track(pool.map(solve, range(len(chosen))), "Histories, event by event", len(chosen)))
     kept = ["peak_displacement", "peak_displacement_uncertainty", "collapsed", "settled"]
-    return picked[kept].reset_coords(list(BY_DAMPER)).drop_vars(["record_set", "station"]).assign(
-        exact_peak=("history", [peak for peak, _ in found]),
-        exact_collapsed=("history", np.array([collapsed for _, collapsed in found], dtype=np.int8)),
-    ).assign_coords(history=np.arange(len(chosen)))  # fmt: skip
+    return (
+        picked[kept]
+        .reset_coords(list(BY_DAMPER))
+        .drop_vars(["record_set", "station"])
+        .assign(
+            exact_peak=("history", [peak for peak, _ in found]),
+            exact_collapsed=("history", np.array([collapsed for _, collapsed in found], dtype=np.int8)),
+        )
+        .assign_coords(history=np.arange(len(chosen)))
+    )
 
 
 def exact_peak(one: xr.Dataset, motion: catalogue.GroundMotion, section: Config, config: Config) -> tuple[float, bool]:

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.matching import response_length
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.mechanics.curve import PRESETS, TrilinearCurve
@@ -28,8 +29,6 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import COLLAPSED, Reference, Response, solve
 from rockdamp.studies.decays import Config
-
-Array = NDArray[np.float64]
 
 SOURCES = ("fit", "error", "closed form")  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
 HALVINGS = 2
@@ -78,9 +77,15 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
         ratio[row, :, 1:] = _damping_ratios(curve, e, config, equivalence)
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
-        for name in ("thickness", "height", "slenderness", "overburden_ratio", "instability_displacement",
-                     "frequency_parameter")
-    }  # fmt: skip
+        for name in (
+            "thickness",
+            "height",
+            "slenderness",
+            "overburden_ratio",
+            "instability_displacement",
+            "frequency_parameter",
+        )
+    }
     of_wall |= {
         name: ("wall", [float(getattr(curve, name)) for _, curve in made])
         for name in ("cracked_stiffness_ratio", "plateau_ratio")
@@ -106,9 +111,7 @@ def _damping_ratios(curve: TrilinearCurve, e: Array, config: Config, equivalence
     """Damping ratios of one wall, shape (e, viscous models, sources)."""
     found = np.full((e.size, len(VISCOUS_MODELS), len(SOURCES)), np.nan)
     a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
-    rows = equivalent(
-        e, a1, b1, release_amplitude=float(config["release_amplitude"]), window=response_length(config)
-    )  # fmt: skip
+    rows = equivalent(e, a1, b1, release_amplitude=float(config["release_amplitude"]), window=response_length(config))
     for row in rows:
         at = int(np.flatnonzero(e == row["restitution"])[0]), VISCOUS_MODELS.index(row["damping_model"])
         found[at][SOURCES.index("error")] = row["damping_ratio"]
@@ -177,32 +180,44 @@ class _Study:
         section = config["natural"]
         scale = np.geomspace(section["scale"]["start"], section["scale"]["stop"], int(section["scale"]["count"]))
         return cls(
-            section, scale, walls["restitution"].values, [make_wall(entry) for entry in section["walls"]],
-            [entry["name"] for entry in section["walls"]], walls["damping_ratio"].values,
-        )  # fmt: skip
+            section,
+            scale,
+            walls["restitution"].values,
+            [make_wall(entry) for entry in section["walls"]],
+            [entry["name"] for entry in section["walls"]],
+            walls["damping_ratio"].values,
+        )
 
     def run(self, motion: catalogue.GroundMotion) -> xr.Dataset:
         """Run one record, for every wall, scale, e and damper."""
         found = measures(motion.record)
         per_wall = [self._of_wall(index, motion.record, found) for index in range(len(self.made))]
         dims = {
-            **dict.fromkeys(("peak_displacement", "peak_displacement_uncertainty", "collapsed", "settled",
-                             "decay_misfit"), BY_DAMPER[1:]),
+            **dict.fromkeys(
+                ("peak_displacement", "peak_displacement_uncertainty", "collapsed", "settled", "decay_misfit"),
+                BY_DAMPER[1:],
+            ),
             **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),
             "scale_factor": ("scale", "wall"),
             "load_ratio": ("scale", "wall"),
             "spectral_acceleration": ("wall",),
-        }  # fmt: skip
+        }
         data: dict[str, Any] = {
             name: (of, np.stack([one[name] for one in per_wall], axis=of.index("wall"))) for name, of in dims.items()
         }
         data |= {name: ((), float(getattr(found, name))) for name in MEASURES}
         data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
         coords = {
-            "scale": self.scale, "wall": self.names, "restitution": self.restitution, "damping_model": list(MODELS),
-            "damping_ratio_source": list(SOURCES), "variation": list(VARIATIONS), "record": motion.name,
-            "record_set": motion.record_set, "station": motion.group,
-        }  # fmt: skip
+            "scale": self.scale,
+            "wall": self.names,
+            "restitution": self.restitution,
+            "damping_model": list(MODELS),
+            "damping_ratio_source": list(SOURCES),
+            "variation": list(VARIATIONS),
+            "record": motion.name,
+            "record_set": motion.record_set,
+            "station": motion.group,
+        }
         return (
             xr.Dataset(data, coords=coords)
             .expand_dims("record")
@@ -256,25 +271,41 @@ class _Case:
 
     @classmethod
     def of(
-        cls, section: Config, wall: Wall | Parapet, curve: TrilinearCurve, record: Record, factor: Array,
+        cls,
+        section: Config,
+        wall: Wall | Parapet,
+        curve: TrilinearCurve,
+        record: Record,
+        factor: Array,
         strong_end: float,
-    ) -> _Case:  # fmt: skip
+    ) -> _Case:
         sampling = float(wall.frequency_parameter) * record.step
         coarsest = 2**HALVINGS * float(section["step"]) / float(curve.initial_frequency)
         rest = np.zeros(int(np.ceil(float(section["tail"]) / record.step)))
         return cls(
-            curve, float(wall.load_factor) * factor, np.concatenate([record.ground_acceleration, rest]), sampling,
-            int(np.ceil(sampling / coarsest)), int(np.ceil((strong_end - record.elapsed[0]) / record.step)),
-        )  # fmt: skip
+            curve,
+            float(wall.load_factor) * factor,
+            np.concatenate([record.ground_acceleration, rest]),
+            sampling,
+            int(np.ceil(sampling / coarsest)),
+            int(np.ceil((strong_end - record.elapsed[0]) / record.step)),
+        )
 
     def __call__(self, damping: Damping, halving: int, scheme: str = "newmark", **options: Any) -> Response:
         """Run dampers of shape (e, ...) at every scale: a batch of shape (scales, e, ...)."""
         substeps = self.substeps * 2**halving
         load_factor = self.load_factor.reshape(-1, *(1 for _ in damping.shape))
         return solve(
-            self.curve, damping, step=self.sampling / substeps, steps=substeps * (self.ground.size - 1),
-            load_factor=load_factor, ground_acceleration=self.ground, substeps=substeps, scheme=scheme, **options,
-        )  # fmt: skip
+            self.curve,
+            damping,
+            step=self.sampling / substeps,
+            steps=substeps * (self.ground.size - 1),
+            load_factor=load_factor,
+            ground_acceleration=self.ground,
+            substeps=substeps,
+            scheme=scheme,
+            **options,
+        )
 
     def by_damper(self, e: Array, damping_ratio: Array) -> dict[str, Array]:
         """Peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.stats import qmc
 
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -27,12 +28,15 @@ from rockdamp.solvers.newmark import COLLAPSED, solve
 from rockdamp.statistics.fragility import fit, interval, resample
 from rockdamp.studies.decays import Config
 
-Array = NDArray[np.float64]
-
 PARAMETERS = (
-    "thickness", "slenderness", "overburden_ratio", "hinge_ratio", "cracked_stiffness_ratio", "plateau_ratio",
+    "thickness",
+    "slenderness",
+    "overburden_ratio",
+    "hinge_ratio",
+    "cracked_stiffness_ratio",
+    "plateau_ratio",
     "restitution",
-)  # fmt: skip
+)
 HARMONICS = 10  # of RBD-FAST, the usual number
 FEWEST = 100  # walls: of fewer the indices are noise
 SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall
@@ -68,10 +72,12 @@ def walls(config: Config) -> xr.Dataset:
         "initial_period": 2 * np.pi / (wall.frequency_parameter * curve.initial_frequency),
     }
     return xr.Dataset(
-        {**{name: ("wall", value) for name, value in of_wall.items()},
-         "damping_ratio": (("wall", "damping_model"), ratio)},
+        {
+            **{name: ("wall", value) for name, value in of_wall.items()},
+            "damping_ratio": (("wall", "damping_model"), ratio),
+        },
         coords={"wall": np.arange(wall.thickness.size), "damping_model": list(MODELS)},
-    )  # fmt: skip
+    )
 
 
 def sample(section: Config) -> dict[str, Array]:
@@ -100,9 +106,7 @@ def sample(section: Config) -> dict[str, Array]:
         ) from None
     scores = stats.norm.ppf(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
-    return {
-        name: _quantile(parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)
-    }  # fmt: skip
+    return {name: _quantile(parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
 def _quantile(distribution: Config, probability: Array) -> Array:
@@ -119,9 +123,11 @@ def _quantile(distribution: Config, probability: Array) -> Array:
 
 def _mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
     wall = Wall(
-        thickness=values["thickness"], height=values["thickness"] * values["slenderness"],
-        hinge_ratio=values["hinge_ratio"], overburden_ratio=values["overburden_ratio"],
-    )  # fmt: skip
+        thickness=values["thickness"],
+        height=values["thickness"] * values["slenderness"],
+        hinge_ratio=values["hinge_ratio"],
+        overburden_ratio=values["overburden_ratio"],
+    )
     return wall, TrilinearCurve(values["cracked_stiffness_ratio"], values["plateau_ratio"])
 
 
@@ -162,10 +168,13 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
             "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),
         },
         coords={
-            "wall": mine["wall"].values, "intensity": intensity, "damping_model": list(MODELS),
-            "record": [motion.name for motion in motions], "station": ("record", [motion.group for motion in motions]),
+            "wall": mine["wall"].values,
+            "intensity": intensity,
+            "damping_model": list(MODELS),
+            "record": [motion.name for motion in motions],
+            "station": ("record", [motion.group for motion in motions]),
         },
-    )  # fmt: skip
+    )
 
 
 def intensities(section: Config) -> Array:
@@ -192,10 +201,14 @@ def run(motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, sec
         for column, model in enumerate(MODELS):
             parameter = values["restitution"] if model == "CR" else walls["damping_ratio"].values[:, column]
             response = solve(
-                own, Damping(model, parameter[some, None]), step=sampling[some, None] / many,
-                steps=int(many) * (ground.size - 1), load_factor=wall.load_factor[some, None] * factor,
-                ground_acceleration=ground, substeps=int(many),
-            )  # fmt: skip
+                own,
+                Damping(model, parameter[some, None]),
+                step=sampling[some, None] / many,
+                steps=int(many) * (ground.size - 1),
+                load_factor=wall.load_factor[some, None] * factor,
+                ground_acceleration=ground,
+                substeps=int(many),
+            )
             peak[some, :, column], collapsed[some, :, column] = response.peak, response.outcome == COLLAPSED
     return peak, collapsed
 
@@ -249,10 +262,13 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
             **{name: walls[name] for name in PARAMETERS},
         },
         coords={
-            "wall": walls["wall"].values, "intensity": intensity, "damping_model": list(MODELS),
-            "bound": ["lower", "upper"], "parameter": list(PARAMETERS),
+            "wall": walls["wall"].values,
+            "intensity": intensity,
+            "damping_model": list(MODELS),
+            "bound": ["lower", "upper"],
+            "parameter": list(PARAMETERS),
         },
-    )  # fmt: skip
+    )
 
 
 def sum_of(counts: Iterable[xr.DataArray]) -> xr.DataArray:
@@ -274,7 +290,7 @@ def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Ar
 
     names = list(PARAMETERS)
     x = np.column_stack([walls[name].values for name in names])
-    bounds = [[float(low), float(high)] for low, high in zip(x.min(axis=0), x.max(axis=0))]
+    bounds = [[float(low), float(high)] for low, high in zip(x.min(axis=0), x.max(axis=0), strict=True)]
     problem = {"num_vars": len(names), "names": names, "bounds": bounds}
     columns: list[tuple[ArrayLike, ArrayLike]] = []
     for y in vulnerability.T:

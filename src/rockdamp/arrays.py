@@ -1,12 +1,18 @@
-"""Parameters with named dimensions, as xarray's arrays have them: they broadcast by name, plain arrays by position."""
+"""What a quantity may be: a number, an array, or one of xarray's, which broadcasts by name and not by position."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rockdamp.errors import InputError, Quantity
+from rockdamp.errors import InputError
+
+Array: TypeAlias = NDArray[np.float64]
+
+# A number or an array of numbers. NumPy's ArrayLike admits text and nested lists too, which no formula takes.
+Quantity: TypeAlias = Any
 
 
 def is_named(value: Quantity) -> bool:
@@ -41,7 +47,7 @@ def together(**values: Quantity) -> list[Any]:
             raise InputError(f"{name} is an array without names; beside named ones it must be an xarray.DataArray")
     named = {name: value.astype(float) for name, value in values.items() if is_named(value)}
     try:
-        named = dict(zip(named, xr.broadcast(*xr.align(*named.values(), join="exact", copy=False))))
+        named = dict(zip(named, xr.broadcast(*xr.align(*named.values(), join="exact", copy=False)), strict=True))
     except ValueError:
         raise InputError(f"{', '.join(named)} have unlike values along a dimension that they share") from None
     return [named[name] if name in named else np.asarray(value, dtype=float) for name, value in values.items()]
