@@ -12,16 +12,16 @@ from rockdamp import __version__
 from rockdamp.storage import provenance
 
 STAGES = [
-    "decay",
-    "matching",
-    "matching_studies",
-    "windows",
-    "equivalence",
-    "loops",
-    "mechanism",
-    "validation",
-    "calibration",
-    "convergence",
+    "studies.decays",
+    "equivalence.matching",
+    "studies.matches",
+    "studies.response_length",
+    "studies.polynomial_fits",
+    "studies.damping_loops",
+    "studies.force_curves",
+    "studies.validation",
+    "studies.calibration",
+    "studies.accuracy.convergence",
 ]
 
 
@@ -56,7 +56,7 @@ def loaded():
 import importlib, json, sys, types
 
 loaded = {{}}
-for name in {[*STAGES, "dataset", "figures"]!r}:
+for name in {[*STAGES, "storage.dataset", "figures"]!r}:
     for old in [old for old in sys.modules if old.partition(".")[0] == "rockdamp"]:
         del sys.modules[old]
     package = sys.modules["rockdamp"] = types.ModuleType("rockdamp")
@@ -69,7 +69,7 @@ print(json.dumps(loaded))
     return json.loads(run.stdout)
 
 
-@pytest.mark.parametrize("module", [*STAGES, "dataset", "figures"])
+@pytest.mark.parametrize("module", [*STAGES, "storage.dataset", "figures"])
 def test_every_module_that_an_import_loads_is_found(module, loaded):
     assert f"rockdamp.{module}" in loaded[module]
     assert set(loaded[module]) <= set(provenance.modules_of(f"rockdamp.{module}"))
@@ -130,8 +130,8 @@ def test_a_module_that_the_package_does_not_have_is_an_error(name):
 
 
 def test_a_data_file_that_a_module_names_belongs_to_it():
-    assert provenance.ROOT / "variables.yaml" in provenance.files_of("rockdamp.storage.dataset")
-    assert provenance.ROOT / "variables.yaml" not in provenance.files_of("rockdamp.kernels")
+    assert provenance.ROOT / "storage/variables.yaml" in provenance.files_of("rockdamp.storage.dataset")
+    assert provenance.ROOT / "storage/variables.yaml" not in provenance.files_of("rockdamp.kernels")
 
 
 def test_a_file_outside_the_package_belongs_to_no_module(package):
@@ -147,17 +147,17 @@ def test_the_code_version_is_the_packages_version_and_a_digest():
 
 
 def test_the_code_version_follows_an_edit_of_what_is_imported_and_of_nothing_else(package):
-    before = {name: provenance.code_version(f"rockdamp.{name}") for name in ("decay", "equivalence", "wall")}
-    with (package / "newmark.py").open("a", encoding="utf-8") as source:
+    before = {name: provenance.code_version(f"rockdamp.{name}") for name in ("studies.decays", "mechanics.wall")}
+    with (package / "solvers/newmark.py").open("a", encoding="utf-8") as source:
         source.write("# edited\n")
     after = {name: provenance.code_version(f"rockdamp.{name}") for name in before}
-    assert before["decay"] != after["decay"]
-    assert before["wall"] == after["wall"]
+    assert before["studies.decays"] != after["studies.decays"]
+    assert before["mechanics.wall"] == after["mechanics.wall"]
 
 
 def test_the_code_version_follows_an_edit_of_a_data_file(package):
     before = provenance.code_version("rockdamp.storage.dataset"), provenance.code_version("rockdamp.kernels")
-    (package / "variables.yaml").write_text("common: {}\ndatasets: {}\n", encoding="utf-8")
+    (package / "storage/variables.yaml").write_text("common: {}\ndatasets: {}\n", encoding="utf-8")
     assert provenance.code_version("rockdamp.storage.dataset") != before[0]
     assert provenance.code_version("rockdamp.kernels") == before[1]
 

@@ -8,8 +8,8 @@ import yaml
 from repository import ROOT
 
 from rockdamp.errors import InputError
+from rockdamp.motions.experimental_style import WALL, synthetic_record
 from rockdamp.motions.records import read_record
-from rockdamp.motions.synthetic_test import WALL, synthetic_record
 from rockdamp.studies import calibration
 from rockdamp.studies.calibration import PARAMETERS, calibrate, study
 

@@ -14,8 +14,8 @@ from rockdamp.histories.half_cycles import half_cycles
 from rockdamp.histories.under_a_record import respond
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.motions.experimental_style import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.motions.records import Record, read_record
-from rockdamp.motions.synthetic_test import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.solvers.event_driven import history
 from rockdamp.studies.validation import damping_ratios, validate
 

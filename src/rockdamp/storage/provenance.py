@@ -51,7 +51,7 @@ def modules_of(*names: str) -> dict[str, Path]:
         if path is None:
             raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
         found[name] = path
-        waiting += _imports(name, path)
+        waiting += [*_parents(name), *_imports(name, path)]  # the packages on the way to a module are run too
     return dict(sorted(found.items()))
 
 
@@ -115,7 +115,7 @@ def _file_of(name: str) -> Path | None:
 
 @cache
 def _imports(name: str, path: Path) -> frozenset[str]:
-    """The package's modules that one module imports, the packages in between included."""
+    """The package's modules that one module imports."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found = set()
     for node in _nodes(path):
@@ -130,7 +130,7 @@ def _imports(name: str, path: Path) -> frozenset[str]:
             continue
         for target in wanted:
             if target.split(".")[0] == PACKAGE and _file_of(target):
-                found |= {target, *_parents(target)}
+                found.add(target)
     return frozenset(found)
 
 

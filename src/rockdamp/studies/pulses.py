@@ -19,7 +19,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
-from rockdamp.motions.synthetic_test import ricker
+from rockdamp.motions.experimental_style import ricker
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import COLLAPSED, Response, solve
 from rockdamp.studies.decays import Config, step_count

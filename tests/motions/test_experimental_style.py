@@ -11,13 +11,13 @@ from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
 from rockdamp.errors import InputError
-from rockdamp.motions import synthetic_test
+from rockdamp.motions import experimental_style
+from rockdamp.motions.experimental_style import ricker, synthetic_record, table_pulse
 from rockdamp.motions.records import read_record
-from rockdamp.motions.synthetic_test import ricker, synthetic_record, table_pulse
 from rockdamp.studies.decays import make_wall
 
 SHIPPED = ROOT / "data" / "sin-03-00-synthetic.csv"
-U_INS = float(synthetic_test.WALL.instability_displacement)
+U_INS = float(experimental_style.WALL.instability_displacement)
 
 
 @pytest.fixture(scope="module")
@@ -87,16 +87,16 @@ def test_a_pulse_without_duration_is_refused():
 def test_the_shipped_record_is_exactly_what_the_generator_makes(tmp_path, monkeypatch):
     path = tmp_path / "made.csv"
     monkeypatch.setattr(sys, "argv", ["synthetic", str(path)])
-    monkeypatch.delitem(sys.modules, "rockdamp.motions.synthetic_test")  # else runpy warns that it runs a second copy
-    runpy.run_module("rockdamp.motions.synthetic_test", run_name="__main__")
+    monkeypatch.delitem(sys.modules, "rockdamp.motions.experimental_style")  # else runpy warns of a second copy
+    runpy.run_module("rockdamp.motions.experimental_style", run_name="__main__")
     assert path.read_text(encoding="utf-8") == SHIPPED.read_text(encoding="utf-8")
 
 
 def test_running_the_generator_without_a_path_says_how_to_run_it(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["synthetic"])
-    monkeypatch.delitem(sys.modules, "rockdamp.motions.synthetic_test")
-    with pytest.raises(SystemExit, match="usage: python -m rockdamp.motions.synthetic_test PATH"):
-        runpy.run_module("rockdamp.motions.synthetic_test", run_name="__main__")
+    monkeypatch.delitem(sys.modules, "rockdamp.motions.experimental_style")
+    with pytest.raises(SystemExit, match="usage: python -m rockdamp.motions.experimental_style PATH"):
+        runpy.run_module("rockdamp.motions.experimental_style", run_name="__main__")
 
 
 def test_the_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_it():
@@ -104,7 +104,7 @@ def test_the_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_
     assert record.synthetic
     assert record.header["licence"] == "CC0-1.0"
     assert {"specimen", "source", "units"} <= set(record.header)
-    assert float(record.header["generator_plateau_ratio"]) == synthetic_test.PLATEAU_RATIO
+    assert float(record.header["generator_plateau_ratio"]) == experimental_style.PLATEAU_RATIO
     assert record.step == 1 / 256
     assert "sin-03-00-synthetic.csv,The rockdamp developers,CC0-1.0,yes" in (ROOT / "data/sources.csv").read_text()
 
@@ -112,12 +112,12 @@ def test_the_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_
 def test_the_generator_has_the_walls_geometry_of_the_config_but_not_its_nominal_parameters():
     section = yaml.safe_load((ROOT / "config/default.yaml").read_text())["validation"]
     wall = make_wall(section["wall"])
-    assert wall.frequency_parameter == pytest.approx(float(synthetic_test.WALL.frequency_parameter), rel=1e-12)
+    assert wall.frequency_parameter == pytest.approx(float(experimental_style.WALL.frequency_parameter), rel=1e-12)
     assert U_INS == pytest.approx(float(wall.instability_displacement), rel=1e-12)
     for made, nominal in (
-        (synthetic_test.CRACKED_STIFFNESS_RATIO, section["curve"]["cracked_stiffness_ratio"]),
-        (synthetic_test.PLATEAU_RATIO, section["curve"]["plateau_ratio"]),
-        (synthetic_test.RESTITUTION, section["restitution"]),
+        (experimental_style.CRACKED_STIFFNESS_RATIO, section["curve"]["cracked_stiffness_ratio"]),
+        (experimental_style.PLATEAU_RATIO, section["curve"]["plateau_ratio"]),
+        (experimental_style.RESTITUTION, section["restitution"]),
     ):
         assert 0.004 < abs(made / nominal - 1) < 0.12  # different, slightly
 
@@ -126,7 +126,7 @@ def test_the_generator_has_the_walls_geometry_of_the_config_but_not_its_nominal_
 
 
 def test_the_wall_rocks_to_a_third_of_instability_and_comes_to_rest(clean):
-    u = (clean.displacement - synthetic_test.SENSOR_ZERO) / U_INS
+    u = (clean.displacement - experimental_style.SENSOR_ZERO) / U_INS
     assert 0.3 < np.abs(u).max() < 0.6
     assert np.count_nonzero(np.diff(np.sign(u[np.abs(u) > 0.02]))) >= 8  # half cycles of clear rocking
     assert np.abs(u[clean.elapsed < 0.6]).max() < 0.003
@@ -134,7 +134,7 @@ def test_the_wall_rocks_to_a_third_of_instability_and_comes_to_rest(clean):
 
 
 def test_a_positive_pulse_throws_the_wall_to_the_negative_side_first(clean):
-    u = clean.displacement - synthetic_test.SENSOR_ZERO
+    u = clean.displacement - experimental_style.SENSOR_ZERO
     assert clean.ground_acceleration[np.argmax(np.abs(clean.ground_acceleration))] > 0
     assert u[np.argmax(np.abs(u) > 0.1 * U_INS)] < 0
 
@@ -145,10 +145,10 @@ def test_the_noise_of_both_instruments_is_as_large_as_stated(clean):
     spread = 5 / np.sqrt(2 * samples)  # five standard deviations of a standard deviation's estimate
     acceleration = np.std(record.ground_acceleration - clean.ground_acceleration)
     # Rounding to 0.001 m s-2 adds 3e-4 in quadrature: nothing to see.
-    assert acceleration == pytest.approx(synthetic_test.ACCELEROMETER_NOISE, rel=spread)
+    assert acceleration == pytest.approx(experimental_style.ACCELEROMETER_NOISE, rel=spread)
     # Differences between samples leave out the slow drift.
     displacement = np.std(np.diff(record.displacement - clean.displacement)) / np.sqrt(2)
-    assert displacement == pytest.approx(synthetic_test.SENSOR_NOISE, rel=2 * spread)
+    assert displacement == pytest.approx(experimental_style.SENSOR_NOISE, rel=2 * spread)
 
 
 def test_the_same_seed_makes_the_same_record_and_another_seed_other_noise():

@@ -3,7 +3,7 @@
 The record of the test (SIN-03-00, test #2.4) is not public. This one is labelled synthetic in its header. Its response
 comes from the event-driven solver, not from the one under test, and its curve and e are not those of Fig. 8.
 
-``python -m rockdamp.motions.synthetic_test PATH`` writes it.
+``python -m rockdamp.motions.experimental_style PATH`` writes it.
 """
 
 from __future__ import annotations
@@ -220,5 +220,5 @@ def _header(seed: int, a1: float, b1: float, e: float, peak: float, noise: float
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m rockdamp.motions.synthetic_test PATH")
+        sys.exit("usage: python -m rockdamp.motions.experimental_style PATH")
     write_record(sys.argv[1], synthetic_record())
