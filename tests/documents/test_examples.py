@@ -3,15 +3,18 @@
 import doctest
 import os
 import re
+import shlex
 import subprocess
 import sys
 from importlib import import_module
 from pkgutil import walk_packages
 
 import pytest
+from click.testing import CliRunner
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp.cli import main
 
 MODULES = ["rockdamp", *sorted(module.name for module in walk_packages(rd.__path__, "rockdamp."))]
 MODULES = [name for name in MODULES if not name.endswith(".__main__")]  # which would run
@@ -34,8 +37,24 @@ def test_every_public_name_is_on_the_reference_page():
     assert named == set(rd._HOME)
 
 
+PAGES = ("README.md", "docs/index.md")
+
+
+def test_the_commands_of_the_first_pages_run(tmp_path, monkeypatch):
+    """Each `rockdamp ...` of README and of the documents' first page, in a folder that holds the shipped record."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    for page in PAGES:
+        text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", " ")
+        commands = re.findall(r"(?:^|[`$] ?)\.venv/bin/rockdamp ([^`\n]+)", text, re.MULTILINE)
+        assert commands, page
+        for command in commands:
+            result = CliRunner().invoke(main, shlex.split(command))
+            assert result.exit_code == 0, (page, command, result.output)
+
+
 def python_blocks():
-    for page in ("README.md", "docs/index.md"):
+    for page in PAGES:
         blocks = re.findall(
             r"^```python\n(.*?)^```$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
         )

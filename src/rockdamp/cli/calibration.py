@@ -16,7 +16,7 @@ from rockdamp.cli.types import OutputFile
 @click.command(
     cls=Command,
     examples=[
-        "rockdamp calibrate --record record.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
+        "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --output calibration.nc --plot calibration.png",
     ],
 )

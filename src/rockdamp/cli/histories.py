@@ -155,12 +155,12 @@ def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.command(
     cls=Command,
     examples=[
-        "rockdamp respond --record record.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
+        "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --damping-model CDR --damping-ratio 0.05 --output response.nc",
-        "rockdamp respond --record record.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
+        "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --compare --restitution 0.85 --tail 2s --plot response.png",
-        "rockdamp respond --record record.csv --thickness 0.3 --height 2 --parapet --preset new --scale 0.2"
-        " --damping-model CR --restitution 0.9 --animate wall.gif",
+        "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 0.3 --height 2 --parapet --preset new"
+        " --scale 0.2 --damping-model CR --restitution 0.9 --animate wall.gif",
     ],
 )
 @record_option
