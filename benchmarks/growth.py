@@ -38,7 +38,7 @@ lanes, steps, samples, every = map(int, sys.argv[1:])
 ground = 0.1 * np.sin(0.05 * np.arange(samples))
 solve(TrilinearCurve(0.04, 0.85), Damping("CDR", np.full(lanes, 0.05)), step=0.0025, steps=steps,
       release_amplitude=0.0 if samples else 0.5, load_factor=1.0, ground_acceleration=ground,
-      substeps=max(1, steps // max(samples - 1, 1)), store_every=every)
+      substeps=max(1, steps // max(samples - 1, 1)), store_every=every or None)
 """
 
 

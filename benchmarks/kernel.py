@@ -13,7 +13,8 @@ from peers import NO_OPENSEES, CLoop, compile_c, opensees, opensees_history, ope
 
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.solvers import event_driven
-from rockdamp.solvers.newmark import Response, available_threads, solve
+from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.solvers.response import Response
 
 MODELS = ("CR", "CDC", "CDR", "SDR", "POWER", "ECD")
 NAMES = {**{model: model for model in MODELS}, "POWER": "n = 1.3"}
@@ -53,7 +54,7 @@ class Batch:
         """Number of walls."""
         return self.parameter.size
 
-    def run(self, threads: int = 1, store_every: int = 0) -> Response:
+    def run(self, threads: int = 1, store_every: int | None = None) -> Response:
         """Run them by rockdamp."""
         damping = (
             Damping.power(self.exponent, self.parameter)

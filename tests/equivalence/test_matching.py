@@ -10,7 +10,8 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
 from rockdamp.solvers import event_driven
-from rockdamp.solvers.newmark import Reference, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import Reference
 
 CURVE = TrilinearCurve(0.04, 0.85)
 

@@ -14,7 +14,8 @@ from rockdamp.mechanics.curve import SOFTENING, TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.event_driven import cr_peaks, history
-from rockdamp.solvers.newmark import COLLAPSED, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COLLAPSED
 
 CURVES = (
     TrilinearCurve(0.04, 0.85),

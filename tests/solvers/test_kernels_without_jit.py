@@ -11,7 +11,8 @@ from numba import config
 from rockdamp import kernels
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
-from rockdamp.solvers.newmark import Reference, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import Reference, Response
 
 pytestmark = pytest.mark.nojit
 
@@ -216,7 +217,7 @@ def test_a_free_decay_without_reference_or_history_takes_the_short_way(monkeypat
     curve = TrilinearCurve(0.1, 0.5)
     steps = 9  # before the first crossing, which CR would split
     response = solve(curve, damping, release_amplitude=0.09, step=STEP, steps=steps)
-    assert response.displacement is None and response.error is None
+    assert type(response) is Response
     assert response.peak == 0.09
     stored = solve(curve, damping, release_amplitude=0.09, step=STEP, steps=steps, store_every=3)
     theta = np.arccos(1 - 0.5 * 5.0 * STEP**2)

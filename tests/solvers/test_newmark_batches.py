@@ -7,7 +7,17 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.solvers.event_driven import history
-from rockdamp.solvers.newmark import COLLAPSED, COMPLETED, OUTCOMES, Reference, available_threads, solve, stable_step
+from rockdamp.solvers.newmark import available_threads, solve, stable_step
+from rockdamp.solvers.response import (
+    COLLAPSED,
+    COMPLETED,
+    OUTCOMES,
+    ComparedHistories,
+    Comparison,
+    Histories,
+    Reference,
+    Response,
+)
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 GROUND = np.random.default_rng(11).normal(size=81)
@@ -193,7 +203,9 @@ def test_comparing_and_storing_change_no_result():
     run = {"release_amplitude": [0.3, 0.6], "step": 0.01, "steps": 700}
     plain = solve(CURVE, Damping("SDR", 0.1), **run)
     busy = solve(CURVE, Damping("SDR", 0.1), store_every=3, reference=Reference(np.zeros((1, 701)), 0, [5, 700]), **run)
-    assert plain.error is None and plain.displacement is None and plain.velocity is None
+    assert type(plain) is Response and type(busy) is ComparedHistories
+    assert type(solve(CURVE, Damping("SDR", 0.1), store_every=3, **run)) is Histories
+    assert type(solve(CURVE, Damping("SDR", 0.1), reference=Reference(np.zeros((1, 701)), 0, [5]), **run)) is Comparison
     for name in ("outcome", "outcome_tau", "peak", "peak_tau", "impacts"):
         np.testing.assert_array_equal(getattr(busy, name), getattr(plain, name))
 
@@ -286,7 +298,8 @@ BAD = [
     ({"steps": 0}, r"steps is 0; it must be .*at least 1"),
     ({"steps": 10.5}, r"steps is 10\.5; it must be a whole number"),
     ({"substeps": 0}, r"substeps is 0; it must be .*at least 1"),
-    ({"store_every": -1}, r"store_every is -1; it must be .*at least 0"),
+    ({"store_every": -1}, r"store_every is -1; it must be .*at least 1"),
+    ({"store_every": 0}, r"store_every is 0; it must be .*at least 1"),
     ({"release_amplitude": 1.0}, r"release_amplitude is 1\.0; it must be less than a3"),
     ({"release_amplitude": [0.1, -1.5]}, r"release_amplitude is -1\.5; it must be less than a3"),
     ({"release_velocity": np.inf}, r"release_velocity is inf; it must be a finite number"),

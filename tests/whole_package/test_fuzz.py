@@ -18,7 +18,7 @@ from rockdamp.errors import InputError, RecordWarning
 from rockdamp.mechanics.curve import SOFTENING
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import Record, read_record
-from rockdamp.solvers.newmark import COMPLETED
+from rockdamp.solvers.response import COMPLETED
 from rockdamp.storage import yaml_file
 from rockdamp.studies import decays, force_curves
 from rockdamp.studies.earthquakes import incremental

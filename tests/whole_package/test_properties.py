@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.solvers.newmark import COLLAPSED, COMPLETED, solve, stable_step
+from rockdamp.solvers.newmark import solve, stable_step
+from rockdamp.solvers.response import COLLAPSED, COMPLETED
 
 SCHEMES = ("newmark", "paper")
 TAU = np.linspace(0, 8, 161)

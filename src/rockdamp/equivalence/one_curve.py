@@ -87,7 +87,6 @@ def equivalent(
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
     amplitude = np.full(e.size, float(release_amplitude))
     response = solve(batch, Damping.cr(e), release_amplitude=amplitude, step=step, steps=steps, store_every=1)
-    assert response.displacement is not None
     cases = Cases(batch, amplitude, e, response.displacement, step)
     finest = refined(cases, steps, REFINEMENT)
 

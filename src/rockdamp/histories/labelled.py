@@ -20,7 +20,8 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
-from rockdamp.solvers.newmark import OUTCOMES, Response, solve, stable_step
+from rockdamp.solvers.newmark import solve, stable_step
+from rockdamp.solvers.response import OUTCOMES, Histories
 from rockdamp.storage.dataset import ATTRIBUTES, registry
 
 STEP = 0.0025  # in tau, at most: that of the studies
@@ -211,9 +212,8 @@ class _Batch:
         require(longest > 0, "step", longest, "greater than 0")
         return int(np.ceil(float(np.max(self.frequency * spacing / longest)) * (1 - 1e-12)))
 
-    def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
+    def dataset(self, response: Histories, time: NDArray[Any]) -> xr.Dataset:
         """Name what the solver returned; with a wall in m and s."""
-        assert response.displacement is not None and response.velocity is not None
         clock = "tau" if self.wall is None else "elapsed"
         u_ins, speed = self.u_ins[..., None], (self.u_ins * self.frequency)[..., None]
         variables: dict[str, Any] = {

@@ -10,7 +10,8 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
-from rockdamp.solvers.newmark import Response, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import Histories
 
 # ASSUME: the paper gives no definitions of its own for any of these.
 QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest
@@ -24,7 +25,7 @@ def record_attributes(record: Record) -> dict[str, str]:
     return {**told, "record_synthetic": "yes" if record.synthetic else "no"}
 
 
-def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Response:
+def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Histories:
     """Response of a wall, or of a batch by the curve's or damper's arrays, to a record's motion, starting at rest.
 
     Parameters
@@ -34,8 +35,8 @@ def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping
 
     Returns
     -------
-    Response
-        With the histories at the record's samples.
+    Histories
+        At the record's samples.
     """
     require_finite("step", step)
     require(np.asarray(step) > 0, "step", step, "greater than 0")

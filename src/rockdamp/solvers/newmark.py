@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,84 +16,58 @@ from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers.response import (
+    COLLAPSED,
+    RESPONSES,
+    ComparedHistories,
+    Comparison,
+    Histories,
+    Options,
+    Reference,
+    Response,
+)
 
-COMPLETED, COLLAPSED = 0, 1
-OUTCOMES = ("completed", "collapsed")
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3)  # as `parameters` returns them
-
-
-@dataclass(frozen=True)
-class Reference:
-    """Histories that Eq. (17) compares with, while the kernel runs, so that no other history is stored.
-
-    Parameters
-    ----------
-    displacement : ndarray, shape (cases, steps + 1)
-        u/u_ins at each step of the solver. [-]
-    case : ndarray of int, broadcasts to the lanes
-        Which row each lane is compared with.
-    checkpoints : sequence of int, ascending
-        Steps up to which the error is summed.
-
-    Examples
-    --------
-    >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
-    >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 3200}
-    >>> decay = rd.solve(curve, rd.Damping.cr(0.85), store_every=1, **run)
-    >>> reference = rd.Reference(decay.displacement[None], case=0, checkpoints=[3200])
-    >>> error = rd.solve(curve, rd.Damping("CDR", [0.03, 0.045, 0.06]), reference=reference, **run).error
-    >>> error.argmin().item()
-    1
-    """
-
-    displacement: Array
-    case: ArrayLike
-    checkpoints: ArrayLike
-
-
-@dataclass(frozen=True)
-class Response:
-    """What a batch of time histories ended with; `shape` is what the inputs broadcast to.
-
-    Attributes
-    ----------
-    outcome : ndarray of int, shape
-        `COMPLETED`, or `COLLAPSED` where `|u|` went beyond u3 and the run ended. [-]
-    outcome_tau : ndarray, shape
-        Dimensionless time of the end: of the last step, or of the step that collapsed. [-]
-    peak, peak_tau : ndarray, shape
-        Largest |u|/u_ins at the steps, and its time. [-]
-    impacts : ndarray of int, shape
-        Crossings of u = 0, whatever the damper. [-]
-    error : ndarray, shape (checkpoints, ...), or None
-        Eq. (17) at each checkpoint; infinite for a collapsed lane. [-]
-    displacement, velocity : ndarray, shape (..., stored), or None
-        u/u_ins and its derivative by tau; NaN after a collapse. [-]
-
-    Examples
-    --------
-    >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
-    >>> response = rd.solve(curve, rd.Damping.cr(0.8), release_amplitude=0.5, step=0.0025, steps=4000)
-    >>> response.outcome.item(), response.peak.item(), response.displacement is None
-    (0, 0.5, True)
-    """
-
-    outcome: NDArray[np.int8]
-    outcome_tau: Array
-    peak: Array
-    peak_tau: Array
-    impacts: NDArray[np.int64]
-    error: Array | None = None
-    displacement: Array | None = None
-    velocity: Array | None = None
 
 
 def stable_step(curve: TrilinearCurve) -> Array:
     """Stability limit of the explicit scheme, 2/w1, in tau. [-]"""
     return np.asarray(2.0 / curve.initial_frequency)
+
+
+@overload
+def solve(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    reference: None = None,
+    store_every: None = None,
+    **options: Unpack[Options],
+) -> Response: ...
+
+
+@overload
+def solve(
+    curve: TrilinearCurve, damping: Damping, *, reference: None = None, store_every: int, **options: Unpack[Options]
+) -> Histories: ...
+
+
+@overload
+def solve(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    reference: Reference,
+    store_every: None = None,
+    **options: Unpack[Options],
+) -> Comparison: ...
+
+
+@overload
+def solve(
+    curve: TrilinearCurve, damping: Damping, *, reference: Reference, store_every: int, **options: Unpack[Options]
+) -> ComparedHistories: ...
 
 
 def solve(
@@ -109,7 +82,7 @@ def solve(
     ground_acceleration: ArrayLike = (),
     substeps: int = 1,
     reference: Reference | None = None,
-    store_every: int = 0,
+    store_every: int | None = None,
     scheme: str = "newmark",
     threads: int | None = None,
 ) -> Response:
@@ -137,8 +110,8 @@ def solve(
         Steps of the solver per sample of the record.
     reference : Reference, optional
         Sum Eq. (17) against it.
-    store_every : int
-        Store the histories at every this many steps; 0 stores none.
+    store_every : int, optional
+        Store the histories at every this many steps; by default none are stored.
     scheme : {"newmark", "paper"}
         Explicit Newmark with located impacts, second order for every damper; or the paper's linear acceleration
         without iteration, with impacts at the end of the step.
@@ -148,6 +121,7 @@ def solve(
     Returns
     -------
     Response
+        `Histories` with `store_every`, `Comparison` with `reference`, and `ComparedHistories` with both.
 
     Raises
     ------
@@ -209,28 +183,20 @@ def solve(
             case_of_lane[part],
             checkpoints,
             error[part],
-            max(store_every, 1),
+            store_every or 1,
             displacement[part],
             velocity[part],
         )
 
     _in_threads(advance, batch.blocks, threads)
 
-    ended = {
-        row: batch.unpack(work, row)
-        for row in (kernels.ALIVE, kernels.END, kernels.PEAK, kernels.PEAK_AT, kernels.CROSSINGS)
-    }
-    collapsed = ended[kernels.ALIVE] == 0.0
-    return Response(
-        outcome=collapsed.astype(np.int8),
-        outcome_tau=ended[kernels.END] * h,
-        peak=ended[kernels.PEAK],
-        peak_tau=ended[kernels.PEAK_AT] * h,
-        impacts=ended[kernels.CROSSINGS].astype(np.int64),
-        error=None if reference is None else np.where(collapsed, np.inf, batch.by_checkpoint(error)),
-        displacement=batch.trim(displacement) if store_every else None,
-        velocity=batch.trim(velocity) if store_every else None,
-    )
+    ended = batch.ended(work, h)
+    if store_every:
+        ended |= {"displacement": batch.trim(displacement), "velocity": batch.trim(velocity)}
+    if reference is not None:
+        collapsed = ended["outcome"] == COLLAPSED
+        ended["error"] = np.where(collapsed, np.inf, batch.by_checkpoint(error))
+    return RESPONSES[store_every is not None, reference is not None](**ended)
 
 
 def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
@@ -239,10 +205,11 @@ def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
         raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
 
 
-def _check_record(ground: Array, steps: int, substeps: int, store_every: int) -> None:
-    for name, count, least in (("steps", steps, 1), ("substeps", substeps, 1), ("store_every", store_every, 0)):
-        whole = isinstance(count, (int, np.integer)) and count >= least
-        require(whole, name, count, f"a whole number, at least {least}")
+def _check_record(ground: Array, steps: int, substeps: int, store_every: int | None) -> None:
+    counts = {"steps": steps, "substeps": substeps} | ({} if store_every is None else {"store_every": store_every})
+    for name, count in counts.items():
+        whole = isinstance(count, (int, np.integer)) and count >= 1
+        require(whole, name, count, "a whole number, at least 1")
     require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
     require_finite("ground_acceleration", ground)
     if ground.size and steps > (ground.size - 1) * substeps:
@@ -301,6 +268,16 @@ class _Batch:
     def unpack(self, work: Array, row: int) -> Array:
         """Return one row in the batch's shape."""
         return work[:, row : row + kernels.LANES].reshape(-1)[: self.lanes].reshape(self.shape)
+
+    def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
+        """Return what `Response` holds: how each lane ended, and its peak."""
+        return {
+            "outcome": (self.unpack(work, kernels.ALIVE) == 0.0).astype(np.int8),
+            "outcome_tau": self.unpack(work, kernels.END) * step,
+            "peak": self.unpack(work, kernels.PEAK),
+            "peak_tau": self.unpack(work, kernels.PEAK_AT) * step,
+            "impacts": self.unpack(work, kernels.CROSSINGS).astype(np.int64),
+        }
 
     def compare(
         self, reference: Reference | None, steps: int

@@ -206,7 +206,6 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
     response = solve(
         curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS, store_every=1
     )
-    assert response.displacement is not None and response.velocity is not None
     returning = response.velocity[:, 1:] >= 0
     if not returning.any(axis=-1).all():
         raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")

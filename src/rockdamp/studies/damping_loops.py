@@ -52,7 +52,6 @@ def _matched(config: Config) -> xr.Dataset:
             ratio[index] = best.damping_ratio[0, 0]
             damping = Damping(model, ratio[index])
         response = solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
-        assert response.displacement is not None and response.velocity is not None
         displacement.append(response.displacement)
         velocity.append(response.velocity)
         force.append(damping.coefficient(curve, response.displacement) * response.velocity)

@@ -44,7 +44,6 @@ def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
         response = solve(
             curve, damping, release_amplitude=release[:, None], step=step, steps=steps, store_every=every, scheme=scheme
         )
-        assert response.displacement is not None
         displacement.append(response.displacement)
     dims = ("damping_model", "release_amplitude", "restitution")
     return xr.Dataset(

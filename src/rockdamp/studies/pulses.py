@@ -21,7 +21,8 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
 from rockdamp.motions.experimental_style import ricker
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import COLLAPSED, Response, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
 from rockdamp.studies.decays import Config, step_count
 
 PULSES = ("Ricker", "sine")
@@ -86,9 +87,9 @@ def pulses(config: Config) -> xr.Dataset:
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(frequency, f"{name} pulses")):
             run = _Run(config, name, float(w), load)
-            response = run(Damping.cr(e), store=1)
-            reference[0, i, j], reference[1, i, j] = response.peak, response.outcome == COLLAPSED
-            reference[2, i, j] = _impacts_before_peak(response, run.step)
+            histories = run.histories(Damping.cr(e))
+            reference[0, i, j], reference[1, i, j] = histories.peak, histories.outcome == COLLAPSED
+            reference[2, i, j] = _impacts_before_peak(histories, run.step)
             for row, model in enumerate(VISCOUS_MODELS):
                 response = run(Damping(model, xi[:, row, None, :]))
                 found[0, :, row, i, j], found[1, :, row, i, j] = response.peak, response.outcome == COLLAPSED
@@ -130,26 +131,31 @@ class _Run:
     def step(self) -> float:
         return float(self.config["pulses"]["step"])
 
-    def __call__(self, damping: Damping, store: int = 0) -> Response:
+    @property
+    def curve(self) -> TrilinearCurve:
+        return TrilinearCurve(**self.config["curve"])
+
+    def __call__(self, damping: Damping) -> Response:
         """Dampers of shape (..., e) give a batch (..., load, e)."""
+        return solve(self.curve, damping, **self._forced())
+
+    def histories(self, damping: Damping) -> Histories:
+        return solve(self.curve, damping, store_every=1, **self._forced())
+
+    def _forced(self) -> Options:
         shape = pulse(self.name, self.frequency, self.step)
         rest = np.zeros(step_count(float(self.config["pulses"]["tail"]), self.step))
         ground = np.concatenate([shape, rest])
-        curve = TrilinearCurve(**self.config["curve"])
-        return solve(
-            curve,
-            damping,
-            load_factor=float(curve.plateau_ratio) * self.load[:, None],
-            ground_acceleration=ground,
-            step=self.step,
-            steps=ground.size - 1,
-            store_every=store,
-        )
+        return {
+            "load_factor": float(self.curve.plateau_ratio) * self.load[:, None],
+            "ground_acceleration": ground,
+            "step": self.step,
+            "steps": ground.size - 1,
+        }
 
 
-def _impacts_before_peak(response: Response, step: float) -> NDArray[np.int64]:
+def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:
     """Sign changes of the displacement before the largest one (for a collapse: before its end)."""
-    assert response.displacement is not None
     sign = np.sign(response.displacement[..., 1:])  # the start is at rest at 0
     crossed = (sign[..., 1:] * sign[..., :-1] < 0) | (sign[..., 1:] == 0)
     before = step * np.arange(2, sign.shape[-1] + 1) <= response.peak_tau[..., None]

@@ -21,7 +21,7 @@ from rockdamp.histories.under_a_record import (
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.motions.records import Record
-from rockdamp.solvers.newmark import COLLAPSED, Response
+from rockdamp.solvers.response import COLLAPSED, Histories
 from rockdamp.studies.decays import Config, make_wall
 
 
@@ -134,10 +134,9 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Sequence
 
 
 def _compare(
-    elapsed: Array, response: Response, u_ins: float, measured: Array, decay: HalfCycles, rest: int
+    elapsed: Array, response: Histories, u_ins: float, measured: Array, decay: HalfCycles, rest: int
 ) -> Mapping[str, tuple[tuple[str, ...], Any]]:
     """Misfits of one response; NaN where the wall collapsed or a half cycle has no match. Values by name with dims."""
-    assert response.displacement is not None
     displacement = u_ins * response.displacement
     collapsed = int(response.outcome) == COLLAPSED
     peaks, times, durations = (np.full(decay.peak.size, np.nan) for _ in range(3))

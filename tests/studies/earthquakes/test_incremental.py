@@ -171,7 +171,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     factor = one["scale_factor"].values[scale : scale + 1]
     case = incremental._Case.of(config["natural"], wall, curve, motion.record, factor, found.strong_end)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
-    cr, damped = (case(damper, 0, store_every=1).displacement.ravel() for damper in dampers)
+    cr, damped = (case.histories(damper).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
     peak = float(study.sel(at)["peak_displacement"].isel(scale=scale).sel(damping_model="CR")[0])

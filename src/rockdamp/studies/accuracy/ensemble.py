@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from operator import itemgetter
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,7 +14,8 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.matching import response_length
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
-from rockdamp.solvers.newmark import COMPLETED, Response, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COMPLETED, Options
 from rockdamp.studies.decays import Config, describe, step_count
 
 EXCITATIONS = ("free", "forced")
@@ -68,35 +68,47 @@ class Ensemble:
     def histories(self, model: str, excitation: str, step: float, store_every: int) -> tuple[Array, Array]:
         """Run every lane with the pipeline's solver: displacements and velocities, shape (cases, e, stored). [-]"""
         if excitation == "free":
-            found = [self._solve(model, slice(None), step, store_every, release_amplitude=self.release_amplitude)]
+            free = Options(release_amplitude=self.release_amplitude, **self._steps(step))
+            responses = [solve(*self._walls(model, slice(None)), store_every=store_every, **free)]
         else:
-            found = [self._forced(model, case, step, self.factor[case], store_every) for case in range(len(self.load))]
-        displacement = [response.displacement for response in found if response.displacement is not None]
-        velocity = [response.velocity for response in found if response.velocity is not None]
-        return np.concatenate(displacement), np.concatenate(velocity)
+            responses = [
+                solve(
+                    *self._walls(model, slice(case, case + 1)),
+                    store_every=store_every,
+                    **self._forced(case, step, self.factor[case]),
+                )
+                for case in range(len(self.load))
+            ]
+        return (
+            np.concatenate([response.displacement for response in responses]),
+            np.concatenate([response.velocity for response in responses]),
+        )
 
     def forced_peaks(self, model: str, step: float, factor: Array) -> Array:
         """Return the largest |u|/u_ins under `factor` of the loads, shape (..., cases, e); infinite if it collapsed."""
-        each = [self._forced(model, case, step, factor[..., case, :]) for case in range(len(self.load))]
-        return np.stack([np.where(one.outcome == COMPLETED, one.peak, np.inf) for one in each], axis=-2)
-
-    def _forced(self, model: str, case: int, step: float, factor: Array, store_every: int = 0) -> Response:
-        own = slice(case, case + 1) if store_every else case
-        return self._solve(model, own, step, store_every, load_factor=factor, ground_acceleration=self.load[case])
-
-    def _solve(self, model: str, case: int | slice, step: float, store_every: int, **options: Any) -> Response:
-        substeps = step_count(self.sample, step)
-        damping = Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model][case])
-        return solve(
-            self.curve.map(itemgetter(case)),
-            damping,
-            step=step,
-            substeps=substeps,
-            steps=(self.load.shape[-1] - 1) * substeps,
-            store_every=store_every,
-            scheme=self.scheme,
-            **options,
+        responses = [
+            solve(*self._walls(model, case), **self._forced(case, step, factor[..., case, :]))
+            for case in range(len(self.load))
+        ]
+        return np.stack(
+            [np.where(response.outcome == COMPLETED, response.peak, np.inf) for response in responses], axis=-2
         )
+
+    def _walls(self, model: str, case: int | slice) -> tuple[TrilinearCurve, Damping]:
+        damping = Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model][case])
+        return self.curve.map(itemgetter(case)), damping
+
+    def _steps(self, step: float) -> Options:
+        substeps = step_count(self.sample, step)
+        return {
+            "step": step,
+            "substeps": substeps,
+            "steps": (self.load.shape[-1] - 1) * substeps,
+            "scheme": self.scheme,
+        }
+
+    def _forced(self, case: int, step: float, factor: Array) -> Options:
+        return {**self._steps(step), "load_factor": factor, "ground_acceleration": self.load[case]}
 
     def load_at(self, step: float) -> Array:
         """Return the load of the forced responses at each step, shape (cases, e, steps + 1). [-]"""

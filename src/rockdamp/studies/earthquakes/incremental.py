@@ -27,7 +27,8 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures, spectral_acceleration
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import COLLAPSED, Reference, Response, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
 from rockdamp.studies.decays import Config
 
 SOURCES = ("fit", "error", "closed form")  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
@@ -291,21 +292,29 @@ class _Case:
             int(np.ceil((strong_end - record.elapsed[0]) / record.step)),
         )
 
-    def __call__(self, damping: Damping, halving: int, scheme: str = "newmark", **options: Any) -> Response:
+    def __call__(self, damping: Damping, halving: int, scheme: str = "newmark") -> Response:
         """Run dampers of shape (e, ...) at every scale: a batch of shape (scales, e, ...)."""
+        return solve(self.curve, damping, **self._forced(damping, halving, scheme))
+
+    def histories(self, damping: Damping) -> Histories:
+        """Run dampers at the coarsest step and keep their histories."""
+        return solve(self.curve, damping, store_every=1, **self._forced(damping, 0))
+
+    def compared(self, damping: Damping, reference: Reference) -> Comparison:
+        """Run dampers at the coarsest step and compare their histories with the reference."""
+        return solve(self.curve, damping, reference=reference, **self._forced(damping, 0))
+
+    def _forced(self, damping: Damping, halving: int, scheme: str = "newmark") -> Options:
         substeps = self.substeps * 2**halving
         load_factor = self.load_factor.reshape(-1, *(1 for _ in damping.shape))
-        return solve(
-            self.curve,
-            damping,
-            step=self.sampling / substeps,
-            steps=substeps * (self.ground.size - 1),
-            load_factor=load_factor,
-            ground_acceleration=self.ground,
-            substeps=substeps,
-            scheme=scheme,
-            **options,
-        )
+        return {
+            "step": self.sampling / substeps,
+            "steps": substeps * (self.ground.size - 1),
+            "load_factor": load_factor,
+            "ground_acceleration": self.ground,
+            "substeps": substeps,
+            "scheme": scheme,
+        }
 
     def by_damper(self, e: Array, damping_ratio: Array) -> dict[str, Array]:
         """Peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""
@@ -313,17 +322,18 @@ class _Case:
         names = ("peak_displacement", "peak_displacement_uncertainty", "decay_misfit")
         found = {name: np.full(shape, np.nan) for name in names}
         found |= {name: np.zeros(shape, dtype=np.int8) for name in ("collapsed", "settled")}
-        responses = self._refined(Damping.cr(e), store_every=1)
-        reference = self._reference(responses[0])
-        for name, values in self._judge(responses).items():
+        histories = self.histories(Damping.cr(e))
+        reference = self._reference(histories)
+        for name, values in self._judge([histories, *self._refined(Damping.cr(e))]).items():
             found[name][:, :, 0] = values[..., None]  # the same whatever the source
         stands = found["collapsed"][:, :, 0, 0] == 0
         for row, model in enumerate(VISCOUS_MODELS, start=1):
             defined = np.isfinite(damping_ratio[:, row]).all(axis=0)
-            responses = self._refined(Damping(model, damping_ratio[:, row, defined]), reference=reference)
-            for name, values in self._judge(responses).items():
+            damping = Damping(model, damping_ratio[:, row, defined])
+            compared = self.compared(damping, reference)
+            for name, values in self._judge([compared, *self._refined(damping)]).items():
                 found[name][:, :, row, defined] = values
-            found["decay_misfit"][:, :, row, defined] = self._decay_misfit(responses[0], found, stands)
+            found["decay_misfit"][:, :, row, defined] = self._decay_misfit(compared, found, stands)
             found["collapsed"][:, :, row, ~defined] = -1
             found["settled"][:, :, row, ~defined] = -1
         return found
@@ -340,9 +350,9 @@ class _Case:
             "varied_collapsed": (np.stack(outcome, axis=-1) == COLLAPSED).astype(np.int8),
         }
 
-    def _refined(self, damping: Damping, **coarsest: Any) -> list[Response]:
-        """Run at each step from the coarsest; options are for that one."""
-        return [self(damping, halving, **(coarsest if halving == 0 else {})) for halving in range(HALVINGS + 1)]
+    def _refined(self, damping: Damping) -> list[Response]:
+        """Run at each halving of the coarsest step."""
+        return [self(damping, halving) for halving in range(1, HALVINGS + 1)]
 
     def _judge(self, responses: list[Response]) -> dict[str, Array]:
         """Peaks and outcomes of the finest step, and what the halvings say of their error."""
@@ -366,18 +376,16 @@ class _Case:
         step = self.sampling / (self.substeps * 2**HALVINGS)
         return (step * float(self.curve.initial_frequency)) ** 2 / 3
 
-    def _reference(self, coarsest: Response) -> Reference:
+    def _reference(self, coarsest: Histories) -> Reference:
         """What Eq. (17) compares with: CR's histories at the coarsest step, summed up to the decay and to the end."""
-        assert coarsest.displacement is not None
         displacement = np.nan_to_num(coarsest.displacement.reshape(-1, coarsest.displacement.shape[-1]))
         case = np.arange(displacement.shape[0]).reshape(*coarsest.displacement.shape[:-1], 1)
         steps = self.substeps * (self.ground.size - 1)
         checkpoints = [min(max(self.decay * self.substeps, 1), steps - 1), steps]
         return Reference(displacement, case, checkpoints)
 
-    def _decay_misfit(self, coarsest: Response, found: dict[str, Array], stands: ArrayLike) -> Array:
+    def _decay_misfit(self, coarsest: Comparison, found: dict[str, Array], stands: ArrayLike) -> Array:
         """Root mean square of the difference in |u| after the strong motion, over CR's peak; NaN after a collapse."""
-        assert coarsest.error is not None
         steps = self.substeps * (self.ground.size - 1 - self.decay)
         both = np.asarray(stands)[..., None] & (coarsest.outcome != COLLAPSED)
         error = np.where(both, coarsest.error, 0.0)

@@ -24,7 +24,8 @@ from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import COLLAPSED, solve
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit, interval, resample
 from rockdamp.studies.decays import Config
 
