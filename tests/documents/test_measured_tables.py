@@ -1,0 +1,127 @@
+"""The measured numbers in the documents: the tool writes them from datasets, and the pages hold what it writes."""
+
+import re
+
+import made_up_earthquakes
+import measured_tables
+import numpy as np
+import pytest
+import report_content
+from repository import ROOT
+
+from rockdamp.storage import dataset
+from rockdamp.vocabulary import STUDIES
+
+NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
+TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}
+
+
+def blocks(text):
+    return {block["name"]: block["text"].strip() for block in measured_tables.BLOCK.finditer(text)}
+
+
+SHOWN = {name: text for page in TEXT.values() for name, text in blocks(page).items()}
+
+
+def numbers(text):
+    return [float(number) for number in NUMBER.findall(text)]
+
+
+def built():
+    try:
+        return measured_tables.read(measured_tables.RESULTS)
+    except (FileNotFoundError, dataset.DatasetError):
+        pytest.skip("the full results are not built")
+
+
+@pytest.fixture(scope="module")
+def made_up():
+    """Datasets of made-up numbers with the coordinates of the paper's config."""
+    pairs = dict.fromkeys(("hinge_ratio", "rocking_release_amplitude", "tolerance", "rocking_reference"), [0, 1])
+    accuracy = report_content.made_up("accuracy").isel(pairs)
+    accuracy = accuracy.assign_coords(
+        hinge_ratio=[0.5, 0.7], rocking_release_amplitude=[0.5, 0.9], tolerance=[0.01, 0.05]
+    )
+    matches = {f"match/{name}": report_content.made_up("match", parameter) for name, parameter in STUDIES.items()}
+    return {"accuracy": accuracy, "comparison": made_up_earthquakes.comparison(), **matches}
+
+
+def test_every_table_stands_on_a_page():
+    assert list(SHOWN) == list(measured_tables.TABLES)
+
+
+@pytest.mark.parametrize("name", measured_tables.TABLES)
+def test_a_page_has_the_form_that_the_tool_writes(name, made_up):
+    """The head and the first column of the table, whatever the numbers are."""
+    shown, written = (
+        [line.split("|") for line in text.splitlines() if line.startswith("|")]
+        for text in (SHOWN[name], measured_tables.TABLES[name](made_up))
+    )
+    assert shown[0] == written[0]
+    assert [line[1] for line in shown] == [line[1] for line in written]
+
+
+def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
+    for text in TEXT.values():
+        once = measured_tables.written(text, made_up)
+        assert measured_tables.BLOCK.sub("", once) == measured_tables.BLOCK.sub("", text) and once != text
+        assert measured_tables.written(once, made_up) == once
+
+
+def test_the_pages_hold_the_numbers_of_the_built_datasets():
+    data = built()
+    for name, make in measured_tables.TABLES.items():
+        shown, written = SHOWN[name], make(data)
+        assert NUMBER.sub("x", shown) == NUMBER.sub("x", written)
+        # Another processor's rounding may turn a last digit.
+        np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1)
+
+
+def row(name, model, data):
+    return next(line for line in measured_tables.TABLES[name](data).splitlines() if line.startswith(f"| {model} |"))
+
+
+def test_a_row_holds_the_orders_and_the_larger_error_of_both_excitations(made_up):
+    accuracy = made_up["accuracy"].assign(solver_step=1.0)
+    one = accuracy.sel(damping_model="CDR")
+    expected = [*one["order"].values, *(float(one[name].sel(step=1).max()) for name in ("median_solver_error",))]
+    assert numbers(row("solver", "CDR", {"accuracy": accuracy}))[:3] == pytest.approx(expected, rel=0.06)
+    audited = numbers(row("energy", "CDR", {"accuracy": accuracy}))
+    losses = one["energy_lost"].isel(audited_wall=0).values
+    assert audited[:2] == pytest.approx(one["energy_order"].values, abs=0.006)
+    assert audited[4:] == pytest.approx(losses, abs=0.06)
+
+
+def test_a_damping_ratio_that_is_uncertain_by_a_thousandth_is_named(made_up):
+    certain = {}
+    for study in STUDIES:
+        match = made_up[f"match/{study}"]
+        certain[f"match/{study}"] = match.assign(damping_ratio_uncertainty=5e-4 * match["damping_ratio"])
+    assert measured_tables.ratios({**made_up, **certain}).endswith("\n- none")
+    match = certain["match/amplitude"]
+    here = (match["damping_model"] == "SDR") & (match["restitution"] == 0.9) & (match["release_amplitude"] == 0.3)
+    doubted = match["damping_ratio_uncertainty"].where(~here, 0.02 * match["damping_ratio"])
+    certain["match/amplitude"] = match.assign(damping_ratio_uncertainty=doubted)
+    told = measured_tables.ratios({**made_up, **certain})
+    assert told.split("or more:\n\n")[1] == "- SDR, e = 0.90, release amplitude 0.3: 2 %"
+
+
+def test_the_damper_to_use_is_the_one_of_the_report(made_up):
+    assert "**Use CDR, with ξ of the polynomials.**" in measured_tables.earthquakes(made_up)
+    compared = made_up["comparison"].assign(log_error=made_up["comparison"]["log_error"] * np.nan)
+    assert "No damper errs least" in measured_tables.earthquakes({"comparison": compared})
+    cells = numbers(row("earthquakes", "SDR", made_up))
+    assert cells[:3] == pytest.approx([0.9, 0.855, 0.945])
+
+
+def test_the_response_length_is_said_to_be_inferred_as_it_was():
+    """The numbers in docs/assumptions.md, from the built results/windows.nc."""
+    path = ROOT / "results/windows.nc"
+    if not path.is_file():
+        pytest.skip("results/windows.nc is not built")
+    with dataset.open(path) as windows:
+        wrong, length = windows["misclassified"], float(windows["inferred_window"])
+        told = (
+            f"is {int(wrong.sel(window=length))} at {length:g} and at least {int(wrong.drop_sel(window=length).min())}"
+        )
+    assert told in (ROOT / "docs/assumptions.md").read_text(encoding="utf-8")

@@ -1,0 +1,178 @@
+"""Write the measured numbers into docs/accuracy.md and docs/earthquakes.md, from the datasets of a full build.
+
+`.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
+names it; the words around the tables hold no measured number.
+"""
+
+import re
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import xarray as xr
+
+from rockdamp.figures.style import nearest, numbers
+from rockdamp.report.earthquakes import SOURCES, grouped, recommended
+from rockdamp.report.numbers import number
+from rockdamp.storage import dataset
+from rockdamp.studies.accuracy.matched_ratios import THOUSANDTH, relative_uncertainty
+from rockdamp.vocabulary import STUDIES
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "results"
+PAGES = ("docs/accuracy.md", "docs/earthquakes.md")
+BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
+
+Data = dict[str, xr.Dataset]
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [list(head), *map(list, rows)]
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def power(value: xr.DataArray) -> str:
+    """Two digits and the power of ten: 2.3e-4."""
+    return re.sub(r"e-0?", "e-", f"{float(value):.1e}")
+
+
+def percent(fraction: xr.DataArray) -> str:
+    return f"{number(100 * fraction, 2)} %"
+
+
+def models(values: xr.Dataset, dim: str = "damping_model") -> list[tuple[str, xr.Dataset]]:
+    """Return each damping model with its part of a dataset."""
+    return [(str(model), values.sel({dim: model})) for model in values[dim].values]
+
+
+def solver(data: Data) -> str:
+    """Orders and errors of the solver at its step, against the event-driven solution."""
+    accuracy = data["accuracy"]
+    at = accuracy.isel(step=nearest(numbers(accuracy, "step"), float(accuracy["solver_step"])))
+    head = ["model", "order, free", "order, forced", "median error", "largest error", "largest difference"]
+    rows = [
+        [model, *(f"{float(order):.2f}" for order in one["order"])]
+        + [power(one[name].max()) for name in ("median_solver_error", "largest_solver_error", "largest_difference")]
+        for model, one in models(at)
+    ]
+    return table(head, rows)
+
+
+def ratios(data: Data) -> str:
+    """Uncertainties of the published damping ratios, and which are the largest."""
+    accuracy = data["accuracy"]
+    head = ["model", "uncertainty below 0.1 %", "largest uncertainty", "largest difference, sample", "converged"]
+    rows = [
+        [
+            model,
+            f"{100 * float(one['share_within_thousandth']):.1f} %",
+            percent(one["uncertainty_quantile"].max()),
+            percent(abs(one["sample_difference"]).max()),
+            f"{100 * float(one['share_converged']):.1f} %",
+        ]
+        for model, one in models(accuracy, "viscous_model")
+    ]
+    exceptions = [
+        f"- {model}, e = {e:.2f}, {parameter.replace('_', ' ')} {value:g}: {percent(uncertainty)}"
+        for study, parameter in STUDIES.items()
+        for (model, value, e), uncertainty in relative_uncertainty(data[f"match/{study}"]).to_series().items()
+        if uncertainty >= THOUSANDTH
+    ]
+    return "\n".join([table(head, rows), "", "Uncertainties of 0.1 % or more:", "", *(exceptions or ["- none"])])
+
+
+def rotations(data: Data) -> str:
+    """Least slenderness at which the slender limit is within each tolerance of the two rigid bodies."""
+    accuracy = data["accuracy"]
+    least, smallest = accuracy["least_slenderness"], float(accuracy["slenderness"].min())
+    columns = [(hinge, bound) for hinge in numbers(accuracy, "hinge_ratio") for bound in (0.05, 0.01)]
+    head = ["", *(f"h1/h = {hinge:g}, {100 * bound:g} %" for hinge, bound in columns)]
+    releases = numbers(accuracy, "rocking_release_amplitude")
+    wanted = [("p", releases[0], "p, with the mass at u = 0")]
+    for feature in ("first impact", "peaks"):
+        wanted += [(feature, release, f"{feature}, released at {release:g} u_ins") for release in releases]
+    rows = []
+    for feature, release, name in wanted:
+        one = least.sel(rocking_feature=feature, rocking_release_amplitude=release)
+        values = [float(one.sel({"hinge_ratio": hinge, "tolerance": bound})) for hinge, bound in columns]
+        rows.append([name, *(f"{value:.1f}" if value > smallest else f"below {smallest:g}" for value in values)])
+    slender, large = accuracy["fig4_difference"].sel(rocking_feature="first impact")
+    return (
+        f"{table(head, rows)}\n\nThe first impact of the tri-linear wall of Fig. 4a differs in time by "
+        f"{power(abs(slender))} of that of the slender limit,\nand by {power(abs(large))} of that of two rigid bodies "
+        f"without approximation."
+    )
+
+
+def energy(data: Data) -> str:
+    """What the energy audit leaves unaccounted for, and what the first half cycles lose in joules."""
+    accuracy = data["accuracy"]
+    at = accuracy.isel(audit_step=nearest(numbers(accuracy, "audit_step"), float(accuracy["solver_step"])))
+    reference = at.isel(audited_wall=0)
+    cycles = range(3)
+    head = ["model", "order, free", "order, forced", "median residual", "residual in `loops.nc`"]
+    head += [f"loss of half cycle {n + 1} [J]" for n in cycles]
+    rows = [
+        [model, *(f"{float(order):.2f}" for order in one["energy_order"])]
+        + [power(one["energy_residual"].max()), power(one["loops_energy_residual"])]
+        + [f"{float(one['energy_lost'][n]):.1f}" for n in cycles]
+        for model, one in models(reference)
+    ]
+    return (
+        f"{table(head, rows)}\n\nIn the stored decays of the studies the residual is at most "
+        f"{power(at['decay_energy_residual'].max())}. The reference wall has "
+        f"{float(reference['release_energy']):.0f} J at the\nrelease. It loses what the table says at "
+        f"e = {float(reference['audited_restitution']):g} under CR, and under each damper with ξ of the least error."
+    )
+
+
+def earthquakes(data: Data) -> str:
+    """Which damper to use, and how far each damper is from CR at the middle e, with that source of its ratio."""
+    compared = data["comparison"]
+    chosen = recommended(compared)
+    source = chosen[0].source if chosen else "closed form"
+    first = "No damper errs least, or as little as the least, at every e."
+    if chosen:
+        first = f"**Use {chosen[0].model}, with ξ of the {SOURCES[source]}.**"
+        if chosen[1]:
+            first += f" Statistically indistinguishable from it at every e:\n{grouped(chosen[1])}."
+    one = compared.isel(restitution=compared.sizes["restitution"] // 2).sel(damping_ratio_source=source)
+    sensitivity = one["varied_log_error"].isel(band=0).max()
+    names = ("median_ratio", "log_error", "false_safe_rate", "false_collapse_rate", "median_intensity_ratio")
+    head = ["model", "median ratio of peaks", "error", "false safe", "false collapse", "ratio of median intensities"]
+    rows = [[model, *(interval(at.isel(band=0), name) for name in names)] for model, at in models(one) if model != "CR"]
+    return (
+        f"{first}\n\n{table(head, rows)}\n\nAll for e = {float(one['restitution']):g} and ξ of the {SOURCES[source]}, "
+        f"with 95 % intervals. There CR's own sensitivity, an error too, is {number(sensitivity, 2)}."
+    )
+
+
+def interval(one: xr.Dataset, name: str) -> str:
+    """Return a statistic with its interval; rates are percentages."""
+    show: Callable[[xr.DataArray], str] = percent if name.endswith("_rate") else number
+    low, high = (show(bound) for bound in one[f"{name}_interval"])
+    return f"{show(one[name])} ({low} to {high})"
+
+
+TABLES: dict[str, Callable[[Data], str]] = {
+    function.__name__: function for function in (solver, ratios, rotations, energy, earthquakes)
+}
+
+
+def written(page: str, data: Data) -> str:
+    """Return the text of a page with its tables made anew."""
+    return BLOCK.sub(lambda block: f"{block['name']} -->\n{TABLES[block['name']](data)}\n", page)
+
+
+def read(results: Path) -> Data:
+    """Open the datasets that the tables are made of."""
+    names = ("accuracy", "comparison", *(f"match/{study}" for study in STUDIES))
+    return {name: dataset.open(results / f"{name}.nc") for name in names}
+
+
+if __name__ == "__main__":
+    opened = read(Path(sys.argv[1]) if len(sys.argv) > 1 else RESULTS)
+    for page in (ROOT / name for name in PAGES):
+        page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
