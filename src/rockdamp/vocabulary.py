@@ -1,8 +1,19 @@
-"""The studies of free decay, and the parameter that each varies: its dimension in the datasets."""
+"""Names and values that the whole package shares, the checks of the config included. Imports nothing."""
 
+# The studies of free decay, and the parameter that each varies: its dimension in the datasets.
 STUDIES = {
     "amplitude": "release_amplitude",
     "slenderness": "slenderness",
     "overburden": "overburden_ratio",
     "cracked_stiffness": "cracked_stiffness_ratio",
 }
+
+# Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
+PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)}
+
+# Variants of a curve's last branch for a3 < 1.
+SOFTENING = ("steeper", "translated")
+
+# ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `response_length.infer` says,
+# and kept equal to results/windows.nc by a test.
+DEFAULT_WINDOW = 8.0

@@ -19,9 +19,10 @@ from repository import ROOT
 import rockdamp as rd
 from rockdamp.cli import main, options, shells
 from rockdamp.figures import rocking
-from rockdamp.mechanics import curve, damping
+from rockdamp.mechanics import damping
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.storage import dataset
+from rockdamp.vocabulary import PRESETS, SOFTENING
 
 RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 WALL = ("--thickness", 0.3, "--height", 4.5)
@@ -118,7 +119,7 @@ def test_a_range_of_restitutions_gives_rows_for_each_without_noise():
 
 def test_a_preset_stands_for_its_a1_and_b1():
     by_name = run("equivalent", "--restitution", 0.85, "--preset", "severe", "--json")
-    b1, a1 = curve.PRESETS["severe"]
+    b1, a1 = PRESETS["severe"]
     assert json.loads(by_name.stdout) == rd.equivalent(0.85, a1, b1)
 
 
@@ -177,7 +178,7 @@ def test_units_are_taken_where_people_have_them():
 def test_presets_are_those_of_the_package():
     rows = json.loads(run("presets", "--json").stdout)
     found = {row["preset"]: (row["plateau_ratio"], row["cracked_stiffness_ratio"]) for row in rows}
-    assert found == curve.PRESETS
+    assert found == PRESETS
     assert "moderate" in run("presets").stdout
 
 
@@ -276,8 +277,8 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
 
 def test_help_names_the_values_of_the_package():
     assert options.MODELS == damping.MODELS
-    assert options.PRESETS == tuple(curve.PRESETS)
-    assert options.SOFTENING == curve.SOFTENING
+    assert options.PRESETS == tuple(PRESETS)
+    assert options.SOFTENING == SOFTENING
 
 
 @pytest.mark.parametrize("name", ["main", *main.commands])
@@ -341,4 +342,4 @@ def test_the_package_runs_as_a_module():
     done = subprocess.run(
         [sys.executable, "-m", "rockdamp.cli", "presets", "--json"], capture_output=True, text=True, check=True
     )
-    assert len(json.loads(done.stdout)) == len(curve.PRESETS)
+    assert len(json.loads(done.stdout)) == len(PRESETS)

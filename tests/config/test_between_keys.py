@@ -11,12 +11,11 @@ from jsonschema import Draft202012Validator
 from repository import ROOT
 
 from rockdamp.config import between_keys as checks
-from rockdamp.equivalence.matching import DEFAULT_WINDOW
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import SOFTENING, TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
 from rockdamp.storage import yaml_file
-from rockdamp.storage.provenance import constant
+from rockdamp.vocabulary import SOFTENING
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
 DEFAULT = ROOT / "config/default.yaml"
@@ -321,10 +320,6 @@ def test_the_frequency_parameter_is_the_walls(thickness, slenderness, **others):
     wall = Wall(thickness, thickness * slenderness, **others)
     plain = checks.frequency_parameter({"thickness": thickness, "slenderness": slenderness, **others})
     assert plain == pytest.approx(float(wall.frequency_parameter), rel=1e-12)
-
-
-def test_the_default_window_is_read_from_the_package():
-    assert constant("rockdamp.equivalence.matching", "DEFAULT_WINDOW") == DEFAULT_WINDOW
 
 
 # --- parts ----------------------------------------------------------------------------------------------------------

@@ -6,11 +6,11 @@ import yaml
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.equivalence.matching import DEFAULT_WINDOW
 from rockdamp.equivalence.one_curve import polynomial, shipped_coefficients
 from rockdamp.studies import polynomial_fits
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
+from rockdamp.vocabulary import DEFAULT_WINDOW
 
 KEYS = [
     "restitution",

@@ -8,7 +8,8 @@ import pytest
 from scipy.integrate import quad
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # a1, b1, a3, softening: the paper's, steep and flat ones, and both variants of softening for a3 < 1.
 CASES = [

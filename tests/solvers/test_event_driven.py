@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import SOFTENING, TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.event_driven import cr_peaks, history
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
+from rockdamp.vocabulary import SOFTENING
 
 CURVES = (
     TrilinearCurve(0.04, 0.85),

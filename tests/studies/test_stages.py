@@ -7,17 +7,17 @@ import pytest
 import yaml
 from repository import ROOT
 
-from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import giannini_masiani
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS
 from rockdamp.storage import dataset
 from rockdamp.studies import damping_loops, force_curves, polynomial_fits, response_length
 from rockdamp.studies.accuracy import convergence
-from rockdamp.studies.decays import describe, restitution_grid
+from rockdamp.studies.decays import describe
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.matches import match
-from rockdamp.vocabulary import STUDIES
+from rockdamp.studies.settings import DecaySettings
+from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def matches(config, decays):
 
 
 def test_the_restitution_grid_is_exact_in_decimals(paper):
-    grid = restitution_grid(paper)
+    grid = DecaySettings.of(paper).restitution
     assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
 
 
@@ -133,8 +133,8 @@ def test_the_default_window_is_the_one_that_the_paper_implies(paper):
     config["studies"]["amplitude"]["release_amplitude"] = [paper["release_amplitude"]]
     config["windows"] = {**paper["windows"], "stop": 30}
     found = response_length.windows(config, decay_study("amplitude", config))
-    assert float(found["inferred_window"]) == matching.DEFAULT_WINDOW
-    flag = found["cdr_lowest_in_paper_range"].sel(window=matching.DEFAULT_WINDOW)
+    assert float(found["inferred_window"]) == DEFAULT_WINDOW
+    flag = found["cdr_lowest_in_paper_range"].sel(window=DEFAULT_WINDOW)
     assert int(flag) == (int(found["misclassified"].min()) == 0)
 
 
@@ -142,7 +142,7 @@ def test_a_built_windows_dataset_infers_the_default_window():
     path = ROOT / "results/windows.nc"
     if not path.exists():
         pytest.skip("results/windows.nc is not built")
-    assert float(dataset.open(path)["inferred_window"]) == matching.DEFAULT_WINDOW
+    assert float(dataset.open(path)["inferred_window"]) == DEFAULT_WINDOW
 
 
 def test_misfits_are_counted_against_the_papers_range():

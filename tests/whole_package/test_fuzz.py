@@ -15,13 +15,13 @@ import rockdamp as rd
 from rockdamp.config import between_keys as checks
 from rockdamp.config.schema import schema_problems
 from rockdamp.errors import InputError, RecordWarning
-from rockdamp.mechanics.curve import SOFTENING
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.storage import yaml_file
 from rockdamp.studies import decays, force_curves
-from rockdamp.studies.earthquakes import incremental
+from rockdamp.studies.settings import DecaySettings, make_named_wall
+from rockdamp.vocabulary import SOFTENING, STUDIES
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
 FILES = [ROOT / f"config/{name}.yaml" for name in ("default", "minimal")]
@@ -91,9 +91,9 @@ def judge(config):
         assert all(map(str, found))
         return
     try:
-        made = [decays.describe(name, config).frequency_parameter for name in decays.STUDIES]
-        made += [force_curves.mechanism(config)["force"].values, decays.restitution_grid(config)]
-        made += [wall.frequency_parameter for wall, _ in map(incremental.make_wall, config["natural"]["walls"])]
+        made = [decays.describe(name, config).frequency_parameter for name in STUDIES]
+        made += [force_curves.mechanism(config)["force"].values, DecaySettings.of(config).restitution]
+        made += [named.wall.frequency_parameter for named in map(make_named_wall, config["natural"]["walls"])]
     except InputError as error:
         assert str(error)
     else:

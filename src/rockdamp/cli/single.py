@@ -141,8 +141,8 @@ def equivalent(
 
     One row for each coefficient of restitution and viscous model.
     """
-    from rockdamp.equivalence.matching import DEFAULT_WINDOW
     from rockdamp.equivalence.one_curve import equivalent as compute
+    from rockdamp.vocabulary import DEFAULT_WINDOW
 
     curve = make_curve(a1, b1, preset, a3, softening)
     rows = compute(
@@ -169,7 +169,7 @@ def presets(as_json: bool) -> None:
 
     They are Doherty's stages of degradation.
     """
-    from rockdamp.mechanics.curve import PRESETS
+    from rockdamp.vocabulary import PRESETS
 
     rows = [
         {"preset": name, "plateau_ratio": b1, "cracked_stiffness_ratio": a1, "options": f"--a1 {a1:g} --b1 {b1:g}"}

@@ -17,8 +17,7 @@ from rockdamp.config.earthquakes import natural_problems, population_problems
 from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
-from rockdamp.storage.provenance import constant
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import DEFAULT_WINDOW, PRESETS, STUDIES
 
 Config = Mapping[str, Any]
 
@@ -207,7 +206,7 @@ def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]
     studies = max(first_impact(case, x0) for case in cases if case.path != rigid for _, x0 in case.releases)
     loops = max(first_impact(case, x0) for case in cases if case.path == rigid for _, x0 in case.releases)
     stated, longest = config["matching"]["window"], config["windows"]["stop"]
-    window = constant("rockdamp.equivalence.matching", "DEFAULT_WINDOW") if stated == "default" else stated
+    window = DEFAULT_WINDOW if stated == "default" else stated
     shown = f"'default', {window}" if stated == "default" else stated
     start, length = config["windows"]["start"], config["loops"]["window"]
     for path, text, value, latest in (
@@ -310,7 +309,7 @@ def _dispersion_problems(config: Config) -> Iterator[Problem]:
         b1 = beyond["plateau_ratio"] if wide else config["curve"]["plateau_ratio"]
         shapes.append((("dispersion", "cracked_stiffness_ratio", index), a1, b1))
     path: KeyPath = ("dispersion", "ultimate_ratio")
-    shapes += [(path, a1, b1) for b1, a1 in constant("rockdamp.mechanics.curve", "PRESETS").values()]
+    shapes += [(path, a1, b1) for b1, a1 in PRESETS.values()]
     cases = [Case(path, a1, b1, 1.0, "steeper", step, []) for path, a1, b1 in shapes]
     found = [problem for case in cases for problem in _curve_problems(case)]
     plateaus = [*(case.b1 for case in cases), *section["map"]["plateau_ratio"]]
@@ -319,7 +318,7 @@ def _dispersion_problems(config: Config) -> Iterator[Problem]:
         found.append(Problem(path, text))
     yield from found
     stated = config["matching"]["window"]
-    window = constant("rockdamp.equivalence.matching", "DEFAULT_WINDOW") if stated == "default" else stated
+    window = DEFAULT_WINDOW if stated == "default" else stated
     latest = 0.0 if found else max(first_impact(case, max(section["release_share"])) for case in cases)
     if not window > latest:
         text = f"is {max(section['release_share'])}; the first impact from there, at {latest:.6g} in tau, must come"

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rockdamp.config.schema import KeyPath, Problem, ascending
-from rockdamp.storage.provenance import constant
+from rockdamp.vocabulary import PRESETS
 
 Config = Mapping[str, Any]
 
@@ -22,7 +22,7 @@ LIMITS = {
 
 def natural_problems(config: Config) -> Iterator[Problem]:
     """Walls have names of their own, curves that exist and one way to state them; e, scales and bands ascend."""
-    section, presets = config["natural"], constant("rockdamp.mechanics.curve", "PRESETS")
+    section, presets = config["natural"], PRESETS
     names = [wall["name"] for wall in section["walls"]]
     for index, wall in enumerate(section["walls"]):
         path: KeyPath = ("natural", "walls", index)

@@ -12,17 +12,15 @@ from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Reference
+from rockdamp.vocabulary import DEFAULT_WINDOW
 
-# ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `windows.infer` says, and kept
-# equal to results/windows.nc by a test.
-DEFAULT_WINDOW = 8.0
-
-SCAN: dict[str, Any] = {"smallest": 0.3, "largest": 3.0, "points": 200}
+SCAN = Scan(smallest=0.3, largest=3.0, points=200)
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
@@ -102,7 +100,7 @@ def match_cases(
     cases: Cases,
     damping_model: str,
     window_steps: ArrayLike,
-    scan: dict[str, Any] | None = None,
+    scan: Scan = SCAN,
     scheme: str = "newmark",
 ) -> Match:
     """Find the global minimum of Err over the damping ratio for each case and window.
@@ -117,8 +115,8 @@ def match_cases(
         One of `damping.VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
     window_steps : sequence of int, ascending
         Lengths of the response in steps.
-    scan : dict
-        ``smallest``, ``largest`` (over the closed form's damping ratio) and ``points``.
+    scan : Scan
+        Damping ratios tried.
     scheme : str
         Of `newmark.solve`.
 
@@ -128,7 +126,6 @@ def match_cases(
         If a minimum lies at the edge of the scan, or a window ends before the first impact.
     """
     windows = np.asarray(window_steps, dtype=np.int64)
-    scan = scan or SCAN
     lossy = np.flatnonzero(cases.restitution < 1)
     if lossy.size < cases.restitution.size:
         return _lossless(cases, damping_model, windows, scan, scheme, lossy)
@@ -136,7 +133,7 @@ def match_cases(
     guess = damping_ratio_energy(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
     )
-    trial = guess[:, None] * np.geomspace(scan["smallest"], scan["largest"], scan["points"])
+    trial = guess[:, None] * np.geomspace(scan.smallest, scan.largest, scan.points)
     coarse = _scan(cases, damping_model, trial, windows, scheme)
     lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])
     lowest = coarse.min(axis=-1)
@@ -160,7 +157,7 @@ def match_cases(
 
 
 def _lossless(
-    cases: Cases, model: str, windows: NDArray[np.int64], scan: dict[str, Any], scheme: str, lossy: NDArray[np.int64]
+    cases: Cases, model: str, windows: NDArray[np.int64], scan: Scan, scheme: str, lossy: NDArray[np.int64]
 ) -> Match:
     """Match the cases that lose energy; where e = 1, xi = 0 follows the reference, with one minimum and no error."""
     shape = (windows.size, cases.restitution.size)

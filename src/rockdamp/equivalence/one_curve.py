@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
-from rockdamp.equivalence.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
+from rockdamp.equivalence.matching import Cases, follow, match_cases, refined
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
 from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.vocabulary import DEFAULT_WINDOW
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'

@@ -11,14 +11,10 @@ from numpy.typing import ArrayLike
 from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity, together
 from rockdamp.errors import InputError, require, require_finite
+from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
 ROUNDING = 1e-12
-
-SOFTENING = ("steeper", "translated")
-
-# Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
-PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)}
 
 
 @dataclass(frozen=True)

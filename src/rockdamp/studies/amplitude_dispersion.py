@@ -16,14 +16,17 @@ from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
+from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.decays import Config, step_count
+from rockdamp.studies.decays import step_count
+from rockdamp.vocabulary import PRESETS, SOFTENING
 
 BEST = "POWER"  # the general exponent, at the best n of each curve
 DAMPERS = (*PAPER_MODELS, BEST, *(model for model in VISCOUS_MODELS if model not in PAPER_MODELS))
@@ -142,7 +145,7 @@ def _compare(group: Group, share: Array, restitution: Array, config: Config) -> 
 def matched(decays: Cases, model: str, steps: int, refinement: int, config: Config) -> tuple[Array, Array]:
     """Damping ratio at the global minimum of Err, and its uncertainty, as in `matching_studies.match`."""
     scheme = config["solver"]["scheme"]
-    best = match_cases(decays, model, [steps], config["matching"]["scan"], scheme).damping_ratio[0]
+    best = match_cases(decays, model, [steps], Scan(**config["matching"]["scan"]), scheme).damping_ratio[0]
     coarser, finest = (refined(decays, steps, many, scheme) for many in (refinement / 2, refinement))
     before, _ = follow(coarser, model, best, scheme)
     ratio, _ = follow(finest, model, before, scheme)

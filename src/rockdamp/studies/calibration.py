@@ -15,6 +15,7 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import QUIET, measured_displacement, record_attributes, respond, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -23,7 +24,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.studies.decays import Config, make_wall
+from rockdamp.studies.settings import make_wall
 
 PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
 

@@ -6,13 +6,15 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import Cases, match_cases, response_length
+from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import EXPONENTS, MODELS, VISCOUS_MODELS, Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.decays import Config, step_count
+from rockdamp.studies.decays import step_count
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
 # ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
@@ -48,7 +50,7 @@ def _matched(config: Config) -> xr.Dataset:
         damping = Damping.cr(e)
         if index:
             cases = Cases(curve.map(np.atleast_1d), np.array([x0]), np.array([e]), displacement[0][None], step)
-            best = match_cases(cases, model, [window], config["matching"]["scan"], scheme)
+            best = match_cases(cases, model, [window], Scan(**config["matching"]["scan"]), scheme)
             ratio[index] = best.damping_ratio[0, 0]
             damping = Damping(model, ratio[index])
         response = solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from rockdamp.config.parsing import Config
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.decays import Config, step_count
+from rockdamp.studies.decays import step_count
 
 
 def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.mechanics.curve import PRESETS, TrilinearCurve
+from rockdamp.config.parsing import Config
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
-from rockdamp.studies.decays import Config, make_wall
+from rockdamp.studies.settings import make_wall
+from rockdamp.vocabulary import PRESETS
 
 POINTS = 1001
 # ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.

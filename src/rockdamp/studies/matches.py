@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import RESOLUTION, Cases, follow, match_cases, refined, response_length
+from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.damping import VISCOUS_MODELS
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.studies.decays import Config, Study, describe, make_wall, step_count
+from rockdamp.studies.decays import describe, step_count
+from rockdamp.studies.settings import Study, make_wall
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
@@ -47,7 +49,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         that Err sums over.
     """
     study, step, scheme = describe(name, config), float(config["solver"]["step"]), config["solver"]["scheme"]
-    restitution, scan = decays["restitution"].values, config["matching"]["scan"]
+    restitution, scan = decays["restitution"].values, Scan(**config["matching"]["scan"])
     window, refinement = response_length(config), int(config["matching"]["refinement"])
     steps = step_count(window, step)
     fixed = _windows_of_fixed_seconds(study, config, window) if name in ("slenderness", "overburden") else None
@@ -111,9 +113,7 @@ def _windows_of_fixed_seconds(study: Study, config: Config, window: float) -> Ar
     return seconds * study.frequency_parameter
 
 
-def _match_each(
-    cases: Cases, model: str, windows: Array, known: tuple[float, Array], scan: dict[str, Any], scheme: str
-) -> Array:
+def _match_each(cases: Cases, model: str, windows: Array, known: tuple[float, Array], scan: Scan, scheme: str) -> Array:
     """Damping ratio of each wall's cases at its own window; `known` holds a window that is matched already."""
     per_wall = cases.restitution.size // windows.size
 

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import giannini_masiani
-from rockdamp.studies.decays import Config
 
 DEGREE = 2
 

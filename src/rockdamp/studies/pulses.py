@@ -15,15 +15,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
+from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
 from rockdamp.motions.experimental_style import ricker
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
-from rockdamp.studies.decays import Config, step_count
+from rockdamp.studies.decays import step_count
 
 PULSES = ("Ricker", "sine")
 SOURCES = ("closed form", "error")
@@ -53,7 +55,7 @@ def damping_ratios(config: Config) -> Array:
     finer, found = refined(decays, steps, 2), np.empty((len(SOURCES), len(VISCOUS_MODELS), e.size))
     for row, model in enumerate(VISCOUS_MODELS):
         found[0, row] = damping_ratio_energy(curves, model, e, amplitude)
-        best = match_cases(decays, model, [steps], config["matching"]["scan"]).damping_ratio[0]
+        best = match_cases(decays, model, [steps], Scan(**config["matching"]["scan"])).damping_ratio[0]
         found[1, row] = follow(finer, model, best)[0]
     return found
 

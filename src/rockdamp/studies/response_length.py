@@ -6,10 +6,12 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import match_cases
+from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.progress import track
-from rockdamp.studies.decays import Config, describe, step_count
+from rockdamp.studies.decays import describe, step_count
 from rockdamp.studies.matches import cases_of
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
@@ -47,7 +49,7 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
     row = int(np.argmin(np.abs(study.values - config["release_amplitude"])))
     stored = np.asarray(decays["displacement"].values[:, :, : steps[-1] + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step).take(slice(row * restitution.size, (row + 1) * restitution.size))
-    scan, scheme = config["matching"]["scan"], config["solver"]["scheme"]
+    scan, scheme = Scan(**config["matching"]["scan"]), config["solver"]["scheme"]
     found = [match_cases(cases, model, steps, scan, scheme) for model in track(VISCOUS_MODELS, "windows")]
     error = np.stack([best.error for best in found], axis=-1)
     dims = ("window", "restitution", "damping_model")

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
 from rockdamp.histories.under_a_record import (
@@ -22,7 +23,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED, Histories
-from rockdamp.studies.decays import Config, make_wall
+from rockdamp.studies.settings import make_wall
 
 
 def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Dataset:

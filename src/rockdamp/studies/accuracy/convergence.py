@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED
-from rockdamp.studies.decays import Config
 
 SCHEMES = ("newmark", "paper")
 EXCITATIONS = ("free", "forced")

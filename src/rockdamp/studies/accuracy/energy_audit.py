@@ -26,12 +26,14 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
 from rockdamp.studies.damping_loops import loops as run_loops
-from rockdamp.studies.decays import Config, describe, make_wall
+from rockdamp.studies.decays import describe
+from rockdamp.studies.settings import make_wall
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy
 HALF_CYCLES = 6  # of which the loss is given in joules

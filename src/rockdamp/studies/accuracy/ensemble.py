@@ -11,12 +11,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import response_length
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED, Options
-from rockdamp.studies.decays import Config, describe, step_count
+from rockdamp.studies.decays import describe, step_count
 
 EXCITATIONS = ("free", "forced")
 LOAD_SAMPLE = 0.2  # in tau, about: a tenth of the load's shortest period

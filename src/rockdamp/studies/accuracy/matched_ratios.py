@@ -10,12 +10,13 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
+from rockdamp.config.parsing import Config
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
-from rockdamp.studies.decays import Config, describe
+from rockdamp.studies.decays import describe
 
 THOUSANDTH = 1e-3
 QUANTILES = np.concatenate([np.linspace(0.0, 0.98, 50), [0.99, 1.0]])

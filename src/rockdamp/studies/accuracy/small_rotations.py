@@ -9,10 +9,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.progress import track
-from rockdamp.studies.decays import Config
 
 FEATURES = ("first impact", "peaks", "p")
 TOLERANCES = (0.01, 0.05)

@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, fitted_order
 from rockdamp.studies.accuracy.small_rotations import rotations
-from rockdamp.studies.decays import Config
 from rockdamp.vocabulary import STUDIES
 
 

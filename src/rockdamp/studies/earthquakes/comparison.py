@@ -15,9 +15,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
-from rockdamp.studies.decays import Config
 
 FRACTILES = (0.16, 0.50, 0.84)
 BOUND = ("lower", "upper")

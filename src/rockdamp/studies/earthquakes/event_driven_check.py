@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rockdamp.config.parsing import Config
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.solvers.response import OUTCOMES
-from rockdamp.studies.decays import Config
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER, make_wall
 
 

@@ -18,9 +18,10 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import response_length
 from rockdamp.equivalence.one_curve import equivalent
-from rockdamp.mechanics.curve import PRESETS, TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
 from rockdamp.motions import catalogue
@@ -29,7 +30,7 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
-from rockdamp.studies.decays import Config
+from rockdamp.vocabulary import PRESETS
 
 SOURCES = ("fit", "error", "closed form")  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
 HALVINGS = 2

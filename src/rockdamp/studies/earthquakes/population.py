@@ -16,6 +16,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from rockdamp.arrays import Array
+from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -27,7 +28,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit, interval, resample
-from rockdamp.studies.decays import Config
 
 PARAMETERS = (
     "thickness",

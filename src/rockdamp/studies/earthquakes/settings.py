@@ -1,0 +1,105 @@
+"""The sections ``natural`` and ``population`` of the config, parsed: what each stage under earthquakes depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Any
+
+from rockdamp.arrays import Array
+from rockdamp.config.parsing import Settings, each, geometric, number, section
+from rockdamp.studies.settings import NamedWall, Window, make_named_wall
+
+NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    replicates: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Distribution:
+    distribution: str
+    low: float
+    high: float
+    mean: float | None = None
+    standard_deviation: float | None = None
+
+
+def _distributions(value: Any, key: str) -> dict[str, Distribution]:
+    """The distribution of each parameter of a population."""
+    return {name: section(Distribution, entry, f"{key}.{name}") for name, entry in value.items()}
+
+
+def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
+    """The correlation of each pair of a population's parameters."""
+    return {
+        (name, other): number(correlation, f"{key}.{name}.{other}")
+        for name, others in value.items()
+        for other, correlation in others.items()
+    }
+
+
+# --- walls under records ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class EarthquakeWallSettings(Settings):
+    walls: Annotated[NamedWalls, "natural.walls"]
+    restitution: Annotated[Array, "natural.restitution"]
+    release_amplitude: float
+    window: Annotated[Window, "matching.window"]
+
+
+@dataclass(frozen=True)
+class EarthquakeRecordSettings(Settings):
+    records: tuple[str, ...]
+    walls: Annotated[NamedWalls, "natural.walls"]
+    restitution_change: Annotated[float, "natural.restitution_change"]
+    scale: Annotated[Array, "natural.scale", geometric]
+    step: Annotated[float, "natural.step"]
+    tail: Annotated[float, "natural.tail"]
+    records_per_job: Annotated[int, "natural.records_per_job"]
+
+
+@dataclass(frozen=True)
+class ComparisonSettings(Settings):
+    bands: Annotated[Array, "natural.bands"]
+    bootstrap: Annotated[Bootstrap, "natural.bootstrap"]
+
+
+@dataclass(frozen=True)
+class EventDrivenCheckSettings(Settings):
+    records: tuple[str, ...]
+    walls: Annotated[NamedWalls, "natural.walls"]
+    tail: Annotated[float, "natural.tail"]
+    histories: Annotated[int, "natural.check.histories"]
+    seed: Annotated[int, "natural.check.seed"]
+
+
+# --- population ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class PopulationWallSettings(Settings):
+    count: Annotated[int, "population.walls"]
+    seed: Annotated[int, "population.seed"]
+    parameters: Annotated[dict[str, Distribution], "population.parameters", _distributions]
+    correlations: Annotated[dict[tuple[str, str], float], "population.correlations", _correlations]
+    release_amplitude: float
+
+
+@dataclass(frozen=True)
+class PopulationShareSettings(Settings):
+    walls_per_job: Annotated[int, "population.walls_per_job"]
+    records: Annotated[tuple[str, ...], "population.records"]
+    intensity: Annotated[Array, "population.intensity", geometric]
+    step: Annotated[float, "population.step"]
+    tail: Annotated[float, "population.tail"]
+
+
+@dataclass(frozen=True)
+class PopulationSettings(Settings):
+    bootstrap: Annotated[Bootstrap, "population.bootstrap"]

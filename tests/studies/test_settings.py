@@ -1,0 +1,178 @@
+"""The config parsed into settings: every stage of both configs, and what is missing or not known."""
+
+import copy
+
+import numpy as np
+import pytest
+from repository import ROOT
+from snakemake.utils import update_config
+
+from rockdamp.config.between_keys import subset
+from rockdamp.config.parsing import Settings
+from rockdamp.errors import InputError
+from rockdamp.mechanics.wall import Parapet
+from rockdamp.storage import yaml_file
+from rockdamp.studies.earthquakes import settings as earthquakes
+from rockdamp.studies.settings import (
+    AccuracySettings,
+    CalibrationSettings,
+    DecaySettings,
+    MatchSettings,
+    PulseSettings,
+    StudySettings,
+    make_curve,
+    make_named_wall,
+    make_wall,
+)
+from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
+
+
+def stages(base=Settings):
+    for kind in base.__subclasses__():
+        yield kind
+        yield from stages(kind)
+
+
+STAGES = list(stages())
+
+
+@pytest.fixture
+def config():
+    return yaml_file.load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("overlay", [None, "minimal"])
+@pytest.mark.parametrize("kind", STAGES, ids=lambda kind: kind.__name__)
+def test_each_stage_takes_the_part_of_the_config_that_has_its_keys(kind, overlay, config):
+    if overlay:
+        update_config(config, yaml_file.load((ROOT / f"config/{overlay}.yaml").read_text(encoding="utf-8")))
+    part = subset(config, *kind.keys())
+    for given in (part, config):
+        assert repr(kind.of(given)) == repr(kind.of(part))
+
+
+@pytest.mark.parametrize("kind", STAGES, ids=lambda kind: kind.__name__)
+def test_a_key_that_a_stage_needs_and_that_is_missing_is_named(kind, config):
+    for key in kind.keys():
+        *sections, last = key.split(".")
+        part = copy.deepcopy(config)
+        inner = part
+        for section in sections:
+            inner = inner[section]
+        del inner[last]
+        with pytest.raises(InputError, match=f"^{key} is missing from the config$"):
+            kind.of(part)
+
+
+@pytest.mark.parametrize(
+    ("key", "kind"),
+    [
+        ("solver.step", DecaySettings),
+        ("wall.density", DecaySettings),
+        ("curve.softening", PulseSettings),
+        ("studies.slenderness.slenderness", DecaySettings),
+        ("studies.cracked_stiffness.plateau_ratio_beyond", MatchSettings),
+        ("restitution.step", DecaySettings),
+        ("matching.scan.points", PulseSettings),
+        ("pulses.frequency.count", PulseSettings),
+        ("accuracy.rigid.peaks", AccuracySettings),
+        ("natural.bootstrap.seed", earthquakes.ComparisonSettings),
+        ("population.parameters.restitution.low", earthquakes.PopulationWallSettings),
+    ],
+)
+def test_a_misspelt_key_is_an_error_and_never_a_default(key, kind, config):
+    *sections, last = key.split(".")
+    inner = config
+    for section in sections:
+        inner = inner[section]
+    inner[last + "s"] = inner[last]
+    with pytest.raises(InputError, match=f"^{key}s is not a key of the config; it must be one of .*{last}"):
+        kind.of(config)
+    del inner[last + "s"], inner[last]
+    with pytest.raises(InputError, match=f"^{key} is missing from the config$"):
+        kind.of(config)
+
+
+@pytest.mark.parametrize(
+    ("section", "name", "value", "told"),
+    [
+        ("solver", "step", "0.01", "solver.step of the config is '0.01'; it must be a number"),
+        ("solver", "step", True, "solver.step of the config is True; it must be a number"),
+        ("solver", "scheme", 2, "solver.scheme of the config is 2; it must be text"),
+        ("matching", "refinement", 2.5, "matching.refinement of the config is 2.5; it must be a whole number"),
+        ("matching", "window", "defalt", "matching.window of the config is 'defalt'; it must be a number"),
+        ("matching", "scan", None, "matching.scan of the config is None; it must be a mapping of keys to values"),
+        ("pulses", "bands", 0.5, "pulses.bands of the config is 0.5; it must be a list"),
+        ("pulses", "bands", [0.5, "a"], r"pulses.bands\[1\] of the config is 'a'; it must be a number"),
+    ],
+)
+def test_a_value_of_another_kind_is_named_with_its_key(section, name, value, told, config):
+    config[section][name] = value
+    with pytest.raises(InputError, match=f"^{told}$"):
+        PulseSettings.of(config)
+
+
+def test_the_default_window_is_the_packages(config):
+    assert config["matching"]["window"] == "default"
+    assert MatchSettings.of(config).matching.window == DEFAULT_WINDOW
+    config["matching"]["window"] = 12
+    assert MatchSettings.of(config).matching.window == 12.0
+    assert earthquakes.EarthquakeWallSettings.of(config).window == 12.0
+
+
+def test_the_grid_of_restitution_is_exact_in_decimals(config):
+    grid = DecaySettings.of(config).restitution
+    assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
+
+
+def test_settings_cannot_be_changed(config):
+    with pytest.raises(AttributeError):
+        CalibrationSettings.of(config).step = 1.0
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_varies_its_parameter_and_nothing_else(name, config):
+    given = StudySettings.of(config)
+    study = given.study(name)
+    values = config["studies"][name][STUDIES[name]]
+    assert study.values.tolist() == values and study.curve.shape == (len(values),)
+    wall = dict(config["wall"])
+    for index, value in enumerate(values):
+        a1 = value if name == "cracked_stiffness" else 0.04
+        own = study.curve.map(lambda p, index=index: p[index])
+        assert (own.cracked_stiffness_ratio, own.plateau_ratio) == (a1, 0.75 if a1 >= 0.15 else 0.85)
+        assert study.release_amplitude[index] == (value if name == "amplitude" else 0.5)
+        wall |= {STUDIES[name]: value} if STUDIES[name] in wall else {}
+        assert study.frequency_parameter[index] == make_wall(wall).frequency_parameter
+
+
+def test_a_study_that_the_part_of_the_config_lacks_is_named(config):
+    part = subset(config, "wall", "curve", "release_amplitude", "studies.amplitude")
+    assert StudySettings.of(part).study("amplitude").name == "amplitude"
+    with pytest.raises(InputError, match=r"^studies\.slenderness is missing from the config$"):
+        StudySettings.of(part).study("slenderness")
+
+
+def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_their_own_curve(config):
+    made = {named.name: named for named in map(make_named_wall, config["natural"]["walls"])}
+    assert list(made) == [entry["name"] for entry in config["natural"]["walls"]]
+    assert [name for name, named in made.items() if isinstance(named.wall, Parapet)] == ["parapet"]
+    assert float(made["rubble"].curve.plateau_ratio) == 0.50 and float(made["church"].curve.plateau_ratio) == 0.85
+    assert float(made["rubble"].wall.height) == 4.0 and float(made["rubble"].wall.hinge_ratio) == 0.6
+    hinged = {**config["natural"]["walls"][-1], "hinge_ratio": 0.5}
+    with pytest.raises(InputError, match=r"natural\.walls\[7\]\.hinge_ratio is not a key"):
+        make_named_wall(hinged, "natural.walls[7]")
+
+
+def test_a_curve_states_all_of_its_parameters(config):
+    assert make_curve(config["curve"]).softening == "steeper"
+    del config["curve"]["ultimate_ratio"]
+    with pytest.raises(InputError, match=r"^curve\.ultimate_ratio is missing"):
+        make_curve(config["curve"])
+
+
+def test_a_normal_distribution_alone_has_moments(config):
+    drawn = earthquakes.PopulationWallSettings.of(config).parameters
+    assert drawn["restitution"].mean == 0.86 and drawn["thickness"].mean is None
+    assert earthquakes.PopulationWallSettings.of(config).correlations == {("restitution", "slenderness"): 0.5}
+    assert np.isfinite([entry.low for entry in drawn.values()]).all()
