@@ -24,7 +24,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.studies.settings import make_wall
+from rockdamp.studies.settings import CalibrationSettings
 
 PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
 
@@ -158,10 +158,11 @@ def _true_values(record: Record) -> Array:
 
 
 def study(config: Config, record: Record) -> xr.Dataset:
-    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e found."""
-    section = config["validation"]
-    known = {key: section["curve"][key] for key in ("ultimate_ratio", "softening")}
-    return calibrate(record, make_wall(section["wall"]), **known, step=float(section["step"]))
+    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
+    given = CalibrationSettings.of(config)
+    return calibrate(
+        record, given.wall, ultimate_ratio=given.ultimate_ratio, softening=given.softening, step=given.step
+    )
 
 
 @dataclass(frozen=True)

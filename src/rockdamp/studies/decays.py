@@ -37,8 +37,7 @@ def study(name: str, config: Config) -> xr.Dataset:
     ----------
     name : {"amplitude", "slenderness", "overburden", "cracked_stiffness"}
     config : dict
-        Validated; uses ``solver``, ``wall``, ``curve``, ``release_amplitude``, ``restitution``, ``studies`` and
-        ``windows``.
+        Has the keys of `DecaySettings`.
 
     Returns
     -------

@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config.parsing import Config
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
+from rockdamp.studies.settings import ExplorerSettings
 
 
 def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
@@ -19,7 +19,7 @@ def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``solver``, ``curve`` and ``explorer``.
+        Has the keys of `ExplorerSettings`.
     matches : xarray.Dataset
         What `matching_studies.match` returned for the amplitude study.
 
@@ -29,10 +29,10 @@ def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
         ``displacement`` (damping_model, release_amplitude, restitution, tau), and the matched ``damping_ratio`` of each
         damper, NaN for CR.
     """
-    curve = TrilinearCurve(**config["curve"])
-    step, scheme = float(config["solver"]["step"]), config["solver"]["scheme"]
-    every = max(1, int(float(config["explorer"]["spacing"]) / step + 1e-9))
-    steps = every * step_count(float(config["explorer"]["length"]), every * step)
+    given = ExplorerSettings.of(config)
+    curve, step, scheme = given.curve, given.solver.step, given.solver.scheme
+    every = max(1, int(given.explorer.spacing / step + 1e-9))
+    steps = every * step_count(given.explorer.length, every * step)
     release, restitution = matches["release_amplitude"].values, matches["restitution"].values
     displacement, ratio = [], []
     for model in track(MODELS, "explorer"):

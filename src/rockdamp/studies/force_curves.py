@@ -8,7 +8,7 @@ import xarray as xr
 from rockdamp.config.parsing import Config
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
-from rockdamp.studies.settings import make_wall
+from rockdamp.studies.settings import ForceCurveSettings
 from rockdamp.vocabulary import PRESETS
 
 POINTS = 1001
@@ -27,20 +27,12 @@ def mechanism(config: Config) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``wall`` and ``curve``.
+        Has the keys of `ForceCurveSettings`.
     """
-    options = dict(config["curve"])
-    shape = (options["cracked_stiffness_ratio"], options["plateau_ratio"])
+    given = ForceCurveSettings.of(config)
     curves = {
-        "tri-linear": TrilinearCurve(**options),
-        "steeper": TrilinearCurve(*shape, ultimate_ratio=DRAWN_ULTIMATE_RATIO, softening="steeper"),
-        # translated softening needs a3 > a1 + b1: a lower plateau where the config's leaves no room
-        "translated": TrilinearCurve(
-            shape[0],
-            min(shape[1], DRAWN_ULTIMATE_RATIO - 1.5 * shape[0]),
-            ultimate_ratio=DRAWN_ULTIMATE_RATIO,
-            softening="translated",
-        ),
+        "tri-linear": given.curve,
+        **drawn_variants(given.curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
     corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
@@ -48,7 +40,6 @@ def mechanism(config: Config) -> xr.Dataset:
     force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
     parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
     plateau = np.array([np.nan, *(float(curve.plateau_ratio) for curve in curves.values())])
-    wall = make_wall(config["wall"])
     walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
     return xr.Dataset(
         {
@@ -57,10 +48,10 @@ def mechanism(config: Config) -> xr.Dataset:
             "plateau_end_ratio": ("curve_name", parameters[:, 1]),
             "ultimate_ratio": ("curve_name", parameters[:, 2]),
             "plateau_ratio": ("curve_name", plateau),
-            "thickness": float(np.asarray(wall.thickness)),
-            "height": float(np.asarray(wall.height)),
-            "hinge_ratio": float(np.asarray(wall.hinge_ratio)),
-            "instability_displacement": float(wall.instability_displacement),
+            "thickness": float(given.wall.thickness),
+            "height": float(given.wall.height),
+            "hinge_ratio": float(given.wall.hinge_ratio),
+            "instability_displacement": float(given.wall.instability_displacement),
             "restitution_analytical": (("hinge_height_ratio", "slenderness"), walls.restitution),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
         },
@@ -71,3 +62,14 @@ def mechanism(config: Config) -> xr.Dataset:
             "slenderness": SLENDERNESSES,
         },
     )
+
+
+def drawn_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
+    """Return both variants of the last branch with the a3 that Fig. 2 draws."""
+    a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
+    # Translated softening needs a3 > a1 + b1: a lower plateau where the curve's leaves no room.
+    lower = min(b1, DRAWN_ULTIMATE_RATIO - 1.5 * a1)
+    return {
+        "steeper": TrilinearCurve(a1, b1, DRAWN_ULTIMATE_RATIO, "steeper"),
+        "translated": TrilinearCurve(a1, lower, DRAWN_ULTIMATE_RATIO, "translated"),
+    }

@@ -8,6 +8,7 @@ import xarray as xr
 
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import giannini_masiani
+from rockdamp.studies.settings import PolynomialSettings
 
 DEGREE = 2
 
@@ -18,7 +19,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``curve`` and ``release_amplitude``.
+        Has the keys of `PolynomialSettings`.
     matched : xarray.Dataset
         Of the cracked-stiffness study.
 
@@ -28,8 +29,8 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
         ``coefficient`` and its ``covariance``, the matched, fitted and closed-form damping ratios, Eq. (15), the
         coefficient of determination and the largest residual. The fits hold over the range of `restitution`.
     """
-    plateau = matched["plateau_ratio"]
-    same = np.isclose(plateau.values, config["curve"]["plateau_ratio"])
+    given = PolynomialSettings.of(config)
+    same = np.isclose(matched["plateau_ratio"].values, given.plateau_ratio)
     matched = matched.isel(cracked_stiffness_ratio=np.flatnonzero(same)).drop_vars(
         ["plateau_ratio", "step", "steps"], errors="ignore"
     )
@@ -65,9 +66,9 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             **xi.coords,
             "degree": degrees,
             "other_degree": degrees,
-            "plateau_ratio": float(config["curve"]["plateau_ratio"]),
-            "ultimate_ratio": float(config["curve"]["ultimate_ratio"]),
-            "release_amplitude": float(config["release_amplitude"]),
+            "plateau_ratio": given.plateau_ratio,
+            "ultimate_ratio": given.ultimate_ratio,
+            "release_amplitude": given.release_amplitude,
         },
     ).drop_vars("frequency_parameter")
 
@@ -77,14 +78,14 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     rows = []
     for model in dataset["damping_model"].values:
         for a1 in dataset["cracked_stiffness_ratio"].values:
-            one = dataset.sel(damping_model=model, cracked_stiffness_ratio=a1)
+            fitted = dataset.sel(damping_model=model, cracked_stiffness_ratio=a1)
             rows.append(
                 {
                     "damping_model": str(model),
                     "cracked_stiffness_ratio": float(a1),
-                    **{f"c{k}": float(value) for k, value in enumerate(one["coefficient"].values)},
-                    "r_squared": float(one["r_squared"]),
-                    "largest_residual": float(one["largest_residual"]),
+                    **{f"c{k}": float(value) for k, value in enumerate(fitted["coefficient"].values)},
+                    "r_squared": float(fitted["r_squared"]),
+                    "largest_residual": float(fitted["largest_residual"]),
                     "smallest_restitution": float(dataset["restitution"].min()),
                     "largest_restitution": float(dataset["restitution"].max()),
                 }

@@ -5,25 +5,17 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import match_cases
-from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.progress import track
-from rockdamp.studies.decays import describe, step_count
+from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import cases_of
+from rockdamp.studies.settings import ResponseLengthSettings
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)
 ROUNDING = 1e-9
-
-
-def window_lengths(config: Config) -> Array:
-    """Return the lengths that the config states, in tau."""
-    grid = config["windows"]
-    count = int(np.floor((grid["stop"] - grid["start"]) / grid["step"] + ROUNDING)) + 1
-    return np.round(grid["start"] + grid["step"] * np.arange(count), 12)
 
 
 def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
@@ -32,7 +24,7 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses what `matching_studies.match` uses, and ``windows``.
+        Has the keys of `ResponseLengthSettings`.
     decays : xarray.Dataset
         Of the amplitude study, which holds the reference amplitude.
 
@@ -42,22 +34,22 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
         ``error``, ``rms_error``, ``damping_ratio`` (window, restitution, damping_model), and for each window a flag
         for each claim that depends on it.
     """
-    study, step = describe("amplitude", config), float(config["solver"]["step"])
+    given = ResponseLengthSettings.of(config)
+    study, lengths, step = given.study("amplitude"), given.windows, given.solver.step
     restitution = decays["restitution"].values
-    lengths = window_lengths(config)
     steps = np.array([step_count(length, step) for length in lengths])
-    row = int(np.argmin(np.abs(study.values - config["release_amplitude"])))
+    row = int(np.argmin(np.abs(study.values - given.release_amplitude)))
     stored = np.asarray(decays["displacement"].values[:, :, : steps[-1] + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step).take(slice(row * restitution.size, (row + 1) * restitution.size))
-    scan, scheme = Scan(**config["matching"]["scan"]), config["solver"]["scheme"]
-    found = [match_cases(cases, model, steps, scan, scheme) for model in track(VISCOUS_MODELS, "windows")]
-    error = np.stack([best.error for best in found], axis=-1)
+    models = track(VISCOUS_MODELS, "windows")
+    matches = [match_cases(cases, model, steps, given.scan, given.solver.scheme) for model in models]
+    error = np.stack([match.error for match in matches], axis=-1)
     dims = ("window", "restitution", "damping_model")
     dataset = xr.Dataset(
         {
             "error": (dims, error),
             "rms_error": (dims, np.sqrt(error / steps[:, None, None])),
-            "damping_ratio": (dims, np.stack([best.damping_ratio for best in found], axis=-1)),
+            "damping_ratio": (dims, np.stack([match.damping_ratio for match in matches], axis=-1)),
         },
         coords={"window": lengths, "restitution": restitution, "damping_model": list(VISCOUS_MODELS)},
     )

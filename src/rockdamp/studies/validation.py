@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,10 @@ from rockdamp.histories.under_a_record import (
     respond,
     rest_samples,
 )
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED, Histories
-from rockdamp.studies.settings import make_wall
+from rockdamp.studies.settings import ValidationSettings
 
 
 def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Dataset:
@@ -32,7 +31,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
     Parameters
     ----------
     config : dict
-        Validated; uses ``validation``.
+        Has the keys of `ValidationSettings`.
     record : Record
         With a measured displacement, at rest before the motion.
     equivalence : xarray.Dataset
@@ -49,13 +48,9 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
         If the record has no measured displacement, no rest before the motion or no free decay after it, or the
         polynomials do not reach the config's e or a1.
     """
-    section = config["validation"]
-    wall, curve, e = (
-        make_wall(section["wall"]),
-        TrilinearCurve(**section["curve"]),
-        float(section["restitution"]),
-    )
-    ratios = damping_ratios(equivalence, e, section["fit_cracked_stiffness_ratios"])
+    given = ValidationSettings.of(config)
+    wall, curve, e = given.wall, given.curve, given.restitution
+    ratios = damping_ratios(equivalence, e, given.fit_cracked_stiffness_ratios)
     rest = rest_samples(record)
     measured, zero = measured_displacement(record)
     u_ins = float(wall.instability_displacement)
@@ -72,7 +67,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
     runs = []
     for model in MODELS:
         damping = Damping.cr(e) if model == "CR" else Damping(model, ratios[model])
-        response = respond(record, wall, curve, damping, float(section["step"]))
+        response = respond(record, wall, curve, damping, given.step)
         runs.append(_compare(record.elapsed, response, u_ins, measured, decay, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}
     peak = float(np.abs(measured).max())
@@ -102,7 +97,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
     )
 
 
-def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Sequence[float]) -> dict[str, float]:
+def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -> dict[str, float]:
     """Evaluate the polynomials xi(e) of each viscous model: the mean over the given a1, linear in a1 between the fits.
 
     The paper averages its fits at two values of a1 around the wall's.
