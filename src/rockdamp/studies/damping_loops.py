@@ -7,14 +7,13 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
-from rockdamp.equivalence.matching import Cases, match_cases, response_length
-from rockdamp.equivalence.scan import Scan
+from rockdamp.equivalence.matching import Cases, match_cases
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import EXPONENTS, MODELS, VISCOUS_MODELS, Damping
-from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
+from rockdamp.studies.settings import LoopSettings, Matching, RigidWall
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
 # ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
@@ -27,21 +26,27 @@ def loops(config: Config) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``solver``, ``curve``, ``release_amplitude``, ``matching`` and ``loops``.
+        Has the keys of `LoopSettings`.
     """
-    return xr.merge([_matched(config), _frequency_laws(), _rocking(config)], compat="no_conflicts").assign_coords(
-        restitution=float(config["loops"]["restitution"]),
-        release_amplitude=float(config["release_amplitude"]),
-        rocking_restitution=float(config["loops"]["rigid"]["restitution"]),
+    given = LoopSettings.of(config)
+    e, x0, length = given.loops.restitution, given.release_amplitude, given.loops.window
+    step, scheme, rigid = given.solver.step, given.solver.scheme, given.loops.rigid
+    parts = [
+        matched_histories(given.curve, e, x0, given.matching, length=length, step=step, scheme=scheme),
+        _frequency_laws(),
+        _rocking(rigid, length=length, step=step, scheme=scheme),
+    ]
+    return xr.merge(parts, compat="no_conflicts").assign_coords(
+        restitution=e, release_amplitude=x0, rocking_restitution=rigid.restitution
     )
 
 
-def _matched(config: Config) -> xr.Dataset:
-    curve = TrilinearCurve(**config["curve"])
-    e, x0 = float(config["loops"]["restitution"]), float(config["release_amplitude"])
-    step, scheme = float(config["solver"]["step"]), config["solver"]["scheme"]
-    window = step_count(response_length(config), step)
-    steps = max(step_count(float(config["loops"]["window"]), step), window)
+def matched_histories(
+    curve: TrilinearCurve, e: float, x0: float, matching: Matching, *, length: float, step: float, scheme: str
+) -> xr.Dataset:
+    """Return the decay from x0 under e, and that of each viscous model matched to it, over `length` in tau or more."""
+    window = step_count(matching.window, step)
+    steps = max(step_count(length, step), window)
     ratio = np.full(len(MODELS), np.nan)
     displacement: list[Array] = []
     velocity: list[Array] = []
@@ -50,7 +55,7 @@ def _matched(config: Config) -> xr.Dataset:
         damping = Damping.cr(e)
         if index:
             cases = Cases(curve.map(np.atleast_1d), np.array([x0]), np.array([e]), displacement[0][None], step)
-            best = match_cases(cases, model, [window], Scan(**config["matching"]["scan"]), scheme)
+            best = match_cases(cases, model, [window], matching.scan, scheme)
             ratio[index] = best.damping_ratio[0, 0]
             damping = Damping(model, ratio[index])
         response = solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
@@ -85,22 +90,19 @@ def _frequency_laws() -> xr.Dataset:
     )
 
 
-def _rocking(config: Config) -> xr.Dataset:
-    section = config["loops"]["rigid"]
-    wall = Wall(section["thickness"], section["height"], hinge_ratio=section["hinge_ratio"])
-    e, x0 = float(section["restitution"]), float(section["release_amplitude"])
-    curve = TrilinearCurve(section["cracked_stiffness_ratio"], section["plateau_ratio"])
-    step = float(config["solver"]["step"])
-    steps = step_count(float(config["loops"]["window"]), step)
+def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr.Dataset:
+    """Return the decay of the nearly rigid wall of Fig. 4a and those of two rigid bodies, over `length` in tau."""
+    wall, e, x0 = rigid.wall, rigid.restitution, rigid.release_amplitude
+    steps = step_count(length, step)
     tau = step * np.arange(steps + 1)
     response = solve(
-        curve,
+        rigid.curve,
         Damping.cr(e),
         release_amplitude=x0,
         step=step,
         steps=steps,
         store_every=1,
-        scheme=config["solver"]["scheme"],
+        scheme=scheme,
     )
     histories: list[Array | None] = [
         response.displacement,

@@ -107,6 +107,14 @@ class RigidWall:
     cracked_stiffness_ratio: float
     plateau_ratio: float
 
+    @property
+    def wall(self) -> Wall:
+        return Wall(self.thickness, self.height, hinge_ratio=self.hinge_ratio)
+
+    @property
+    def curve(self) -> TrilinearCurve:
+        return TrilinearCurve(self.cracked_stiffness_ratio, self.plateau_ratio)
+
 
 @dataclass(frozen=True)
 class Loops:
