@@ -10,7 +10,6 @@ from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.half_cycles import half_cycles
 from rockdamp.histories.under_a_record import respond
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
@@ -90,41 +89,6 @@ def test_a_fit_is_not_used_outside_its_range(equivalence):
         damping_ratios(equivalence, 0.6, [0.02])
     with pytest.raises(InputError, match="fit_cracked_stiffness_ratios is 0.3; .* 0.02 to 0.06"):
         damping_ratios(equivalence, 0.8, [0.02, 0.3])
-
-
-# --- half cycles
-
-
-def decaying(elapsed):
-    """Half periods of 0.1 s, amplitude down by a factor of 0.8 over each."""
-    return np.sin(10 * np.pi * elapsed) * 0.8 ** (elapsed / 0.1)
-
-
-def test_half_cycles_of_a_damped_sine_are_its_own():
-    elapsed = np.arange(0, 1.0005, 0.001)
-    cycles = half_cycles(elapsed, decaying(elapsed), 0.15)
-    lag = np.arctan(np.log(0.8) / np.pi) / (10 * np.pi)  # peaks stand before the quarter period
-    times = 0.05 + 0.1 * np.arange(cycles.peak.size) + lag
-    np.testing.assert_allclose(cycles.peak_elapsed, times, atol=0.0006)  # half a sample
-    np.testing.assert_allclose(cycles.peak, decaying(times), rtol=1e-3)
-    np.testing.assert_allclose(cycles.start[1:], 0.1 * np.arange(1, cycles.peak.size), atol=1e-5)
-    np.testing.assert_allclose(cycles.duration[1:-1], 0.1, atol=2e-5)
-    assert np.isnan(cycles.start[0]) and np.isnan(cycles.end[-1])
-    assert np.abs(cycles.peak).min() > 0.15
-
-
-def test_noise_near_zero_makes_no_half_cycles():
-    elapsed = np.arange(0, 1.0005, 0.001)
-    noise = 0.01 * np.random.RandomState(1).standard_normal(elapsed.size)
-    quiet, noisy = (half_cycles(elapsed, decaying(elapsed) + part, 0.15) for part in (0, noise))
-    assert np.count_nonzero(np.diff(np.sign(decaying(elapsed) + noise))) > 2 * quiet.peak.size
-    assert noisy.peak.size == quiet.peak.size
-    # Six standard deviations of noise over the slope at the crossing, the least of which is 10 pi 0.8^7.
-    np.testing.assert_allclose(noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7))
-
-
-def test_a_history_that_stays_below_the_threshold_has_no_half_cycles():
-    assert half_cycles(np.arange(5.0), np.full(5, 0.1), 0.2).peak.size == 0
 
 
 # --- responses

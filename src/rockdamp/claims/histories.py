@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent
+from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.damping import PAPER_MODELS
-
-Indices = NDArray[np.int64]
 
 
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -37,12 +36,6 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
 # --- loops ---------------------------------------------------------------------------------------------------------
 
 
-def turns(velocity: Array) -> Indices:
-    """Samples of the peaks: the release at rest, and the last sample before each reversal of the velocity."""
-    before, after = velocity[1:-1], velocity[2:]
-    return np.concatenate([[0], np.flatnonzero((before != 0) & (before * after <= 0)) + 1])
-
-
 def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> Array:
     """Work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
 
@@ -51,7 +44,7 @@ def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> A
     u, v, force = (
         loops[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
     )
-    peaks = turns(v[loops["tau"].values <= window])
+    peaks = turning_points(v[loops["tau"].values <= window])
     work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
     middle = np.abs(0.5 * (u[1:] + u[:-1]))
     halves = pairwise(peaks)
@@ -62,8 +55,8 @@ def impact_losses(loops: xr.Dataset, window: float) -> Array:
     """Energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
     history = loops.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
-    last = turns(v[loops["tau"].values <= window])[-1]
-    before = np.flatnonzero((u[:last] != 0) & (u[:last] * u[1 : last + 1] <= 0))
+    last = turning_points(v[loops["tau"].values <= window])[-1]
+    before = np.flatnonzero(passes_zero(u[: last + 1]))
     return 0.5 * v[before] ** 2 * (1 - float(loops["restitution"]) ** 2)
 
 
@@ -136,7 +129,7 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def peaks(displacement: Array, count: int) -> Array:
     """The first `count` peaks of |u| after the release."""
-    return np.abs(displacement)[turns(np.gradient(displacement))[1 : count + 1]]
+    return np.abs(displacement)[turning_points(np.gradient(displacement))[1 : count + 1]]
 
 
 def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:

@@ -6,9 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from rockdamp.arrays import Array
 from rockdamp.figures.style import (
     BEYOND_PAPER,
     DISPLACEMENT,
@@ -22,8 +20,7 @@ from rockdamp.figures.style import (
     scaling,
     styled,
 )
-
-Indices = NDArray[np.intp]
+from rockdamp.histories.half_cycles import excursion_peaks, passes_zero
 
 LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
 LOOP_HALF_CYCLES = 2  # drawn strong, the later ones pale
@@ -33,11 +30,6 @@ ROCKING = {  # curve: colour, line, width, meaning
     "tri-linear": ("#1A1A1A", "solid", 0.9, "tri-linear SDOF"),
     "large rotation": ("#C1121F", "dashed", 0.9, "rigid, large rotations"),
 }
-
-
-def crossings(displacement: Array) -> Indices:
-    """Indices of the samples just after a displacement has changed sign."""
-    return np.flatnonzero(np.diff(np.sign(displacement)) != 0) + 1
 
 
 @styled
@@ -77,7 +69,7 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
     for model in map(str, loops["viscous_model"].values):
         one = loops.sel(damping_model=model)
         u, force = one["displacement"].values, one["damping_force"].values
-        end = peak_indices(u)[LOOP_HALF_CYCLES - 1] + 1
+        end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
         axes.plot(u[end - 1 :], force[end - 1 :], color=MODELS[model].colour, linewidth=0.4, alpha=0.35, zorder=1)
         label = f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
         label += "\n(beyond the paper)" if model in BEYOND_PAPER else ""
@@ -90,13 +82,6 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
     axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
     axes.set_title(f"(b) decays matched to $e = {float(loops['restitution']):g}$: first cycle, later ones pale")
     axes.legend(loc="upper right")
-
-
-def peak_indices(displacement: Array) -> Indices:
-    """Indices of the largest displacement between successive changes of sign, the release left out."""
-    at = crossings(displacement)
-    parts = np.split(np.abs(displacement), at)[1:]
-    return np.array([start + int(np.argmax(part)) for start, part in zip(at, parts, strict=True)])
 
 
 @styled
@@ -135,7 +120,7 @@ def _rocking(axes: Axes, loops: xr.Dataset) -> None:
 
 def _matched(upper: Axes, lower: Axes, loops: xr.Dataset) -> None:
     reference = loops.sel(damping_model="CR")
-    at = crossings(reference["displacement"].values)
+    at = 1 + np.flatnonzero(passes_zero(reference["displacement"].values))
     end = at[min(SHOWN_HALF_CYCLES, at.size) - 1]
     shown = loops.isel(tau=slice(0, int(end) + 1))
     for model in ("CR", "CDR"):

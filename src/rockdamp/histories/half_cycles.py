@@ -1,10 +1,11 @@
-"""The half cycles of a history: its excursions from one crossing of zero to the next."""
+"""Where a stored history passes zero and where it turns, and its half cycles: excursions between crossings of zero."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 
@@ -41,6 +42,53 @@ class HalfCycles:
         return self.end - self.start
 
 
+def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
+    """Tell in which steps between samples a history reaches or passes zero.
+
+    A step that starts at zero leaves it and does not count, as in the solver's count of impacts.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., n)
+        Displacements, whose zeros are impacts, or velocities, whose zeros are peaks; NaN passes nothing.
+
+    Returns
+    -------
+    ndarray of bool, shape (..., n - 1)
+        Of the step from each sample to the next.
+    """
+    sign = np.sign(np.asarray(values, dtype=float))
+    before, after = sign[..., :-1], sign[..., 1:]
+    return (before != 0) & (before * after <= 0)
+
+
+def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
+    """Return the samples of one history's peaks: the release at rest, and the last sample before each change of sign.
+
+    An impact is no turning point: it scales the velocity and keeps its sign.
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (n,)
+        From the release on, at which its sign says nothing.
+    """
+    turns = 1 + np.flatnonzero(passes_zero(np.asarray(velocity)[1:]))
+    return np.concatenate([[0], turns])
+
+
+def excursion_peaks(displacement: Array) -> NDArray[np.intp]:
+    """Return the samples of the largest displacement between successive crossings of zero, the release left out.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (n,)
+    """
+    starts = 1 + np.flatnonzero(passes_zero(displacement))
+    excursions = np.split(np.abs(displacement), starts)[1:]
+    tops = [start + int(np.argmax(excursion)) for start, excursion in zip(starts, excursions, strict=True)]
+    return np.array(tops, dtype=np.intp)
+
+
 def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCycles:
     """Split a history at its crossings of zero into excursions beyond `threshold` to alternate sides.
 
@@ -70,8 +118,7 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
 
 def _crossing(elapsed: Array, displacement: Array, start: int, stop: int) -> float:
     """Middle of the first and the last change of sign from sample `start` to sample `stop`, linearly interpolated."""
-    u = displacement[start : stop + 1]
-    changes = start + np.flatnonzero(np.sign(u[:-1]) * np.sign(u[1:]) <= 0)[[0, -1]]
+    changes = start + np.flatnonzero(passes_zero(displacement[start : stop + 1]))[[0, -1]]
     before, after = displacement[changes], displacement[changes + 1]
-    part = np.divide(before, before - after, out=np.zeros(2), where=before != after)
-    return float(np.mean(elapsed[changes] + part * (elapsed[changes + 1] - elapsed[changes])))
+    share = before / (before - after)
+    return float(np.mean(elapsed[changes] + share * (elapsed[changes + 1] - elapsed[changes])))

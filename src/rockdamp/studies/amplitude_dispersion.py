@@ -21,7 +21,8 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.histories.half_cycles import passes_zero
+from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
 from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
@@ -209,10 +210,10 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
     response = solve(
         curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS, store_every=1
     )
-    returning = response.velocity[:, 1:] >= 0
-    if not returning.any(axis=-1).all():
+    turns = passes_zero(response.velocity[:, 1:])  # the release is at rest
+    if not turns.any(axis=-1).all():
         raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")
-    after = 1 + returning.argmax(axis=-1)
+    after = 2 + turns.argmax(axis=-1)
     lane = np.arange(after.size)
     x, v = response.displacement[lane, after - 1], response.velocity[lane, after - 1]
     # At the turn x is quadratic in time: it is v s/2 beyond x, s the time to the turn at a constant acceleration.

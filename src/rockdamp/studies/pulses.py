@@ -19,6 +19,7 @@ from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
 from rockdamp.equivalence.scan import Scan
+from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
 from rockdamp.motions.experimental_style import ricker
@@ -157,11 +158,10 @@ class _Run:
 
 
 def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:
-    """Sign changes of the displacement before the largest one (for a collapse: before its end)."""
-    sign = np.sign(response.displacement[..., 1:])  # the start is at rest at 0
-    crossed = (sign[..., 1:] * sign[..., :-1] < 0) | (sign[..., 1:] == 0)
-    before = step * np.arange(2, sign.shape[-1] + 1) <= response.peak_tau[..., None]
-    return (crossed & before).sum(axis=-1)
+    """Impacts before the largest displacement (for a collapse: before its end)."""
+    impacts = passes_zero(response.displacement[..., 1:])  # the start is at rest at 0
+    before = step * np.arange(2, impacts.shape[-1] + 2) <= response.peak_tau[..., None]
+    return (impacts & before).sum(axis=-1)
 
 
 # --- what it says ----------------------------------------------------------------------------------------------------

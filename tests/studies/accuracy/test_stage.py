@@ -12,6 +12,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.figures import FIGURES
 from rockdamp.figures.style import MODELS as STYLES
+from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
@@ -461,11 +462,6 @@ def test_the_residual_is_relative_to_the_most_energy_that_was_given():
     assert float(sums.largest_residual) == pytest.approx(3.0 / 5.0)
 
 
-def test_turning_points_are_the_release_and_each_change_of_direction():
-    velocity = np.array([0.0, -1.0, -2.0, -1.6, -0.4, 0.3, 0.9, 0.0, -0.1, -0.2, 0.0, 0.1])
-    assert energy_audit.turning_points(velocity).tolist() == [0, 4, 7, 9]
-
-
 def test_the_stage_audits_both_excitations_to_second_order(stage, drawn):
     assert stage["audit_step"].values.tolist() == [0.02, 0.01, 0.005]
     displacement, velocity = drawn.histories("CDR", "forced", 0.01, 1)
@@ -556,7 +552,7 @@ def test_dampers_lose_what_leaves_from_peak_to_peak(stage, config, looped):
     wall, curve = make_wall(config["wall"]), TrilinearCurve(**config["curve"])
     for model in VISCOUS_MODELS:
         one = looped.sel(damping_model=model)
-        at = energy_audit.turning_points(one["velocity"].values)[:7]
+        at = turning_points(one["velocity"].values)[:7]
         left = -np.diff(energy_audit.joules(wall, curve.energy(one["displacement"].values[at])))
         lost = stage["energy_lost"].sel(audited_wall="reference", damping_model=model).values[: left.size]
         np.testing.assert_allclose(lost, left, atol=2e-3 * float(stage["release_energy"][0]))

@@ -23,10 +23,11 @@ from operator import itemgetter
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
+from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -119,8 +120,8 @@ def _impact_loss(curve: TrilinearCurve, restitution: Array, x: Array, v: Array, 
     The time to the impact is that of the parabola from the step's start, and v follows from the mean of the
     acceleration there and at the impact, where the restoring force is zero and the load's is all.
     """
-    before, after, speed = x[..., :-1], x[..., 1:], v[..., :-1]
-    hit = (np.sign(before) != 0) & (np.sign(before) != np.sign(after))
+    before, speed = x[..., :-1], v[..., :-1]
+    hit = passes_zero(x)
     acceleration = load[..., :-1] - curve.force(before)
     away = np.where(before > 0, speed, -speed)
     root = np.sqrt(np.maximum(speed**2 - 2 * acceleration * before, 0.0))
@@ -129,16 +130,6 @@ def _impact_loss(curve: TrilinearCurve, restitution: Array, x: Array, v: Array, 
     there = load[..., :-1] + (load[..., 1:] - load[..., :-1]) * time / step
     arriving = speed + time * (acceleration + there) / 2
     return np.where(hit, (1 - restitution**2) * arriving**2 / 2, 0.0)
-
-
-def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
-    """Index of the release and of the sample before each change of the velocity's sign: the peaks of one history.
-
-    An impact does not count: it scales the velocity and keeps its sign.
-    """
-    back = np.asarray(velocity, dtype=float) < 0
-    turns = 1 + np.flatnonzero(back[1:-1] != back[2:])  # the release is at rest: its own sign says nothing
-    return np.concatenate([[0], turns])
 
 
 def joules(wall: Wall | Parapet, energy: ArrayLike) -> Array:

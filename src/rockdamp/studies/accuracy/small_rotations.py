@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
+from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.progress import track
@@ -37,7 +38,7 @@ def features(times: ArrayLike, displacement: ArrayLike, peaks: int) -> Array:
     """
     tau, x = np.asarray(times, dtype=float), np.asarray(displacement, dtype=float)
     found = np.full(1 + peaks, np.nan)
-    after = np.flatnonzero(np.diff(np.sign(x)) != 0) + 1
+    after = 1 + np.flatnonzero(passes_zero(x))
     if after.size:
         k = after[0]  # the line goes on from before the impact, where the velocity jumps
         found[0] = tau[k - 1] + (tau[k - 1] - tau[k - 2]) * x[k - 1] / (x[k - 2] - x[k - 1])

@@ -1,0 +1,69 @@
+"""Crossings of zero, turning points and half cycles of stored histories."""
+
+import numpy as np
+import pytest
+
+from rockdamp.histories.half_cycles import excursion_peaks, half_cycles, passes_zero, turning_points
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers.newmark import solve
+
+
+def test_a_step_passes_zero_where_it_ends_there_or_beyond_but_not_where_it_starts_there():
+    u = np.array([0.0, 1.0, 0.5, 0.0, -0.5, -0.1, 0.2, np.nan, 0.3])
+    assert np.flatnonzero(passes_zero(u)).tolist() == [2, 5]
+    np.testing.assert_array_equal(passes_zero([u, -u]), [passes_zero(u)] * 2)
+
+
+def test_displacements_too_small_to_be_multiplied_pass_zero_once():
+    assert passes_zero([3e-200, 2e-200, -1e-200, -2e-200]).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("damping", [Damping.cr(0.85), Damping("SDR", 0.05)])
+def test_the_steps_that_pass_zero_are_the_impacts_that_the_solver_counts(damping):
+    curve = TrilinearCurve(0.04, 0.85)
+    response = solve(curve, damping, release_amplitude=0.5, step=0.005, steps=6000, store_every=1)
+    assert passes_zero(response.displacement).sum() == response.impacts > 10
+
+
+def test_turning_points_are_the_release_and_the_last_sample_before_each_change_of_direction():
+    velocity = np.array([0.0, -1.0, -2.0, -1.6, -0.4, 0.3, 0.9, 0.0, -0.1, -0.2, 0.0, 0.1])
+    assert turning_points(velocity).tolist() == [0, 4, 6, 9]
+
+
+def test_the_peaks_of_excursions_leave_the_release_out_and_keep_the_last_that_has_not_ended():
+    u = np.array([5.0, 1.0, -1.0, -3.0, -2.0, 1.0, 2.0, 1.0, -0.5, -0.7])
+    assert excursion_peaks(u).tolist() == [3, 6, 9]
+    assert excursion_peaks(np.array([2.0, 1.0])).size == 0
+
+
+def decaying(elapsed):
+    """Half periods of 0.1 s, amplitude down by a factor of 0.8 over each."""
+    return np.sin(10 * np.pi * elapsed) * 0.8 ** (elapsed / 0.1)
+
+
+def test_half_cycles_of_a_damped_sine_are_its_own():
+    elapsed = np.arange(0, 1.0005, 0.001)
+    cycles = half_cycles(elapsed, decaying(elapsed), 0.15)
+    lag = np.arctan(np.log(0.8) / np.pi) / (10 * np.pi)  # peaks stand before the quarter period
+    times = 0.05 + 0.1 * np.arange(cycles.peak.size) + lag
+    np.testing.assert_allclose(cycles.peak_elapsed, times, atol=0.0006)  # half a sample
+    np.testing.assert_allclose(cycles.peak, decaying(times), rtol=1e-3)
+    np.testing.assert_allclose(cycles.start[1:], 0.1 * np.arange(1, cycles.peak.size), atol=1e-5)
+    np.testing.assert_allclose(cycles.duration[1:-1], 0.1, atol=2e-5)
+    assert np.isnan(cycles.start[0]) and np.isnan(cycles.end[-1])
+    assert np.abs(cycles.peak).min() > 0.15
+
+
+def test_noise_near_zero_makes_no_half_cycles():
+    elapsed = np.arange(0, 1.0005, 0.001)
+    noise = 0.01 * np.random.RandomState(1).standard_normal(elapsed.size)
+    quiet, noisy = (half_cycles(elapsed, decaying(elapsed) + part, 0.15) for part in (0, noise))
+    assert np.count_nonzero(np.diff(np.sign(decaying(elapsed) + noise))) > 2 * quiet.peak.size
+    assert noisy.peak.size == quiet.peak.size
+    # Six standard deviations of noise over the slope at the crossing, the least of which is 10 pi 0.8^7.
+    np.testing.assert_allclose(noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7))
+
+
+def test_a_history_that_stays_below_the_threshold_has_no_half_cycles():
+    assert half_cycles(np.arange(5.0), np.full(5, 0.1), 0.2).peak.size == 0
