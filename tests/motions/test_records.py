@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
-from rockdamp.motions.records import Record, read_record, write_record
+from rockdamp.motions.records import Record, followed_by_rest, read_record, write_record
 
 HEADER = "# specimen: A\n# source: B, 2017: table 3\n# licence: CC0-1.0\n# units: s, m s-2, m\n# synthetic: yes\n"
 COLUMNS = "elapsed_s,ground_acceleration_m_s2,displacement_m\n"
@@ -248,3 +248,15 @@ def test_a_file_that_cannot_be_written_is_named_and_leaves_nothing_behind(tmp_pa
     with pytest.raises(InputError, match="cannot be written"):
         write_record(tmp_path / "nowhere" / "record.csv", Record(times(), np.zeros(40)))
     assert [entry.name for entry in tmp_path.iterdir()] == ["record.csv"]
+
+
+@pytest.mark.parametrize(("tail", "zeros"), [(0.0, 0), (1e-9, 1), (0.5, 50), (0.501, 51)])
+def test_the_rest_after_a_motion_lasts_at_least_as_long_as_asked_for(tail, zeros):
+    motion = np.array([1.0, -2.0, 3.0])
+    assert followed_by_rest(motion, 0.01, tail).tolist() == [1.0, -2.0, 3.0] + [0.0] * zeros
+
+
+@pytest.mark.parametrize("tail", [-0.1, float("nan"), float("inf")])
+def test_a_rest_that_cannot_be_is_refused(tail):
+    with pytest.raises(InputError, match=f"tail is {tail}"):
+        followed_by_rest(np.zeros(3), 0.01, tail)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, follow, match_cases, refined
+from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
@@ -95,7 +93,7 @@ def equivalent(
         best = match_cases(cases, model, [steps])
         ratio, error = follow(finest, model, best.damping_ratio[0])
         energy = damping_ratio_energy(batch, model, e, amplitude)
-        fit = polynomial(model, e, float(curve.cracked_stiffness_ratio))
+        fit = shipped()(model, e, float(curve.cracked_stiffness_ratio))
         return [
             {
                 "restitution": float(e[i]),
@@ -156,37 +154,3 @@ def equivalent_dampings(
     a1, b1, a3 = curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio
     rows = equivalent(restitution, float(a1), float(b1), float(a3), curve.softening, release_amplitude, window)
     return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
-
-
-@cache
-def shipped_coefficients() -> dict[str, Array]:
-    """Return the polynomials that the package ships, coefficients.csv: by column, its rows in the file's order.
-
-    A test holds the file equal to what the pipeline builds.
-    """
-    text = files("rockdamp.equivalence").joinpath("coefficients.csv").read_text(encoding="utf-8").splitlines()
-    names = text[0].split(",")
-    columns = zip(*(line.split(",") for line in text[1:]), strict=True)
-    return {
-        name: np.array(column, dtype=str if name == "damping_model" else float)
-        for name, column in zip(names, columns, strict=True)
-    }
-
-
-def polynomial(damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> Array:
-    """xi(e) by the shipped polynomials, linear in a1 between them; NaN outside their range or without any. [-]"""
-    table = shipped_coefficients()
-    own = table["damping_model"] == damping_model
-    if not own.any():
-        return np.full(np.shape(restitution), np.nan)
-    a1 = table["cracked_stiffness_ratio"][own]
-    e = np.asarray(restitution, dtype=float)
-    values = sum(table[f"c{k}"][own, None] * np.ravel(e) ** k for k in range(3))
-    between = np.array([np.interp(cracked_stiffness_ratio, a1, column) for column in np.transpose(values)])
-    tolerance = 1e-12
-    inside = (
-        (e >= table["smallest_restitution"][own][0] - tolerance)
-        & (e <= table["largest_restitution"][own][0] + tolerance)
-        & (a1[0] - tolerance <= cracked_stiffness_ratio <= a1[-1] + tolerance)
-    )
-    return np.where(inside, between.reshape(e.shape), np.nan)

@@ -19,7 +19,7 @@ from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record
+from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import OUTCOMES, Histories
 from rockdamp.storage.dataset import ATTRIBUTES, registry
@@ -143,11 +143,8 @@ def respond(
     >>> response.outcome.values.tolist()
     ['completed', 'completed']
     """
-    require_finite("tail", tail)
-    require(tail >= 0, "tail", tail, "at least 0 s")
+    motion = followed_by_rest(record.ground_acceleration, record.step, tail)
     batch = _Batch(wall, curve, damping, {"scale": scale})
-    rest = np.zeros(int(np.ceil(tail / record.step * (1 - 1e-12))))
-    motion = np.concatenate([record.ground_acceleration, rest])
     substeps = batch.steps_within(record.step, step)
     assert batch.wall is not None
     response = solve(

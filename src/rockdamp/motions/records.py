@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.storage.atomic import replacing
 
@@ -89,6 +89,26 @@ class Record:
     def synthetic(self) -> bool:
         """Whether the record says that it was computed rather than measured; one that says nothing was measured."""
         return ANSWERS[self.header.get("synthetic", "no")]
+
+
+def followed_by_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
+    """Return a ground acceleration and, after it, zeros for at least `tail`: the time in which a wall comes to rest.
+
+    Parameters
+    ----------
+    ground_acceleration : ndarray, shape (samples,)
+        Of which the unit does not matter.
+    step, tail : float
+        Between two samples; and how long the rest lasts. Both in s, or both in tau.
+
+    Raises
+    ------
+    InputError
+        If `tail` is negative or not finite.
+    """
+    require_finite("tail", tail)
+    require(tail >= 0, "tail", tail, "at least 0")
+    return np.concatenate([ground_acceleration, np.zeros(int(np.ceil(tail / step)))])
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:

@@ -22,7 +22,7 @@ from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, r
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import passes_zero
-from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve

@@ -23,6 +23,7 @@ from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
 from rockdamp.motions.experimental_style import ricker
+from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
@@ -147,8 +148,7 @@ class _Run:
 
     def _forced(self) -> Options:
         shape = pulse(self.name, self.frequency, self.step)
-        rest = np.zeros(step_count(float(self.config["pulses"]["tail"]), self.step))
-        ground = np.concatenate([shape, rest])
+        ground = followed_by_rest(shape, self.step, float(self.config["pulses"]["tail"]))
         return {
             "load_factor": float(self.curve.plateau_ratio) * self.load[:, None],
             "ground_acceleration": ground,

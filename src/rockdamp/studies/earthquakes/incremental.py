@@ -21,12 +21,13 @@ from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import response_length
 from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures, spectral_acceleration
-from rockdamp.motions.records import Record
+from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
@@ -118,17 +119,10 @@ def _damping_ratios(curve: TrilinearCurve, e: Array, config: Config, equivalence
         at = int(np.flatnonzero(e == row["restitution"])[0]), VISCOUS_MODELS.index(row["damping_model"])
         found[at][SOURCES.index("error")] = row["damping_ratio"]
         found[at][SOURCES.index("closed form")] = row["damping_ratio_energy"]
-    found[:, :, SOURCES.index("fit")] = _by_fit(equivalence, e, a1).T
+    polynomials = Polynomials.of(equivalence)
+    for column, model in enumerate(VISCOUS_MODELS):
+        found[:, column, SOURCES.index("fit")] = polynomials(model, e, a1)
     return found
-
-
-def _by_fit(equivalence: xr.Dataset, e: Array, a1: float) -> Array:
-    """Polynomials of the built equivalence, linear in a1 between them; NaN beyond their e and a1. (models, e)"""
-    fits = equivalence["coefficient"].sortby("cracked_stiffness_ratio").sel(damping_model=list(VISCOUS_MODELS))
-    at = fits.interp(cracked_stiffness_ratio=a1)  # NaN outside
-    powers = xr.DataArray(e, dims="e") ** fits["degree"]
-    inside = (e >= float(equivalence["restitution"].min())) & (e <= float(equivalence["restitution"].max()))
-    return np.where(inside, (at * powers).sum("degree", skipna=False).transpose("damping_model", "e").values, np.nan)
 
 
 # --- the ground motions -----------------------------------------------------------------------------------------------
@@ -283,11 +277,10 @@ class _Case:
     ) -> _Case:
         sampling = float(wall.frequency_parameter) * record.step
         coarsest = 2**HALVINGS * float(section["step"]) / float(curve.initial_frequency)
-        rest = np.zeros(int(np.ceil(float(section["tail"]) / record.step)))
         return cls(
             curve,
             float(wall.load_factor) * factor,
-            np.concatenate([record.ground_acceleration, rest]),
+            followed_by_rest(record.ground_acceleration, record.step, float(section["tail"])),
             sampling,
             int(np.ceil(sampling / coarsest)),
             int(np.ceil((strong_end - record.elapsed[0]) / record.step)),

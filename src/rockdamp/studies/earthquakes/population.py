@@ -24,6 +24,7 @@ from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures
+from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
@@ -189,8 +190,7 @@ def run(motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, sec
     values = {name: walls[name].values for name in PARAMETERS}
     wall, curve = _mechanics(values)
     factor = intensity / measures(motion.record).pgv
-    rest = np.zeros(int(np.ceil(float(section["tail"]) / motion.record.step)))
-    ground = np.concatenate([motion.record.ground_acceleration, rest])
+    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, float(section["tail"]))
     sampling = wall.frequency_parameter * motion.record.step
     needed = sampling * curve.initial_frequency / float(section["step"])
     substeps = SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)

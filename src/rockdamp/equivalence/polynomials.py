@@ -1,0 +1,133 @@
+"""The damping ratio by the polynomials xi(e) of each viscous model, between the cracked stiffnesses of their fits.
+
+`studies.polynomial_fits` makes them; here they are evaluated, those that the package ships as those just built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp.arrays import Array
+from rockdamp.errors import require
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROUNDING = 1e-12  # beyond the range of the fits that still counts as within it
+
+
+@dataclass(frozen=True)
+class Polynomials:
+    """Fits xi(e) = c0 + c1 e + c2 e^2 of each model at several a1.
+
+    Attributes
+    ----------
+    coefficient : mapping of ndarray, shape (a1, degree)
+        By model; the constant first. [-]
+    cracked_stiffness_ratio : ndarray, shape (a1,)
+        Of the fits, ascending. [-]
+    restitution : tuple of two floats
+        The smallest and the largest e of the fits. [-]
+    """
+
+    coefficient: Mapping[str, Array]
+    cracked_stiffness_ratio: Array
+    restitution: tuple[float, float]
+
+    @classmethod
+    def of(cls, equivalence: xr.Dataset) -> Polynomials:
+        """Take the polynomials of a built dataset: its ``coefficient`` and the range of its ``restitution``."""
+        fits = equivalence["coefficient"].sortby("cracked_stiffness_ratio")
+        fits = fits.transpose("damping_model", "cracked_stiffness_ratio", "degree")
+        e = equivalence["restitution"].values
+        models = map(str, fits["damping_model"].values)
+        return cls(
+            dict(zip(models, fits.values, strict=True)),
+            fits["cracked_stiffness_ratio"].values,
+            (float(e.min()), float(e.max())),
+        )
+
+    def covers(self, restitution: ArrayLike, cracked_stiffness_ratio: ArrayLike) -> NDArray[np.bool_]:
+        """Tell where e and a1 lie within the range of the fits."""
+        e, a1 = np.asarray(restitution, dtype=float), np.asarray(cracked_stiffness_ratio, dtype=float)
+        return _within(e, self.restitution) & _within(a1, self.cracked_stiffness_ratio)
+
+    def require_cover(self, restitution: ArrayLike, cracked_stiffness_ratio: ArrayLike, a1_name: str) -> None:
+        """Raise unless e and a1, which errors call `a1_name`, lie within the range of the fits.
+
+        Raises
+        ------
+        InputError
+            With the value and the range.
+        """
+        given = (
+            ("restitution", restitution, self.restitution),
+            (a1_name, cracked_stiffness_ratio, self.cracked_stiffness_ratio),
+        )
+        for name, value, fits in given:
+            values = np.asarray(value, dtype=float)
+            require(_within(values, fits), name, values, f"within the range of the fits, {fits[0]:g} to {fits[-1]:g}")
+
+    def __call__(self, damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> Array:
+        """Evaluate xi(e), the coefficients linear in a1 between the fits. [-]
+
+        Parameters
+        ----------
+        damping_model : str
+        restitution : float or ndarray
+            e. [-]
+        cracked_stiffness_ratio : float
+            a1. [-]
+
+        Returns
+        -------
+        ndarray, of the shape of `restitution`
+            NaN outside the range of the fits, and for a model without any.
+        """
+        e = np.asarray(restitution, dtype=float)
+        if damping_model not in self.coefficient:
+            return np.full(e.shape, np.nan)
+        of_degree = self.coefficient[damping_model].T
+        at = [np.interp(cracked_stiffness_ratio, self.cracked_stiffness_ratio, values) for values in of_degree]
+        terms = np.array(at) * e[..., None] ** np.arange(len(at))
+        return np.where(self.covers(e, cracked_stiffness_ratio), terms.sum(axis=-1), np.nan)
+
+
+def _within(values: Array, ends: ArrayLike) -> NDArray[np.bool_]:
+    low, high = np.min(ends), np.max(ends)
+    return (values >= low - ROUNDING) & (values <= high + ROUNDING)
+
+
+@cache
+def shipped_coefficients() -> dict[str, Array]:
+    """Return the table that the package ships, coefficients.csv: by column, its rows in the file's order.
+
+    A test holds the file equal to what the pipeline builds.
+    """
+    text = files("rockdamp.equivalence").joinpath("coefficients.csv").read_text(encoding="utf-8").splitlines()
+    names = text[0].split(",")
+    columns = zip(*(line.split(",") for line in text[1:]), strict=True)
+    return {
+        name: np.array(column, dtype=str if name == "damping_model" else float)
+        for name, column in zip(names, columns, strict=True)
+    }
+
+
+@cache
+def shipped() -> Polynomials:
+    """Return the polynomials that the package ships: of the reference curve, b1 = 0.85 and u0 = 0.5 u_ins."""
+    table = shipped_coefficients()
+    rows = {str(model): table["damping_model"] == model for model in table["damping_model"]}
+    coefficient = np.stack([table[name] for name in ("c0", "c1", "c2")], axis=1)
+    return Polynomials(
+        {model: coefficient[own] for model, own in rows.items()},
+        np.unique(table["cracked_stiffness_ratio"]),
+        (float(table["smallest_restitution"].max()), float(table["largest_restitution"].min())),
+    )
