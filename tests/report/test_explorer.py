@@ -1,210 +1,18 @@
-"""The explorer: its stored decays, its closed form in JavaScript, and the page in a browser.
+"""The explorer in a browser.
 
-The closed form runs under node where there is one. `make test-peers` drives Chromium, which comes from the system
-(on Debian and Ubuntu: apt-get install chromium chromium-driver).
+`make test-peers` drives Chromium, which comes from the system (on Debian and Ubuntu: apt-get install chromium
+chromium-driver).
 """
 
-import json
-import re
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
-import report_content
-import yaml
-from repository import ROOT
 
 import rockdamp
-from rockdamp import report
 from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
-from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
+from rockdamp.mechanics.curve import PRESETS, TrilinearCurve
 from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
-from rockdamp.solvers.newmark import solve
-from rockdamp.storage import dataset
-from rockdamp.studies import explorer_decays
-
-# --- the stored decays -----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def config():
-    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    return {**config, "explorer": {"length": 6, "spacing": 0.051}}
-
-
-@pytest.fixture(scope="module")
-def matches():
-    made = report_content.made_up("match", "release_amplitude")
-    curve = TrilinearCurve(0.04, 0.85)
-    for model in VISCOUS_MODELS:
-        made["damping_ratio"].loc[{"damping_model": model}] = damping_ratio_energy(
-            curve, model, made["restitution"].values, made["release_amplitude"].values[:, None]
-        )
-    return made
-
-
-@pytest.fixture(scope="module")
-def stored(config, matches):
-    return explorer_decays.explorer(config, matches)
-
-
-def test_stored_decays_are_those_of_the_solver_at_every_few_steps(stored, config):
-    step = config["solver"]["step"]
-    np.testing.assert_allclose(stored["tau"], 0.05 * np.arange(121), atol=1e-12)  # 0.051 rounded down to whole steps
-    curve = TrilinearCurve(**config["curve"])
-    for model, e, x0 in (("CR", 0.8, 0.9), ("CDC", 0.9, 0.3), ("ECD", 0.85, 0.5)):
-        at = {"damping_model": model, "restitution": e, "release_amplitude": x0}
-        xi = float(stored["damping_ratio"].sel(at))
-        damping = Damping.cr(e) if model == "CR" else Damping(model, xi)
-        alone = solve(curve, damping, release_amplitude=x0, step=step, steps=2400, store_every=20)
-        np.testing.assert_array_equal(stored["displacement"].sel(at), alone.displacement)
-
-
-def test_stored_ratios_are_the_matched_ones_and_restitution_has_none(stored, matches):
-    assert stored["damping_ratio"].sel(damping_model="CR").isnull().all()
-    for model in VISCOUS_MODELS:
-        np.testing.assert_array_equal(
-            stored["damping_ratio"].sel(damping_model=model), matches["damping_ratio"].sel(damping_model=model)
-        )
-
-
-def test_the_stored_decays_fit_the_registry(stored):
-    dataset.check(stored, "explorer")
-
-
-# --- the closed form in JavaScript -----------------------------------------------------------------------------------
-
-NODE = shutil.which("node") or shutil.which("nodejs")
-needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page's script without a browser, is absent")
-
-
-@pytest.fixture(scope="module")
-def page(stored, tmp_path_factory):
-    """A built page, with the real decays for its explorer."""
-    content = report_content.content()
-    content.datasets["explorer"] = stored
-    path = tmp_path_factory.mktemp("page") / "a träe.html"
-    report.write(content, path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def run(page, tmp_path_factory):
-    """Call functions of the closed form as the page holds it: a list of (name, arguments) to a list of results."""
-    html = page.read_text(encoding="utf-8")
-    script = next(
-        text for text in re.findall(r'<script class="own">(.*?)</script>', html, re.S) if "closedForm" in text
-    )
-    data = re.search(r'<script type="application/json" id="explorer-data">(.*?)</script>', html, re.S)[1]
-    folder = tmp_path_factory.mktemp("node")
-    (folder / "closed_form.js").write_text(script, encoding="utf-8")
-    (folder / "data.json").write_text(data, encoding="utf-8")
-    (folder / "run.js").write_text(
-        """
-        const form = require("./closed_form.js")(require("./data.json").constants);
-        const calls = JSON.parse(require("fs").readFileSync(0, "utf8"));
-        const told = calls.map(([name, args]) => form[name](...args.map((a) => (a.a1 && !a.bare ? form.curve(a) : a))));
-        process.stdout.write(JSON.stringify(told));
-        """,
-        encoding="utf-8",
-    )
-
-    def call(calls):
-        done = subprocess.run([NODE, folder / "run.js"], input=json.dumps(calls), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return call
-
-
-def curves(count=60):
-    """Random valid curves of both variants with an amplitude and e each, and the presets."""
-    random = np.random.default_rng(7)
-    found = [
-        (a1, b1, 1.0, softening, x0, 0.85)
-        for b1, a1 in PRESETS.values()
-        for softening in SOFTENING
-        for x0 in (0.03, 0.7)
-    ]
-    while len(found) < count:
-        a1, b1, a3, x0, e = random.uniform([0.005, 0.1, 0.5, 0.01, 0.5], [0.4, 0.95, 1.0, 0.99, 0.999])
-        softening = SOFTENING[len(found) % 2]
-        try:
-            TrilinearCurve(a1, b1, a3, softening)
-        except InputError:
-            continue
-        found.append((a1, b1, a3, softening, x0 * a3, e))
-    return found
-
-
-def named(a1, b1, a3, softening):
-    return {"a1": a1, "b1": b1, "a3": a3, "softening": softening}
-
-
-@needs_node
-def test_the_script_computes_the_packages_damping_ratios(run):
-    """The same rule on the same nodes: to rounding."""
-    cases = curves()
-    told = run(
-        [("dampingRatio", [named(*case[:4]), model, case[5], case[4]]) for model in VISCOUS_MODELS for case in cases]
-    )
-    for model, ratios in zip(VISCOUS_MODELS, np.reshape(told, (len(VISCOUS_MODELS), -1)), strict=True):
-        for softening in SOFTENING:
-            some = [index for index, case in enumerate(cases) if case[3] == softening]
-            a1, b1, a3, x0, e = (np.array([cases[index][part] for index in some]) for part in (0, 1, 2, 4, 5))
-            own = damping_ratio_energy(TrilinearCurve(a1, b1, a3, softening), model, e, x0)
-            np.testing.assert_allclose(ratios[some], own, rtol=1e-11)
-
-
-@needs_node
-def test_the_script_knows_the_curve_and_the_dampers(run):
-    x = np.linspace(0.001, 1.0, 40)
-    for case in (curves()[0], *curves()[-4:]):
-        curve = TrilinearCurve(*case[:4])
-        inside = x[x < float(curve.ultimate_ratio)]
-        calls = [(name, [named(*case[:4]), at]) for name in ("force", "energy") for at in x]
-        own = [*curve.force(x), *curve.energy(x)]
-        for model in VISCOUS_MODELS:
-            calls += [("coefficient", [named(*case[:4]), model, at]) for at in inside]
-            own += [*Damping(model, 1.0).coefficient(curve, inside)]
-        np.testing.assert_allclose(run(calls), own, rtol=1e-11, atol=1e-14)
-    assert run([("gianniniMasiani", [0.85])]) == [pytest.approx(float(giannini_masiani(0.85)), rel=1e-14)]
-
-
-def accepted(values):
-    try:
-        TrilinearCurve(values["a1"], values["b1"], values["a3"], values["softening"])
-    except InputError:
-        return False
-    return 0 < values["x0"] < values["a3"] and 0 < values["e"] <= 1
-
-
-STEPS = {"e": 0.005, "a1": 0.005, "b1": 0.01, "a3": 0.01, "x0": 0.01}
-
-
-@needs_node
-def test_a_value_is_kept_where_the_package_takes_it_and_moved_to_one_that_it_takes_where_not(run):
-    random = np.random.default_rng(11)
-    calls, given = [], []
-    for a1, b1, a3, softening, x0, e in curves(40):
-        values = {**named(a1, b1, a3, softening), "x0": x0, "e": e, "bare": True}
-        for name, step in STEPS.items():
-            for wanted in (*random.uniform(-0.2, 1.3, 6), 0.0, 1.0):
-                calls.append(("clamp", [name, float(wanted), step, values]))
-                given.append((name, float(wanted), values))
-    moved = 0
-    for told, (name, wanted, values) in zip(run(calls), given, strict=True):
-        # What depends on the release is not asked of the curve: the page moves the release after the curve.
-        free = {**values, "x0": 1e-6} if name != "x0" else values
-        assert accepted({**free, name: told}), (name, wanted, told, values)
-        assert told == wanted or not accepted({**free, name: wanted})
-        moved += told != wanted
-    assert 500 < moved < len(given) - 500
-
-
-# --- the page in a browser -------------------------------------------------------------------------------------------
 
 try:
     from selenium import webdriver
@@ -275,8 +83,8 @@ def drawn(browser):
 
 
 @pytest.fixture(scope="module")
-def browser(chromium, page):
-    browser = chromium(page)
+def browser(chromium, explorer_page):
+    browser = chromium(explorer_page)
     yield browser
     browser.quit()
 
@@ -336,9 +144,9 @@ def complaints(browser):
 
 
 @pytest.mark.peers
-def test_the_page_opens_without_a_word_on_the_console(chromium, page):
+def test_the_page_opens_without_a_word_on_the_console(chromium, explorer_page):
     for width, phone in ((1280, False), (390, True)):
-        browser = chromium(page, width, phone)
+        browser = chromium(explorer_page, width, phone)
         try:
             assert complaints(browser) == []
             wide, room = browser.execute_script(

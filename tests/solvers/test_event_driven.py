@@ -1,13 +1,11 @@
-"""The event-driven reference against closed forms, energy balances, other integrators and the kernel."""
+"""The event-driven solver against closed forms and at high precision; collapse and bad input."""
 
 import math
 
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
+from exact_cases import CURVES, DAMPERS, NAMES
 
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -16,33 +14,8 @@ from rockdamp.solvers import event_driven
 from rockdamp.solvers.event_driven import cr_peaks, history
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.vocabulary import SOFTENING
 
-CURVES = (
-    TrilinearCurve(0.04, 0.85),
-    TrilinearCurve(0.02, 0.6),
-    TrilinearCurve.preset("severe"),
-    TrilinearCurve(0.06, 0.72, 0.8, "translated"),
-    TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
-)
-DAMPERS = (
-    Damping.cr(0.85),
-    Damping("CDC", 0.05),
-    Damping("CDR", 0.06),
-    Damping("SDR", 0.07),
-    Damping("ECD", 0.05),
-    Damping.power(1.3, 0.05),
-)
-NAMES = [damper.model for damper in DAMPERS]
-
-
-def smooth_load(seed: int, samples: int, size: float = 0.08) -> np.ndarray:
-    """Return noise that a window of 21 samples has smoothed."""
-    noise = np.random.default_rng(seed).normal(size=samples + 20)
-    return size * np.convolve(noise, np.hanning(21), "valid")[:samples]
-
-
-# --- free decays against closed forms -------------------------------------------------------------------------------
+# --- free decays against closed forms --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("curve", CURVES)
@@ -114,7 +87,7 @@ def test_motion_that_only_just_touches_a_corner_keeps_its_amplitude_and_period(a
     assert np.diff(run.impacts) == pytest.approx(float(curve.period(amplitude)) / 2, abs=1e-9)
 
 
-# --- the pieces at high precision -----------------------------------------------------------------------------------
+# --- the pieces at high precision ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("k", [16.0, 0.0, -1.0, -6.5])
@@ -164,155 +137,7 @@ def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
                 assert branch.stiffness * x + branch.offset == pytest.approx(float(curve.force(x)), abs=1e-14)
 
 
-# --- forced ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("damper", DAMPERS[1:], ids=NAMES[1:])
-def test_energy_is_balanced_by_the_work_of_the_load_and_the_damper(damper):
-    curve, step = CURVES[3], 0.05
-    load = smooth_load(7, 161, 0.06)
-    residuals = []
-    for refined in (16, 32, 64):
-        times = np.arange(160 * refined + 1) * step / refined
-        run = history(curve, damper, times, release_amplitude=0.3, load=load, load_step=step)
-        x, v = run.displacement, run.velocity
-        assert np.ptp(x) > 0.4  # all branches are visited
-        power = (np.interp(times, np.arange(161) * step, load) - damper.coefficient(curve, x) * v) * v
-        work = np.concatenate([[0], np.cumsum(power[1:] + power[:-1])]) * step / refined / 2
-        residuals.append(np.abs(np.diff(curve.energy(x) + v**2 / 2 - work)).sum())
-    # Trapezoids of a continuous integrand: second order, so the balance closes in the limit.
-    assert np.log2(np.divide(residuals[:-1], residuals[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-    assert residuals[-1] < 1e-5 * float(curve.energy(0.8))
-
-
-@pytest.mark.parametrize("damper", [DAMPERS[0], DAMPERS[3]], ids=["CR", "SDR"])
-def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branches(damper):
-    curve, step = CURVES[0], 0.25
-    load = smooth_load(5, 21)
-    times = np.arange(1, 200) * 0.025
-    run = history(curve, damper, times, release_amplitude=0.2, load=load, load_step=step)
-    samples = np.arange(21) * step
-
-    def rates(t, y):
-        c = float(damper.coefficient(curve, y[0]))
-        return y[1], np.interp(t, samples, load) - float(curve.force(y[0])) - c * y[1]
-
-    def crossing(_, y):
-        return y[0]
-
-    crossing.terminal = True
-    e = float(damper.parameter) if damper.model == "CR" else 1.0
-    t, y, expected, impacts = 0.0, [0.2, 0.0], [], []
-    while t < times[-1]:
-        part = solve_ivp(rates, (t, times[-1]), y, "Radau", events=crossing, dense_output=True, rtol=1e-8, atol=1e-10)
-        t_end = part.t[-1]
-        inside = times[(times >= t) & (times < t_end) | (times == times[-1]) & (t_end == times[-1])]
-        expected += part.sol(inside)[0].tolist() if inside.size else []
-        v = part.y[1, -1]
-        if part.status == 1:
-            impacts.append(t_end)
-            t, y = t_end + 1e-12, [math.copysign(1e-12, v), e * v]
-        else:
-            t = t_end
-    assert len(impacts) > 3
-    assert run.impacts == pytest.approx(impacts, abs=1e-6)
-    # Radau holds 1e-8 of each step, and there are some hundreds.
-    assert run.displacement == pytest.approx(expected, abs=1e-6)
-
-
-def test_constant_load_on_the_plateau_accelerates_uniformly():
-    curve = TrilinearCurve(0.04, 0.6)
-    times = np.linspace(0, 0.5, 11)
-    run = history(
-        curve,
-        Damping.cr(0.9),
-        times,
-        release_amplitude=0.1,
-        release_velocity=0.1,
-        load=[0.9, 0.9],
-        load_step=1.0,
-    )
-    assert run.displacement == pytest.approx(0.1 + 0.1 * times + 0.15 * times**2, abs=1e-14)
-    assert run.velocity == pytest.approx(0.1 + 0.3 * times, abs=1e-14)
-
-
-def test_load_is_linear_between_its_samples_and_zero_afterwards():
-    curve, times = CURVES[0], np.linspace(0, 4, 101)
-    coarse = history(curve, DAMPERS[2], times, load=[0.0, 0.4, -0.2], load_step=0.5)
-    fine = history(curve, DAMPERS[2], times, load=[0.0, 0.2, 0.4, 0.1, -0.2, 0, 0, 0], load_step=0.25)
-    before = times <= 1.0
-    assert coarse.displacement[before] == pytest.approx(fine.displacement[before], abs=1e-13)
-    state = {"release_amplitude": coarse.displacement[25], "release_velocity": coarse.velocity[25]}
-    rest = history(curve, DAMPERS[2], times[25:] - times[25], **state)
-    assert coarse.displacement[25:] == pytest.approx(rest.displacement, abs=1e-12)
-
-
-@pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
-def test_a_wall_at_rest_stays_at_rest_until_the_load_comes(damper):
-    run = history(CURVES[0], damper, [0.0, 1.0, 2.0, 2.2], load=[0.0, 0.0, -0.5], load_step=1.0)
-    assert not run.displacement[:2].any()
-    assert run.displacement[2] < 0
-    assert run.impacts.size == 0
-
-
-@settings(deadline=None, max_examples=25)
-@given(
-    x0=st.floats(-0.95, 0.95),
-    v0=st.floats(-0.5, 0.5),
-    seed=st.integers(0, 1000),
-    damper=st.sampled_from(DAMPERS[:3]),
-    curve=st.sampled_from(CURVES),
-)
-def test_the_mirrored_motion_is_the_mirror_image(x0, v0, seed, damper, curve):
-    load, x0 = smooth_load(seed, 11), x0 * float(curve.ultimate_ratio)
-    right, left = (
-        history(
-            curve,
-            damper,
-            np.linspace(0, 4, 9),
-            release_amplitude=sign * x0,
-            release_velocity=sign * v0,
-            load=sign * load,
-            load_step=0.3,
-        )
-        for sign in (1, -1)
-    )
-    assert left.outcome == right.outcome
-    assert left.outcome_tau == pytest.approx(right.outcome_tau, abs=1e-9)
-    assert left.displacement == pytest.approx(-right.displacement, abs=1e-9, nan_ok=True)
-
-
-@pytest.mark.parametrize("v0", [-0.4, 0.4])
-def test_a_launch_from_rest_position_is_not_an_impact(v0):
-    damper = Damping.cr(0.6)
-    run = history(CURVES[0], damper, [0.0, 0.01, 10.0], release_velocity=v0)
-    kernel = solve(CURVES[0], damper, step=0.01, steps=1000, release_velocity=v0)
-    assert run.velocity[0] == v0
-    assert run.displacement[1] == pytest.approx(0.01 * v0, rel=1e-2)
-    assert kernel.impacts == run.impacts.size
-
-
-def test_every_time_asked_for_up_to_the_end_has_a_value():
-    for end in np.random.default_rng(2).uniform(0, 9, 100):
-        run = history(
-            CURVES[0], DAMPERS[0], [0.0, 0.3 * end, end, end], release_amplitude=0.3, load=[0.1, 0, 0], load_step=1.1
-        )
-        assert np.isfinite(run.displacement).all() and np.isfinite(run.velocity).all()
-        assert run.outcome_tau == end
-
-
-def test_the_history_does_not_depend_on_the_times_asked_for():
-    load = smooth_load(3, 41)
-    for damper in DAMPERS:
-        many, few = (
-            history(CURVES[0], damper, times, release_amplitude=0.3, load=load, load_step=0.2)
-            for times in (np.linspace(0, 4, 201), np.linspace(0, 4, 3))
-        )
-        assert np.array_equal(many.displacement[::100], few.displacement)
-        assert np.array_equal(many.impacts, few.impacts)
-
-
-# --- collapse -------------------------------------------------------------------------------------------------------
+# --- collapse --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
@@ -355,69 +180,7 @@ def test_energy_decides_between_collapse_and_return():
         assert history(curve, Damping.cr(1.0), [40.0], **start).outcome == outcome
 
 
-# --- against the kernel ---------------------------------------------------------------------------------------------
-
-
-def ensemble(softening: str, count: int = 8) -> TrilinearCurve:
-    """Return random curves of one softening variant, as one array of them."""
-    rng = np.random.default_rng(1)
-    parameters = []
-    while len(parameters) < count:
-        b1, a3 = rng.uniform(0.5, 0.9), rng.uniform(0.9, 1.0)
-        a2 = (1 if softening == "steeper" else a3) - b1
-        if a2 > 0.08:
-            parameters.append((rng.uniform(0.04, 0.8 * a2), b1, a3))
-    return TrilinearCurve(*np.transpose(parameters), softening=softening)
-
-
-@pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
-@pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
-def test_kernel_converges_to_the_exact_history_at_second_order(forced, damper):
-    """One history's slope is erratic, as corners fall anywhere in a step: many walls and many steps are averaged."""
-    steps, interval, refinements = 400, 0.02, (1, 2, 3, 4, 5, 6, 8, 10, 12, 16)
-    times = np.arange(steps + 1) * interval
-    errors = []
-    for softening in SOFTENING:
-        curves = ensemble(softening)
-        share = 0.15 if forced else np.linspace(0.4, 0.8, curves.shape[0])
-        start = np.broadcast_to(share * curves.ultimate_ratio, curves.shape)
-        ground, factor = smooth_load(1, steps // 8 + 1), np.linspace(0.6, 1.4, curves.shape[0])
-        exacts = []
-        for a1, b1, a3, x0, f in zip(
-            curves.cracked_stiffness_ratio, curves.plateau_ratio, curves.ultimate_ratio, start, factor, strict=True
-        ):
-            load = f * ground if forced else ()
-            wall = TrilinearCurve(a1, b1, a3, softening)
-            run = history(wall, damper, times, release_amplitude=x0, load=load, load_step=8 * interval)
-            exacts.append(run.displacement)
-        for n in refinements:
-            kernel = solve(
-                curves,
-                damper,
-                step=interval / n,
-                steps=steps * n,
-                release_amplitude=start,
-                load_factor=factor,
-                ground_acceleration=ground if forced else (),
-                substeps=8 * n,
-                store_every=n,
-            )
-            errors.append(np.sqrt(np.nanmean((kernel.displacement - exacts) ** 2, axis=1)))
-    mean = np.log(np.reshape(errors, (2, len(refinements), -1))).mean(axis=(0, 2))
-    order = -np.polyfit(np.log(refinements), mean, 1)[0]
-    # Over seeds the slope scatters by 0.07 about 2; a first-order step would give 1.
-    assert order == pytest.approx(2.0, abs=0.25)
-    assert mean[-1] < math.log(3e-6)
-
-
-def test_kernel_counts_the_same_impacts_and_peaks_as_the_exact_run():
-    for damper in DAMPERS:
-        run = history(CURVES[0], damper, [20.0], release_amplitude=0.6)
-        kernel = solve(CURVES[0], damper, step=0.002, steps=10_000, release_amplitude=0.6)
-        assert kernel.impacts == run.impacts.size
-
-
-# --- bad input ------------------------------------------------------------------------------------------------------
+# --- bad input -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

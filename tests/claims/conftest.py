@@ -1,0 +1,41 @@
+"""The made-up datasets, once for all and a copy for each test, and the paper's claims."""
+
+import pytest
+from made_up_claims import (
+    FILE,
+    amplitude_study,
+    equivalence,
+    indifferent,
+    loops,
+    mechanism,
+    stiffness_study,
+    validation,
+    windows,
+)
+
+from rockdamp import claims
+
+
+@pytest.fixture(scope="session")
+def made_up():
+    return {
+        "mechanism": mechanism(),
+        "loops": loops(),
+        "windows": windows(),
+        "equivalence": equivalence(),
+        "validation": validation(),
+        "match/amplitude": amplitude_study(),
+        "match/cracked_stiffness": stiffness_study(),
+        "match/slenderness": indifferent("slenderness"),
+        "match/overburden": indifferent("overburden_ratio"),
+    }
+
+
+@pytest.fixture
+def data(made_up):
+    return {name: dataset.copy(deep=True) for name, dataset in made_up.items()}
+
+
+@pytest.fixture(scope="session")
+def listed():
+    return claims.read(FILE)

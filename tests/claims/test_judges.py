@@ -1,0 +1,220 @@
+"""The judges: each on made-up datasets for which it must give each verdict that it can give."""
+
+import numpy as np
+import pytest
+from made_up_claims import (
+    A1,
+    AT,
+    CDR_A1,
+    CDR_WIDE,
+    IDS,
+    SECANT,
+    STUDY,
+    VISCOUS,
+    XI,
+    E,
+    all_of,
+    flat,
+    force_in_half_cycles,
+    jump,
+    mirrored,
+    noisy_velocity,
+    nothing,
+    out_of_phase,
+    put,
+    row,
+    scaled,
+    spread_force,
+    synthetic,
+)
+
+from rockdamp import claims
+from rockdamp.claims import verdicts
+from rockdamp.claims.verdicts import CONDITIONAL, NOT_REPRODUCED, REPRODUCED, Limits, Part
+
+# --- changes to them -------------------------------------------------------------------------------------------------
+
+
+# Claim, verdict that it must get, what is changed, and for conditions what they must name.
+CASES = [
+    ("ean-slender", REPRODUCED, nothing, ""),
+    ("ean-slender", CONDITIONAL, put("mechanism", "restitution_impulsive", np.full((2, 3), 0.5)), "impulse"),
+    ("ean-slender", NOT_REPRODUCED, put("mechanism", "restitution_analytical", np.full((2, 3), 0.5)), ""),
+    ("fig3-energy", REPRODUCED, nothing, ""),
+    ("fig3-energy", CONDITIONAL, force_in_half_cycles("SDR", [1.0, 1.0, 1.0, 1.3, 1.3]), "half cycle 1 to 3"),
+    ("fig3-energy", CONDITIONAL, all_of(*(force_in_half_cycles(m, [2.0]) for m in VISCOUS)), "the areas of the three"),
+    ("fig3-energy", NOT_REPRODUCED, force_in_half_cycles("SDR", [1.3]), ""),
+    # All together equal, and yet no loop is.
+    ("fig3-energy", NOT_REPRODUCED, force_in_half_cycles("SDR", [1.2, 0.8, 0.8, 0.7, 1.3]), ""),
+    ("fig3-impact", REPRODUCED, nothing, ""),
+    ("fig3-impact", CONDITIONAL, spread_force("SDR", "CDC", halves=2), "SDR concentrates (half cycle 3 to 5)"),
+    ("fig3-impact", NOT_REPRODUCED, spread_force("SDR", "CDC"), ""),
+    ("fig3-impact", NOT_REPRODUCED, spread_force("CDC", "SDR"), ""),
+    ("fig4-rigid", REPRODUCED, nothing, ""),
+    ("fig4-rigid", CONDITIONAL, out_of_phase("large rotation"), "does not hold: the history of the exact"),
+    ("fig4-rigid", NOT_REPRODUCED, all_of(out_of_phase("slender"), out_of_phase("large rotation")), ""),
+    ("fig4-smooth", REPRODUCED, nothing, ""),
+    ("fig4-smooth", CONDITIONAL, noisy_velocity, "does not hold: the velocity"),
+    ("fig4-smooth", NOT_REPRODUCED, jump, ""),
+    ("fig4-smooth", NOT_REPRODUCED, scaled("loops", "displacement", 0.8, damping_model=["CDR"]), ""),
+    ("amp-cdc", REPRODUCED, nothing, ""),
+    ("amp-cdc", CONDITIONAL, scaled(STUDY, XI, 0.2, damping_model=["SDR"], release_amplitude=[0.1]), "paper's"),
+    ("amp-cdc", NOT_REPRODUCED, flat(STUDY, "CDC", AT), ""),
+    ("amp-cdr", REPRODUCED, nothing, ""),
+    ("amp-cdr", CONDITIONAL, scaled(STUDY, XI, 2.0, damping_model=["CDR"], release_amplitude=[0.1]), "slightly at all"),
+    ("amp-cdr", CONDITIONAL, flat(STUDY, "CDC", AT), "does not hold: the least"),
+    ("amp-cdr", NOT_REPRODUCED, CDR_WIDE, ""),
+    ("amp-sign", REPRODUCED, nothing, ""),
+    ("amp-sign", CONDITIONAL, mirrored(STUDY, "CDC", AT, E[:1]), "CDC falls (e 0.75 to 0.95)"),
+    ("amp-sign", CONDITIONAL, scaled(STUDY, XI, 1.5, damping_model=["SDR"], release_amplitude=[0.9]), "by little"),
+    ("amp-sign", NOT_REPRODUCED, mirrored(STUDY, "SDR", AT), ""),
+    ("amp-sign", NOT_REPRODUCED, mirrored(STUDY, "CDC", AT, E[:4]), ""),
+    ("amp-dispersion", REPRODUCED, nothing, ""),
+    ("amp-dispersion", CONDITIONAL, scaled(STUDY, XI, 0.1, restitution=E[-2:]), "does not hold: absolute"),
+    ("amp-dispersion", CONDITIONAL, flat(STUDY, "SDR", AT), "models CDC, CDR"),
+    ("amp-dispersion", NOT_REPRODUCED, all_of(flat(STUDY, "SDR", AT), flat(STUDY, "CDR", AT)), ""),
+    *(
+        case
+        for study, dim, last in (("slenderness", "slenderness", 2.0), ("overburden", "overburden_ratio", 2.0))
+        for case in (
+            (study, REPRODUCED, nothing, ""),
+            (study, CONDITIONAL, scaled(f"match/{study}", f"{XI}_fixed_seconds", 1.1, **{dim: [last]}), "in tau"),
+            (study, NOT_REPRODUCED, scaled(f"match/{study}", XI, 1.002, **{dim: [last]}, damping_model=["CDR"]), ""),
+        )
+    ),
+    ("a1-most", REPRODUCED, nothing, ""),
+    (
+        "a1-most",
+        CONDITIONAL,
+        scaled("match/overburden", f"{XI}_fixed_seconds", 3.0, overburden_ratio=[2.0]),
+        "does not hold: against responses of equal length in seconds",
+    ),
+    ("a1-most", CONDITIONAL, flat(A1, "CDR", "cracked_stiffness_ratio"), "models CDC, SDR"),
+    ("a1-most", NOT_REPRODUCED, scaled("match/slenderness", XI, 3.0, slenderness=[2.0]), ""),
+    ("a1-rank", REPRODUCED, nothing, ""),
+    (
+        "a1-rank",
+        CONDITIONAL,
+        scaled(A1, XI, 1.3, damping_model=["CDR"], cracked_stiffness_ratio=[0.1], restitution=E[:1]),
+        "e 0.75 to 0.95",
+    ),
+    ("a1-rank", NOT_REPRODUCED, CDR_A1, ""),
+    ("a1-rank", NOT_REPRODUCED, flat(A1, "CDC", "cracked_stiffness_ratio"), ""),
+    ("a1-sign", CONDITIONAL, nothing, "SDR needs more; does not hold: SDR needs less"),
+    ("a1-sign", CONDITIONAL, scaled(A1, XI, 0.1, damping_model=["SDR"], cracked_stiffness_ratio=[0.02]), ""),
+    (
+        "a1-sign",
+        CONDITIONAL,
+        scaled(A1, XI, 9.0, damping_model=["CDR"], cracked_stiffness_ratio=[0.02], restitution=E[-1:]),
+        "CDR needs less (e 0.7 to 0.9)",
+    ),
+    ("a1-sign", NOT_REPRODUCED, scaled(A1, XI, 9.0, damping_model=["CDC"], cracked_stiffness_ratio=[0.02]), ""),
+    ("err-secant", REPRODUCED, nothing, ""),
+    ("err-secant", CONDITIONAL, put("windows", "secant_below_constant", [1, 1, 0]), "tau 6 to 8"),
+    (
+        "err-secant",
+        CONDITIONAL,
+        scaled(STUDY, "rms_error", 9.0, damping_model=["SDR"], restitution=E[:1]),
+        "e 0.75 to 0.95",
+    ),
+    ("err-secant", NOT_REPRODUCED, scaled(STUDY, "rms_error", 9.0, damping_model=["SDR"], restitution=E[:4]), ""),
+    ("err-range", CONDITIONAL, nothing, "inferred from this very claim"),
+    (
+        "err-range",
+        CONDITIONAL,
+        scaled("windows", "error", 9.0, damping_model=["CDR"], restitution=[0.8]),
+        "CDR within the range (e 0.85 to 0.9)",
+    ),
+    ("err-range", NOT_REPRODUCED, scaled("windows", "error", 0.1, damping_model=["CDC"]), ""),
+    ("err-range", NOT_REPRODUCED, scaled("windows", "error", 0.5, damping_model=["CDR"]), ""),
+    ("err-e", REPRODUCED, nothing, ""),
+    (
+        "err-e",
+        CONDITIONAL,
+        put("windows", "error_rises_as_restitution_falls", [[1] * 4, [1] * 4, [1, 1, 0, 1]]),
+        "tau 6 to 8",
+    ),
+    (
+        "err-e",
+        CONDITIONAL,
+        scaled(STUDY, "rms_error", 0.1, damping_model=["SDR"], restitution=E[:1]),
+        "does not hold: SDR at the matched length",
+    ),
+    ("err-e", NOT_REPRODUCED, scaled(STUDY, "rms_error", 0.1, restitution=E[:2]), ""),
+    ("fit-order", REPRODUCED, nothing, ""),
+    (
+        "fit-order",
+        CONDITIONAL,
+        scaled("equivalence", f"{XI}_fit", 0.7, damping_model=["CDR"], cracked_stiffness_ratio=[0.02]),
+        "does not hold: CDR slightly, CDR nearly independent",
+    ),
+    (
+        "fit-order",
+        CONDITIONAL,
+        scaled("equivalence", f"{XI}_fit", 1.2, damping_model=["CDR"], restitution=E[-1:]),
+        "CDR below (83.3% of e and a1)",
+    ),
+    ("fit-order", NOT_REPRODUCED, scaled("equivalence", f"{XI}_fit", 0.5, damping_model=["SDR"]), ""),
+    ("fig8-sdr", REPRODUCED, nothing, ""),
+    ("fig8-sdr", CONDITIONAL, synthetic, "synthetic"),
+    ("fig8-sdr", CONDITIONAL, scaled("validation", "log_decrement", 2.0, damping_model=["SDR"]), "by little"),
+    ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "decay_peak_misfit", 9.0, damping_model=["SDR"]), ""),
+    ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "log_decrement", 0.9, damping_model=["SDR"]), ""),
+    ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "log_decrement", np.nan, damping_model=["SDR"]), ""),
+    ("low-amp", REPRODUCED, nothing, ""),
+    ("low-amp", CONDITIONAL, scaled(STUDY, XI, 1.2, damping_model=SECANT, release_amplitude=[0.5]), "by little"),
+    ("low-amp", NOT_REPRODUCED, scaled(STUDY, XI, 1.3, damping_model=["CDR"], release_amplitude=[0.1]), ""),
+    ("low-amp", NOT_REPRODUCED, scaled(STUDY, XI, 1.3, damping_model=SECANT, release_amplitude=[0.1]), ""),
+    ("best-cdr", CONDITIONAL, nothing, "inferred"),
+    ("best-cdr", CONDITIONAL, scaled(STUDY, "rms_error", 2.0, damping_model=["CDR"]), "does not hold: least error at"),
+    ("best-cdr", NOT_REPRODUCED, all_of(scaled(STUDY, "rms_error", 2.0, damping_model=["CDR"]), CDR_A1), ""),
+    ("good-sdr", REPRODUCED, nothing, ""),
+    ("good-sdr", CONDITIONAL, scaled("windows", "rms_error", 9.0, damping_model=["SDR"], window=[6.0]), "tau 8 to 10"),
+    ("good-sdr", CONDITIONAL, scaled(STUDY, "rms_error", 2.5, damping_model=["SDR"]), "does not hold: not far"),
+    ("good-sdr", NOT_REPRODUCED, scaled(STUDY, "rms_error", 5.0, damping_model=["SDR"]), ""),
+    ("good-sdr", NOT_REPRODUCED, scaled(STUDY, "rms_error", 30.0), ""),
+]
+
+
+@pytest.mark.parametrize(("name", "verdict", "change", "condition"), CASES, ids=lambda value: None)
+def test_a_judgement_gives_the_verdict_that_made_up_data_call_for(listed, data, name, verdict, change, condition):
+    change(data)
+    found = row(listed, data, name)
+    assert found["verdict"] == verdict, found
+    assert condition in found["condition"]
+    assert bool(found["condition"]) == (verdict == CONDITIONAL)
+
+
+def test_every_claim_is_made_to_give_every_verdict_that_it_can():
+    cannot = {name: {REPRODUCED} for name in ("a1-sign", "err-range", "best-cdr")}
+    for name in IDS:
+        given = {verdict for one, verdict, _, _ in CASES if one == name}
+        assert given == {REPRODUCED, CONDITIONAL, NOT_REPRODUCED} - cannot.get(name, set()), name
+
+
+def test_a_claim_that_was_used_to_infer_the_length_never_counts_as_reproduced(listed, data):
+    inferred = [claim for claim in listed if claim.get("inferred")]
+    assert {claim["id"] for claim in inferred} == {"err-range", "best-cdr"}
+    for claim in inferred:
+        parts = {name: Part(True, "") for name in claim["parts"]}
+        assert verdicts.combine(claim, parts, capped=True)[0] == CONDITIONAL
+
+
+def test_a_synthetic_record_is_told_with_every_verdict(listed, data):
+    synthetic(data)
+    scaled("validation", "decay_peak_misfit", 9.0, damping_model=["SDR"])(data)
+    found = row(listed, data, "fig8-sdr")
+    assert found["verdict"] == NOT_REPRODUCED
+    assert found["measured"].endswith("the record is synthetic")
+
+
+def test_every_limit_decides_whatever_the_data_are(listed, data):
+    """A limit that is asked for in some cases only would be an error for some data."""
+    for claim in listed:
+        for name, _, change, _ in CASES:
+            if name == claim["id"]:
+                changed = {key: dataset.copy(deep=True) for key, dataset in data.items()}
+                change(changed)
+                limits = Limits(claim)
+                claims.JUDGES[name](limits, changed)
+                assert limits.used == set(claim["limits"]), name

@@ -1,0 +1,47 @@
+"""What is measured of the datasets before a claim is judged."""
+
+import numpy as np
+import xarray as xr
+from made_up_claims import A1, FREQUENCY, RELEASE, RESTITUTION, STUDY, WINDOW, XI, row, scaled
+
+
+def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses(data):
+    """u'' + 2 xi w u' + w^2 u = 0: in each half cycle the energy falls by 1 - exp(-2 pi xi/sqrt(1 - xi^2))."""
+    from rockdamp.claims.histories import areas
+
+    tau = np.arange(0, 9, 0.001)
+    xi, w = 0.1, 2.0
+    damped = w * np.sqrt(1 - xi**2)
+    decay = np.exp(-xi * w * tau)
+    u = decay * (np.cos(damped * tau) + xi * w / damped * np.sin(damped * tau))
+    v = -(w**2) / damped * decay * np.sin(damped * tau)
+    history = xr.Dataset(
+        {
+            name: (("damping_model", "tau"), [values])
+            for name, values in (("displacement", u), ("velocity", v), ("damping_force", 2 * xi * w * v))
+        },
+        coords={"damping_model": ["CDC"], "tau": tau},
+    )
+    ratio = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2))
+    energy = 0.5 * w**2 * ratio ** np.arange(5)
+    np.testing.assert_allclose(areas(history, "CDC", 8.0), energy * (1 - ratio), rtol=2e-3)
+
+
+def test_the_loss_of_an_impact_is_what_the_velocities_around_it_say(data):
+    from rockdamp.claims.histories import impact_losses
+
+    energy = 0.5 * (RELEASE * FREQUENCY * RESTITUTION ** np.arange(5)) ** 2
+    np.testing.assert_allclose(impact_losses(data["loops"], WINDOW), energy * (1 - RESTITUTION**2), rtol=1e-3)
+
+
+def test_walls_of_another_plateau_stay_out_of_the_spread_over_a1(listed, data):
+    before = row(listed, data, "a1-rank")["measured"]
+    scaled(A1, XI, 50.0, cracked_stiffness_ratio=[0.2])(data)
+    assert row(listed, data, "a1-rank")["measured"] == before
+    assert "a1 0.02 to 0.1:" in before and "CDC 80%" in before
+
+
+def test_the_paper_s_amplitudes_are_taken_where_the_study_holds_them(listed, data):
+    assert "u0/u_ins 0.3 to 0.9" in row(listed, data, "amp-cdc")["measured"]
+    data[STUDY] = data[STUDY].sel(release_amplitude=[0.1, 0.5])
+    assert "u0/u_ins 0.1 to 0.5" in row(listed, data, "amp-cdc")["measured"]

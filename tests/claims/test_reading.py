@@ -1,0 +1,105 @@
+"""The data file of claims and the table of verdicts: what does not fit is refused where it stands."""
+
+import copy
+
+import pytest
+import xarray as xr
+import yaml
+from made_up_claims import FILE, IDS
+
+from rockdamp import claims
+from rockdamp.claims.verdicts import CONDITIONAL, NOT_REPRODUCED, REPRODUCED
+from rockdamp.errors import InputError
+
+
+def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(listed):
+    assert [claim["id"] for claim in listed] == IDS
+    assert set(claims.JUDGES) == set(IDS)
+
+
+def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(listed, data):
+    table = claims.judge(listed, data)
+    assert list(table.columns) == ["id", "section", "claim", "verdict", "measured", "threshold", "condition"]
+    assert list(table["id"]) == IDS
+    assert set(table["verdict"]) <= {REPRODUCED, CONDITIONAL, NOT_REPRODUCED}
+    assert (table.drop(columns="condition") != "").all(axis=None)
+    assert not table["threshold"].str.contains(r"[{}]").any()
+
+
+def test_judging_twice_gives_the_same_table(listed, data):
+    first, second = (claims.judge(copy.deepcopy(listed), data).to_csv() for _ in range(2))
+    assert first == second
+
+
+def test_judging_leaves_the_datasets_as_they_were(listed, data, made_up):
+    claims.judge(listed, data)
+    for name, dataset in made_up.items():
+        xr.testing.assert_identical(data[name], dataset)
+
+
+def written(tmp_path, change):
+    document = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    change(document["claims"])
+    path = tmp_path / "claims.yaml"
+    path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c[2].pop("threshold"), r"claims\[2\].threshold is missing"),
+        (lambda c: c[2].update(treshold="x"), r"treshold is not a key; did you mean 'threshold'"),
+        (lambda c: c[2].update(needed=["cdx"]), r"claims\[2\].needed names 'cdx'; it must be one of cdr, sdr, cdc"),
+        (lambda c: c[2].update(needed={"count": 9, "of": ["cdr"]}), r"count is 9; it must be at most 1"),
+        (lambda c: c[2]["limits"].update(inner="a quarter"), r"claims\[2\].limits.inner is 'a quarter'"),
+        (lambda c: c[2]["limits"].update(inner=float("nan")), r"limits.inner is nan; it must be a finite number"),
+        (lambda c: c[2].update(threshold="{outer}"), r"threshold names 'outer'; it must name limits, which are inner"),
+        (lambda c: c[2].update(id=c[1]["id"]), r"claims\[2\].id is 'fig3-energy' again"),
+        (lambda c: c[15].pop("condition"), r"claims\[15\] has no condition"),
+        (lambda c: c[18].pop("condition"), r"claims\[18\] has no condition"),
+        (lambda c: c[15].update(inferred=False), r"claims\[15\].inferred is False; it must be True"),
+    ],
+)
+def test_a_data_file_that_does_not_fit_is_refused_with_the_line(tmp_path, change, message):
+    path = written(tmp_path, change)
+    with pytest.raises(InputError, match=message) as caught:
+        claims.read(path)
+    assert f"{path}, line " in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["[1, 2", "- a", "\x00"])
+def test_a_file_that_is_no_mapping_is_refused(tmp_path, text):
+    path = tmp_path / "claims.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="claims.yaml"):
+        claims.read(path)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="none.yaml cannot be read"):
+        claims.read(tmp_path / "none.yaml")
+
+
+def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, data):
+    with pytest.raises(InputError, match="claim good-sdr is judged, but not in the data file"):
+        claims.judge(listed[:-1], data)
+    with pytest.raises(InputError, match="claim new has no judge"):
+        claims.judge([*listed, {**listed[0], "id": "new"}], data)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c["limits"].pop("rise"), "limits has no 'rise'"),
+        (lambda c: c["limits"].update(more=1), "limits that decide nothing: more"),
+        (lambda c: c["parts"].update(more="x"), "parts that are not judged: more"),
+        (lambda c: c["parts"].pop("impulsive"), "parts without words: impulsive"),
+        (lambda c: c["datasets"].append("none"), "no dataset 'none'"),
+    ],
+)
+def test_a_claim_that_its_judge_does_not_match_is_an_error(listed, data, change, message):
+    changed = copy.deepcopy(listed)
+    change(changed[0])
+    with pytest.raises(InputError, match=f"claim ean-slender.*{message}"):
+        claims.judge(changed, data)

@@ -1,0 +1,116 @@
+"""What holds for every figure, on small made-up datasets: labels, units, sizes, colours; never pixels."""
+
+import re
+from itertools import combinations
+
+import numpy as np
+import pytest
+from figure_reading import INPUTS, all_text, drawn, texts
+from made_up_studies import ALL, VISCOUS
+from matplotlib.colors import to_rgb
+
+from rockdamp.figures import FIGURES
+from rockdamp.figures.style import DOUBLE_COLUMN, INCH, MODELS, SINGLE_COLUMN, shades
+
+SMALLEST_TEXT = 7  # [pt], the house's limit for print
+
+
+# --- every figure ----------------------------------------------------------------------------------------------------
+
+
+def test_every_figure_of_the_paper_is_there():
+    elsewhere = ["fig_accuracy", "fig_rigid"]  # in studies/accuracy/test_stage.py, beside what makes their dataset
+    assert sorted(FIGURES) == sorted([*INPUTS, *elsewhere])
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_every_axis_has_a_label_with_its_unit(name):
+    for axes in drawn(name).axes:
+        if not axes.axison:
+            continue
+        shown_ticks = {
+            axes.xaxis: any(label.get_text() and label.get_visible() for label in axes.get_xticklabels()),
+            axes.yaxis: any(label.get_text() and label.get_visible() for label in axes.get_yticklabels()),
+        }
+        for axis, has_ticks in shown_ticks.items():
+            label = axis.get_label_text()
+            assert not label or re.search(r"\[.+\]", label), f"{name}: no unit in {label!r}"
+            # Of panels that share an axis, one may speak for all.
+            peers = axes.get_shared_x_axes() if axis is axes.xaxis else axes.get_shared_y_axes()
+            which = "xaxis" if axis is axes.xaxis else "yaxis"
+            spoken = [getattr(peer, which).get_label_text() for peer in peers.get_siblings(axes)]
+            assert not has_ticks or any(spoken), f"{name}: an axis with numbers and no label"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_text_is_large_enough_for_print_and_inside_the_figure(name):
+    figure = drawn(name)
+    page = figure.bbox
+    for text in texts(figure):
+        assert text.get_fontsize() >= SMALLEST_TEXT, text.get_text()
+        box = text.get_window_extent()
+        within = (
+            page.x0 <= box.x0 + 0.5 and box.x1 <= page.x1 + 0.5 and page.y0 <= box.y0 + 0.5 and box.y1 <= page.y1 + 0.5
+        )
+        assert within, f"{name}: {text.get_text()!r} is cut off"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_no_text_lies_on_another(name):
+    figure = drawn(name)
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts(figure)]
+    for (one, a), (other, b) in combinations(boxes, 2):
+        overlap = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
+        assert min(overlap) < 2, f"{name}: {one!r} lies on {other!r}"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_legends_do_not_cover_data(name):
+    for axes in drawn(name).axes:
+        legend = axes.get_legend()
+        if legend is not None:
+            box = legend.get_window_extent()
+            for line in axes.get_lines():
+                path = line.get_transform().transform_path(line.get_path())
+                guide = len(line.get_xdata()) == 2  # lines along an axis, slopes
+                assert guide or not path.intersects_bbox(box, filled=False), f"{name}: {line.get_label()!r}"
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_figures_have_the_width_of_one_or_two_columns(name):
+    width, height = drawn(name).get_size_inches() * INCH
+    assert width == pytest.approx(SINGLE_COLUMN) or width == pytest.approx(DOUBLE_COLUMN)
+    assert height <= 240  # a page's text
+
+
+@pytest.mark.parametrize("name", ["fig3", "fig4", "fig6_error", "fig7", "fig8", "fig_orders"])
+def test_a_model_has_one_colour_line_and_marker_everywhere(name):
+    seen = set()
+    for axes in drawn(name).axes:
+        title = axes.get_title().split(",")[0].split(" ")[0]
+        for line in axes.get_lines():
+            model = re.match(r"(CR|CDC|CDR|SDR|ECD)\b", str(line.get_label()))
+            model = model[1] if model else title if line.get_label() == "computed" else None
+            if model:
+                assert to_rgb(line.get_color()) == to_rgb(MODELS[model].colour)
+                assert line.get_marker() in ("None", MODELS[model].marker)
+                seen.add(model)
+    assert seen == {"fig4": {"CR", "CDR"}, "fig8": set(ALL), "fig_orders": set(ALL)}.get(name, set(VISCOUS))
+
+
+def test_models_are_told_apart_without_colour():
+    assert list(MODELS) == ALL
+    for one, other in combinations(MODELS.values(), 2):
+        assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour
+
+
+def test_shades_of_a_model_run_from_light_to_dark_through_its_colour():
+    luminance = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in shades("CDR", 5)]
+    assert np.all(np.diff(luminance) < 0)
+    assert shades("CDR", 5)[2] == pytest.approx(to_rgb(MODELS["CDR"].colour), abs=0.01)
+    assert len(shades("SDR", 1)) == 1
+
+
+def test_what_is_beyond_the_paper_is_told_apart():
+    for name in ("fig3", "fig5", "fig6", "fig6_error", "fig7", "fig8"):
+        assert "beyond the paper" in all_text(drawn(name)), name

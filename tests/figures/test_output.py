@@ -1,0 +1,77 @@
+"""Saving of figures: the same bytes each time, whole or not at all."""
+
+import errno
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import pytest
+from figure_reading import draw
+from matplotlib.figure import Figure
+
+from rockdamp.figures import save
+from rockdamp.figures.style import INCH, SINGLE_COLUMN
+
+
+def test_two_saves_of_a_figure_drawn_twice_are_the_same_bytes(tmp_path, monkeypatch):
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    formats = ("pdf", "png", "svg")
+    for folder in ("one", "two"):
+        written = save(draw("fig6_error"), tmp_path / folder / "figure", formats, 100)
+        assert written == [tmp_path / folder / f"figure.{suffix}" for suffix in formats]
+    for suffix in formats:
+        first, second = ((tmp_path / folder / f"figure.{suffix}").read_bytes() for folder in ("one", "two"))
+        assert first == second, suffix
+        assert b"CreationDate" not in first and b"dc:date" not in first
+    assert sorted(path.name for path in (tmp_path / "one").iterdir()) == ["figure.pdf", "figure.png", "figure.svg"]
+
+
+def test_resolution_sets_the_pixels_of_the_print_size(tmp_path):
+    (path,) = save(draw("fig6_error"), tmp_path / "figure", ["png"], 100)
+    width = int.from_bytes(path.read_bytes()[16:20], "big")  # of the PNG's header
+    assert width == pytest.approx(SINGLE_COLUMN / INCH * 100, abs=1)
+
+
+def test_a_name_with_a_dot_is_kept_whole(tmp_path):
+    (path,) = save(Figure(figsize=(1, 1)), tmp_path / "fig.v1", ["png"], 50)
+    assert path.name == "fig.v1.png"
+
+
+def test_a_failed_save_leaves_the_earlier_file_and_nothing_else(tmp_path, monkeypatch):
+    figure = Figure(figsize=(1, 1))
+    (path,) = save(figure, tmp_path / "figure", ["png"], 50)
+    before = path.read_bytes()
+
+    def break_off(target, content):
+        with target.open("wb") as file:
+            file.write(content[:4])
+        raise OSError(errno.ENOSPC, "disk full")
+
+    monkeypatch.setattr(Path, "write_bytes", break_off)
+    with pytest.raises(OSError, match=r"disk full: '.*figure\.png'"):
+        save(figure, tmp_path / "figure", ["png"], 50)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_unknown_format_is_an_error_and_writes_nothing(tmp_path):
+    with pytest.raises(ValueError, match="nonsense"):
+        save(Figure(figsize=(1, 1)), tmp_path / "figure", ["nonsense"], 50)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_users_own_style_changes_nothing(tmp_path):
+    (path,) = save(draw("fig6_error"), tmp_path / "plain", ["png"], 80)
+    with matplotlib.rc_context({"font.size": 20, "axes.facecolor": "black", "savefig.dpi": 30}):
+        (other,) = save(draw("fig6_error"), tmp_path / "styled", ["png"], 80)
+        assert matplotlib.rcParams["font.size"] == 20  # and the figures change nothing of the user's
+    assert path.read_bytes() == other.read_bytes()
+
+
+def test_importing_the_figures_does_not_load_the_solver():
+    code = "import sys, rockdamp.figures; print(*sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert "rockdamp.figures" in loaded
+    for name in ("numba", "rockdamp.kernels", "rockdamp.solvers.newmark", "matplotlib.pyplot"):
+        assert name not in loaded

@@ -1,0 +1,86 @@
+"""Captions: every number from a dataset."""
+
+import re
+
+import pytest
+from repository import ROOT
+
+from rockdamp.figures import FIGURES
+from rockdamp.report import captions, numbers
+
+
+def test_every_figure_has_a_caption_in_both_reports():
+    assert set(captions.words()) == set(captions.VARIABLES) == set(FIGURES)
+    for name in FIGURES:
+        assert (ROOT / f"workflow/report/{name}.rst").read_text(encoding="utf-8").strip()
+
+
+@pytest.mark.parametrize("name", list(FIGURES))
+def test_no_number_of_a_caption_is_typed(name):
+    entry = captions.words()[name]
+    text = " ".join((entry["title"], entry["alternative"], entry["caption"]))
+    text = re.sub(r"\{\{.*?\}\}|\{%.*?%\}|<sub>\w+</sub>|&nbsp;", " ", text)
+    text = re.sub(r"Fig\. +\d+|Eq\. +\(\d+\)|R²", " ", text)
+    assert re.findall(r"\d", text) == []
+
+
+class Watched(dict):
+    """Datasets that note which of them are asked for."""
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.asked = set()
+
+    def __getitem__(self, name):
+        self.asked.add(name)
+        return super().__getitem__(name)
+
+
+def changed(data):
+    """The same coordinates, other values."""
+    return data.assign({name: data[name] ** 1.3 for name in data.data_vars if data[name].dtype.kind == "f"})
+
+
+@pytest.mark.parametrize("name", list(FIGURES))
+def test_the_numbers_of_a_caption_follow_its_datasets(name, content):
+    datasets = Watched(content.datasets)
+    before = captions.caption(name, datasets)
+    after = captions.caption(name, {key: changed(data) for key, data in content.datasets.items()})
+    assert datasets.asked
+    assert re.search(r"\d", before.text)
+    assert before.text != after.text
+    assert (before.title, before.alternative) == (after.title, after.alternative)
+
+
+def test_a_caption_tells_the_values_of_the_figure(content):
+    fits = content.datasets["equivalence"]
+    at = fits.sel(restitution=0.85, cracked_stiffness_ratio=0.04)
+    text = captions.caption("fig7", content.datasets).text
+    for model in fits["damping_model"].values:
+        assert f"{numbers.number(at['damping_ratio_fit'].sel(damping_model=model))} ({model})" in text
+    assert str(numbers.number(at["giannini_masiani"])) in text
+    assert "a<sub>1</sub>&nbsp;=&nbsp;0.04" in text
+
+
+def test_a_synthetic_record_is_called_so_and_another_is_not(content):
+    test = content.datasets["validation"]
+    assert "synthetic" in captions.caption("fig8", content.datasets).text
+    real = {**content.datasets, "validation": test.assign_attrs(record_synthetic="no")}
+    assert "synthetic" not in captions.caption("fig8", real).text
+    unlabelled = test.copy()
+    del unlabelled.attrs["record_synthetic"]
+    assert "synthetic" in captions.caption("fig8", {**content.datasets, "validation": unlabelled}).text
+
+
+def test_the_lowest_error_is_told_with_its_range_of_restitution(content):
+    one = content.datasets["match/amplitude"].copy(deep=True)
+    one["error"][:] = 1.0
+    one["error"].loc[{"damping_model": "CDR", "restitution": [0.85, 0.9]}] = 0.5
+    one["error"].loc[{"damping_model": "SDR", "restitution": [0.8, 0.95]}] = 0.5
+    text = captions.caption("fig6_error", {**content.datasets, "match/amplitude": one}).text
+    assert "CDR at e = 0.85 to 0.90 and SDR at e = 0.80 and 0.95" in text
+
+
+def test_text_of_a_dataset_is_escaped_in_a_caption(content):
+    test = content.datasets["validation"].assign_attrs(record_specimen="<b>wall</b>")
+    assert "&lt;b&gt;wall" in captions.caption("fig8", {**content.datasets, "validation": test}).text

@@ -1,0 +1,152 @@
+"""The report: self-contained, complete, the same bytes each time."""
+
+import dataclasses
+import json
+import socket
+from pathlib import Path
+
+import report_content
+import yaml
+from html_page import Page, words
+from repository import ROOT
+
+from rockdamp import report
+from rockdamp.report import interactive, numbers, tables
+from rockdamp.storage.provenance import files_of
+
+REFERENCES = ("src", "href", "srcset", "action", "poster", "data", "xlink:href", "background", "cite")
+
+
+# --- self-contained, the same each time ------------------------------------------------------------------------------
+
+
+def test_nothing_is_loaded_from_outside_the_page(page):
+    found = [element["attrs"][name] for element in page.elements for name in REFERENCES if name in element["attrs"]]
+    assert found
+    assert [value[:60] for value in found if not value.startswith(("#", "data:"))] == []
+    styles = "".join(element["text"] for element in page.all("style"))
+    assert "@import" not in styles and "url(" not in styles
+
+
+def test_the_browser_is_told_to_load_nothing(page):
+    (policy,) = [one["attrs"]["content"] for one in page.all("meta") if "http-equiv" in one["attrs"]]
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    assert rules["default-src"] == "'none'"
+    assert all("http" not in sources and "*" not in sources for sources in rules.values())
+
+
+def test_the_same_content_gives_the_same_bytes(content, html):
+    assert report.build(report_content.content()) == html
+
+
+def test_no_place_and_no_host_stands_in_the_page(html):
+    assert str(ROOT) not in html
+    assert str(Path.home()) not in html or str(Path.home()) == "/"
+    host = socket.gethostname()
+    assert len(host) < 6 or host not in html
+
+
+def test_a_script_cannot_end_early(html, page):
+    assert html.count("<script") == html.count("</script>") == len(page.all("script"))
+    assert "evidence 1 &lt;/script&gt;" in html
+
+
+def test_data_for_the_scripts_cannot_end_its_element(content, monkeypatch):
+    monkeypatch.setitem(interactive.TITLES, "CR", "</script><b>")
+    data = Page(report.build(content)).by_id("explorer-data")["text"]
+    assert json.loads(data)["styles"]["CR"]["title"] == "</script><b>"
+
+
+def test_every_file_of_the_report_is_an_input_of_its_rule():
+    folder = ROOT / "src/rockdamp/report"
+    own = {path for path in folder.iterdir() if path.is_file()}
+    assert own <= set(files_of("rockdamp.report"))
+
+
+def test_a_report_is_written_whole(content, html, tmp_path):
+    report.write(content, tmp_path / "new" / "report.html")
+    assert (tmp_path / "new" / "report.html").read_text(encoding="utf-8") == html
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["report.html"]
+
+
+# --- complete --------------------------------------------------------------------------------------------------------
+
+
+def test_every_claim_is_there_with_its_verdict_in_words(page, content):
+    told = {row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]}
+    for claim in content.claims:
+        text = told[f"claim-{claim['id']}"]
+        for column in tables.CLAIMS:
+            assert claim[column] in text
+        assert text.count(claim["verdict"]) == 1
+
+
+def test_verdicts_are_counted_at_the_top(page):
+    (short,) = [one for one in page.all("ul") if one["attrs"].get("class") == "counts"]
+    assert words(short["text"]) == "2 ✓ reproduced 2 ◐ reproduced under conditions 1 ✗ not reproduced"
+
+
+def test_what_was_asked_comes_first_then_claims_errata_and_figures(page):
+    order = [section["attrs"]["id"] for section in page.all("section")]
+    assert order == [
+        "claims",
+        "errata",
+        "earthquakes",
+        "figures",
+        "explorer",
+        "assumptions",
+        "accuracy",
+        "cite",
+        "versions",
+    ]
+    assert "What was asked" in page.all("header")[0]["text"]
+
+
+def test_every_erratum_is_there(page, content):
+    told = {row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]}
+    for erratum in content.errata:
+        for column in tables.ERRATA:
+            assert erratum[column] in told[f"erratum-{erratum['id']}"]
+
+
+def test_every_figure_is_there_in_order_with_its_picture_and_text(page, content):
+    assert [figure["attrs"]["id"] for figure in page.all("figure")] == list(content.figures)
+    assert len(page.all("figcaption")) == len(page.all("img")) == len(content.figures)
+    for figure, image in zip(content.figures.values(), page.all("img"), strict=True):
+        width, height = (int.from_bytes(figure[at : at + 4], "big") for at in (16, 20))
+        assert (image["attrs"]["width"], image["attrs"]["height"]) == (str(width), str(height))
+        assert image["attrs"]["src"].startswith("data:image/png;base64,")
+
+
+def test_the_whole_config_can_be_read_back(page, content):
+    (block,) = [one["text"] for one in page.all("pre") if one["text"].startswith("results:")]
+    assert yaml.safe_load(block) == content.config
+
+
+def test_versions_digests_and_the_citation_are_there(page, content):
+    told = words(page.by_id("versions")["text"])
+    for name, version in tables.software():
+        assert f"{name} {version}" in told
+    for name, data in content.datasets.items():
+        assert (
+            f"{name}.nc {data.attrs['title']} {data.attrs['code_version']} {data.attrs['config_sha256'][:16]}" in told
+        )
+    cite = words(page.by_id("cite")["text"])
+    cff = yaml.safe_load(content.citation)
+    assert cff["title"] in cite and cff["version"] in cite and cff["authors"][0]["name"] in cite
+
+
+def test_accuracy_tells_every_variable_with_its_units(page, content):
+    told = words(page.by_id("accuracy")["text"])
+    for name in content.datasets["accuracy"].data_vars:
+        assert content.datasets["accuracy"][name].attrs["long_name"] in told
+    lost = content.datasets["accuracy"]["energy_lost"]
+    assert f"energy_lost {numbers.number(lost.min())} to {numbers.number(lost.max())} J" in told
+
+
+def test_without_an_accuracy_dataset_its_section_and_figures_are_left_out(content):
+    some = {name: png for name, png in content.figures.items() if name not in ("fig_accuracy", "fig_rigid")}
+    less = {name: data for name, data in content.datasets.items() if name != "accuracy"}
+    page = Page(report.build(dataclasses.replace(content, datasets=less, figures=some)))
+    assert "accuracy" not in [section["attrs"]["id"] for section in page.all("section")]
+    assert "#accuracy" not in [link["attrs"]["href"] for link in page.all("a")]

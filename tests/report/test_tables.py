@@ -1,0 +1,72 @@
+"""The report's tables and prose."""
+
+import dataclasses
+
+import pytest
+from repository import ROOT
+
+from rockdamp import report
+from rockdamp.config import between_keys as checks
+from rockdamp.errors import InputError
+from rockdamp.report import numbers, tables
+
+
+def test_a_table_without_a_column_or_with_a_short_row_is_refused(tmp_path):
+    path = tmp_path / "claims.csv"
+    path.write_text("id,section\na,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="has no column claim, verdict, measured"):
+        tables.rows(path, tables.CLAIMS)
+    path.write_text("id,where\na,1\nb\n", encoding="utf-8")
+    with pytest.raises(InputError, match="row 2 has not as many cells"):
+        tables.rows(path, ("id", "where"))
+    path.write_text('id,where\na,"one, two"\n', encoding="utf-8")
+    assert tables.rows(path, ("id", "where")) == [{"id": "a", "where": "one, two"}]
+
+
+def test_what_was_measured_stands_in_parts_with_their_numbers():
+    assert tables.parts("areas: -8% to 9%; -5% to 4%; against CR: 0.1; 0.2") == [
+        "areas: -8% to 9%; -5% to 4%",
+        "against CR: 0.1; 0.2",
+    ]
+    assert tables.parts("0.3; of all: one") == ["0.3", "of all: one"]
+
+
+def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
+    assert tables.inline("`solve` if a < b") == "<code>solve</code> if a &lt; b"
+
+
+def test_an_unknown_verdict_is_refused(content):
+    claims = [{**content.claims[0], "verdict": "likely"}]
+    with pytest.raises(InputError, match="the verdict of claim-0 is 'likely'; it must be one of reproduced, "):
+        report.build(dataclasses.replace(content, claims=claims))
+
+
+def test_a_figure_that_is_no_png_is_refused(content):
+    with pytest.raises(InputError, match="the PNG of .* cannot be read; delete it"):
+        report.build(dataclasses.replace(content, figures={"fig1": b"%PDF-1.7, or so it says here"}))
+
+
+def test_prose_loses_its_title_its_links_into_the_tree_and_any_markup():
+    html = tables.prose(
+        "# Title\n\n## Part\n\nSee [this file](other.md), [that page](https://example.org) <b>now</b>.\n"
+    )
+    assert "Title" not in html and "<h3>Part</h3>" in html
+    assert "See this file, " in html and '<a href="https://example.org">that page</a>' in html
+    assert "&lt;b&gt;now" in html
+
+
+def test_quantities_are_told_by_model_or_by_their_extremes(content):
+    told = {row["name"]: row for row in tables.quantities(content.datasets["accuracy"])}
+    share = content.datasets["accuracy"]["share_within_thousandth"]
+    assert told["share_within_thousandth"]["value"].startswith(f"{numbers.number(share[0])} (CDC), ")
+    lost = content.datasets["accuracy"]["energy_lost"]
+    assert told["energy_lost"]["value"] == f"{numbers.number(lost.min())} to {numbers.number(lost.max())}"
+    assert told["energy_lost"]["units"] == "J"
+
+
+def test_a_config_without_png_is_refused_since_the_report_shows_it(content, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = {**content.config, "figures": {"formats": ["pdf", "svg"], "resolution": 200}}
+    assert [str(problem) for problem in checks.problems(config)] == [
+        "figures.formats is ['pdf', 'svg']; png must be among them, as the report shows it"
+    ]

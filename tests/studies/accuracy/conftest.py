@@ -1,0 +1,51 @@
+"""A small config, made-up matches and the stage run on them."""
+
+import pytest
+import yaml
+from accuracy_cases import made_up
+from repository import ROOT
+
+from rockdamp.studies import damping_loops
+from rockdamp.studies.accuracy import ensemble
+from rockdamp.studies.accuracy.stage import accuracy
+from rockdamp.studies.decays import study as decay_study
+from rockdamp.vocabulary import STUDIES
+
+
+@pytest.fixture(scope="session")
+def config():
+    """The paper's config with fewer values, a larger step and shorter responses."""
+    small = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    small["solver"]["step"] = 0.01
+    small["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.05}
+    small["studies"]["amplitude"]["release_amplitude"] = [0.3, 0.5]
+    small["studies"]["slenderness"]["slenderness"] = [10, 15]
+    small["studies"]["overburden"]["overburden_ratio"] = [0.0, 8.0]
+    small["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.04, 0.10, 0.20]
+    small["matching"] |= {"window": 5.0, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
+    small["windows"] = {"start": 3, "stop": 6, "step": 1}
+    small["loops"]["window"] = 12
+    small["accuracy"] |= {"restitutions": 2, "doublings": 1, "halvings": 2, "minima": 1, "bracket": 0.3}
+    small["accuracy"]["rigid"] |= {"slenderness": [8, 20], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
+    return small
+
+
+@pytest.fixture(scope="session")
+def matches(config):
+    return {name: made_up(config, name) for name in STUDIES}
+
+
+@pytest.fixture(scope="session")
+def drawn(config, matches):
+    return ensemble.collect(config, matches)
+
+
+@pytest.fixture(scope="session")
+def looped(config):
+    return damping_loops.loops(config)
+
+
+@pytest.fixture(scope="session")
+def stage(config, matches, looped):
+    decays = [decay_study(name, config) for name in STUDIES]
+    return accuracy(config, *matches.values(), looped, *decays)

@@ -1,0 +1,125 @@
+"""How certain the published damping ratios are, on cases whose answer is known."""
+
+import numpy as np
+import pytest
+from accuracy_cases import CURVE, made_up
+
+from rockdamp.errors import InputError
+from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.solvers import event_driven
+from rockdamp.studies.accuracy import matched_ratios
+from rockdamp.vocabulary import STUDIES
+
+
+def test_uncertainties_of_all_studies_are_summarised_together(config, matches):
+    known = {name: match.copy(deep=True) for name, match in matches.items()}
+    known["overburden"]["damping_ratio_uncertainty"][0, 1, 2] = 0.002 * known["overburden"]["damping_ratio"][0, 1, 2]
+    found = matched_ratios.uncertainty(known)
+    count = 3 * (2 + 2 + 2 + 3)
+    assert int(found["published_count"]) == count
+    np.testing.assert_allclose(found["share_within_thousandth"], [1 - 1 / count, 1, 1, 1])
+    largest = found["uncertainty_quantile"].sel(quantile=1.0)
+    assert float(largest[0]) == pytest.approx(0.002)
+    assert float(found["uncertainty_quantile"].sel(quantile=0.99)[0]) == float(largest[0])  # of 27 values, in doubt
+    every = np.concatenate([matched_ratios.relative_uncertainty(match)[1].values.ravel() for match in known.values()])
+    middle = float(found["uncertainty_quantile"].sel(viscous_model="CDR", quantile=0.5))
+    assert middle in every and np.mean(every <= middle) >= 0.5 >= np.mean(every < middle)
+
+
+def test_the_sample_holds_the_least_certain_and_drawn_ones(config, matches):
+    known = {name: match.copy(deep=True) for name, match in matches.items()}
+    known["overburden"]["damping_ratio_uncertainty"][2, 1, 0] = 0.02 * known["overburden"]["damping_ratio"][2, 1, 0]
+    own = {**config, "accuracy": {**config["accuracy"], "minima": 5}}
+    chosen = matched_ratios.sample(own, known)
+    assert [len(chosen[model]) for model in VISCOUS_MODELS] == [5] * 4
+    first = chosen["SDR"][0]
+    assert (first.restitution, first.bound) == (0.8, pytest.approx(0.02))
+    assert first.ratio == float(known["overburden"]["damping_ratio"][2, 1, 0])
+    assert [one.bound for one in chosen["SDR"]][:3] == pytest.approx([0.02, 1.75e-4, 1.75e-4], rel=0.01)
+    assert len({(one.curve.cracked_stiffness_ratio.item(), one.ratio) for one in chosen["ECD"]}) >= 3
+    again = matched_ratios.sample(own, known)["ECD"][4]
+    assert (again.ratio, again.restitution) == (chosen["ECD"][4].ratio, chosen["ECD"][4].restitution)
+
+
+@pytest.fixture(scope="module")
+def distance():
+    return matched_ratios.Distance(CURVE, "CDC", 0.85, 0.5, 6.0)
+
+
+def test_the_distance_is_the_integral_of_eq_17(distance):
+    """Against 8 times as many samples without nodes at the crossings; each is second order in its spacing."""
+    times = np.linspace(0, 6, 8 * 12000 + 1)
+    expected, found = (
+        np.abs(event_driven.history(CURVE, damping, times, release_amplitude=0.5).displacement)
+        for damping in (Damping.cr(0.85), Damping("CDC", 0.03))
+    )
+    assert distance(0.03) == pytest.approx(np.trapezoid((expected - found) ** 2, times), rel=2e-5)
+
+
+def test_the_distance_has_no_ripple_where_a_sum_has(distance):
+    ratio = 0.032 * (1 + 2e-4 * np.arange(-8, 9))
+    times = np.linspace(0, 6, 12001)
+    target = np.abs(event_driven.history(CURVE, Damping.cr(0.85), times, release_amplitude=0.5).displacement)
+
+    def summed(xi):
+        found = event_driven.history(CURVE, Damping("CDC", xi), times, release_amplitude=0.5)
+        return np.trapezoid((target - np.abs(found.displacement)) ** 2, times)
+
+    def ripple(function):
+        values = np.array([function(float(xi)) for xi in ratio])
+        offset = ratio / 0.032 - 1
+        return np.abs(values - np.polyval(np.polyfit(offset, values, 3), offset)).max()
+
+    assert ripple(distance) < 0.1 * ripple(summed)
+
+
+@pytest.fixture(scope="module")
+def minimum(distance):
+    """The least distance by brute force: a parabola through three points around the least of a fine scan."""
+    scan = np.linspace(0.02, 0.06, 41)
+    values = np.array([distance(xi) for xi in scan])
+    low, middle, high = values[values.argmin() - 1 : values.argmin() + 2]
+    return scan[values.argmin()] + 0.001 * (low - high) / (low - 2 * middle + high) / 2
+
+
+def test_the_exact_minimum_does_not_depend_on_the_published_value(distance, minimum):
+    found = [
+        matched_ratios.exact_minimum(
+            matched_ratios.Published(CURVE, 0.5, 0.85, "CDC", factor * minimum, 0.0), 6.0, 0.02
+        )
+        for factor in (0.99, 1.0, 1.01)
+    ]
+    np.testing.assert_allclose(found, found[1], rtol=2e-5)
+    assert found[1] == pytest.approx(minimum, rel=0.01)
+    assert distance(found[1]) < min(distance(found[1] * 0.999), distance(found[1] * 1.001))
+
+
+def test_a_minimum_beyond_the_bracket_is_an_error(minimum):
+    far = matched_ratios.Published(CURVE, 0.5, 0.85, "CDC", 1.05 * minimum, 0.0)
+    with pytest.raises(InputError, match=r"accuracy.bracket is 0.02; it must be larger: Err of CDC at e = 0.85"):
+        matched_ratios.exact_minimum(far, 6.0, 0.02)
+
+
+def test_the_difference_of_the_sample_is_that_of_the_published_value(config):
+    """The same published values, once 0.3 % larger: so are the differences, and nothing else changes."""
+    own = {**config, "accuracy": {**config["accuracy"], "minima": 2}}
+    plain = {name: made_up(config, name, ["CDC"]) for name in STUDIES}
+    more = {name: match.assign(damping_ratio=1.003 * match["damping_ratio"]) for name, match in plain.items()}
+    one, other = matched_ratios.minima(own, plain), matched_ratios.minima(own, more)
+    np.testing.assert_allclose(other["sample_exact_ratio"], one["sample_exact_ratio"], rtol=2e-5)
+    np.testing.assert_allclose(1 + other["sample_difference"], 1.003 * (1 + one["sample_difference"]), rtol=2e-5)
+    np.testing.assert_allclose(one["sample_bound"][0, 0], 2e-4)  # the largest of them all
+
+
+def test_what_is_not_certain_to_a_thousandth_counts_once_its_exact_minimum_agrees(config):
+    own = {**config, "accuracy": {**config["accuracy"], "minima": 2}}
+    known = {name: made_up(config, name, ["CDC"]) for name in STUDIES}
+    exactly = matched_ratios.minima(own, known)["sample_exact_ratio"].values[0, 0]
+    ratio = known["amplitude"]["damping_ratio"]  # its last is the least certain of all, and so the sample's first
+    for off, share in ((1.0005, 1.0), (1.002, 1 - 1 / 27)):
+        ratio[0, -1, -1] = off * exactly
+        known["amplitude"]["damping_ratio_uncertainty"][0, -1, -1] = 0.01 * off * exactly
+        found = matched_ratios.minima(own, known)
+        assert float(found["sample_difference"][0, 0]) == pytest.approx(off - 1, rel=0.05)
+        assert float(found["share_converged"][0]) == pytest.approx(share)
+        assert float(matched_ratios.uncertainty(known)["share_within_thousandth"][0]) == pytest.approx(1 - 1 / 27)

@@ -1,0 +1,38 @@
+"""The studies' decays under restitution."""
+
+import numpy as np
+import pytest
+
+from rockdamp.studies.decays import describe
+from rockdamp.studies.settings import DecaySettings
+from rockdamp.vocabulary import STUDIES
+
+
+def test_the_restitution_grid_is_exact_in_decimals(paper):
+    grid = DecaySettings.of(paper).restitution
+    assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
+    """V(x_n) = e^{2n} V(x0): the fifth peak, to the second order of a step of 0.01."""
+    study, data = describe(name, config), decays[name]
+    for i in range(study.values.size):
+        curve = study.curve.map(lambda p, i=i: p[i])
+        for j, e in enumerate(data["restitution"].values):
+            u = np.abs(data["displacement"].values[i, j])
+            peaks = np.flatnonzero((u[1:-1] >= u[:-2]) & (u[1:-1] > u[2:])) + 1
+            expected = float(curve.energy(study.release_amplitude[i])) * e ** (2 * 3)
+            if peaks.size >= 3:
+                assert float(curve.energy(u[peaks[2]])) == pytest.approx(expected, rel=0.02)
+
+
+def test_walls_of_the_same_curve_decay_alike_in_tau(decays):
+    for name in ("slenderness", "overburden"):
+        values = decays[name]["displacement"].values
+        assert np.array_equal(values, np.broadcast_to(values[:1], values.shape))
+
+
+def test_a_higher_plateau_than_the_cracked_stiffness_allows_is_replaced(decays):
+    plateau = decays["cracked_stiffness"]["plateau_ratio"].values
+    np.testing.assert_array_equal(plateau, [0.85, 0.85, 0.85, 0.75])

@@ -1,0 +1,34 @@
+"""What the accuracy stage is tested on: a wall with a damper of each model, and matches made up for the studies."""
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.studies.decays import describe, restitution_grid
+
+CURVE = TrilinearCurve(0.06, 0.8)
+DAMPINGS = [Damping.cr(0.85), *(Damping(model, 0.05) for model in VISCOUS_MODELS)]
+
+
+def made_up(config, name, models=VISCOUS_MODELS):
+    """A match whose damping ratios are the closed form's and whose relative uncertainties are all different."""
+    study, e = describe(name, config), restitution_grid(config)
+    ratio = np.stack(
+        [
+            damping_ratio_energy(study.curve.map(lambda p: p[:, None]), model, e, study.release_amplitude[:, None])
+            for model in models
+        ]
+    )
+    relative = 1e-4 * np.linspace(1, 2, ratio.size).reshape(ratio.shape)
+    dims = ("damping_model", study.parameter, "restitution")
+    return xr.Dataset(
+        {"damping_ratio": (dims, ratio), "damping_ratio_uncertainty": (dims, relative * ratio)},
+        coords={
+            "damping_model": list(models),
+            study.parameter: study.values,
+            "restitution": e,
+            "window": float(config["matching"]["window"]),
+        },
+    )

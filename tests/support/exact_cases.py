@@ -1,0 +1,29 @@
+"""Curves, dampers and loads for the event-driven solver."""
+
+import numpy as np
+
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+
+CURVES = (
+    TrilinearCurve(0.04, 0.85),
+    TrilinearCurve(0.02, 0.6),
+    TrilinearCurve.preset("severe"),
+    TrilinearCurve(0.06, 0.72, 0.8, "translated"),
+    TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
+)
+DAMPERS = (
+    Damping.cr(0.85),
+    Damping("CDC", 0.05),
+    Damping("CDR", 0.06),
+    Damping("SDR", 0.07),
+    Damping("ECD", 0.05),
+    Damping.power(1.3, 0.05),
+)
+NAMES = [damper.model for damper in DAMPERS]
+
+
+def smooth_load(seed: int, samples: int, size: float = 0.08) -> np.ndarray:
+    """Return noise that a window of 21 samples has smoothed."""
+    noise = np.random.default_rng(seed).normal(size=samples + 20)
+    return size * np.convolve(noise, np.hanning(21), "valid")[:samples]
