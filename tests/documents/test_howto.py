@@ -44,11 +44,20 @@ def follow(tree, page):
     return printed
 
 
-@pytest.mark.parametrize("name", ["my-test", "my-wall", "my-records"])
-def test_the_page_shows_the_example_as_it_is_shipped_in_ten_lines(name):
+@pytest.mark.parametrize(
+    ("name", "page"),
+    [
+        ("my-test", "your-test"),
+        ("my-wall", "your-wall"),
+        ("my-records", "your-records"),
+        ("my-population", "cluster"),
+    ],
+)
+def test_the_page_shows_the_example_as_it_is_shipped_in_ten_lines(name, page):
     shipped = (ROOT / f"examples/{name}.yaml").read_text(encoding="utf-8")
-    assert blocks(name.replace("my", "your"), "yaml") == [shipped]
+    assert blocks(page, "yaml")[-1] == shipped
     assert len(shipped.splitlines()) <= 10
+    assert f"cp examples/{name}.yaml {name}.yaml" in "".join(blocks(page, "sh"))
 
 
 def test_your_own_test_becomes_parameters_dampers_and_a_figure(tree):
