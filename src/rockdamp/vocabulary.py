@@ -8,6 +8,19 @@ STUDIES = {
     "cracked_stiffness": "cracked_stiffness_ratio",
 }
 
+# The damping models, in the order of the datasets: the coefficient of restitution first, then the viscous dampers.
+TITLES = {
+    "CR": "coefficient of restitution",
+    "CDC": "constant damping coefficient",
+    "CDR": "constant damping ratio",
+    "SDR": "stiffness proportional damping ratio",
+    "ECD": "energy-consistent damper",
+}
+MODELS = tuple(TITLES)
+REFERENCE = "CR"  # what the viscous dampers stand in for
+VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
+PAPER_MODELS = ("CDC", "CDR", "SDR")  # the viscous dampers of the paper; the others go beyond it
+
 # Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
 PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)}
 

@@ -17,12 +17,11 @@ from click.testing import CliRunner
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.cli import main, options, shells
+from rockdamp.cli import main, shells
 from rockdamp.figures import rocking
-from rockdamp.mechanics import damping
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import PRESETS, SOFTENING
+from rockdamp.vocabulary import MODELS, PRESETS, SOFTENING
 
 RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 WALL = ("--thickness", 0.3, "--height", 4.5)
@@ -275,10 +274,10 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
                 assert Path(word).is_file()
 
 
-def test_help_names_the_values_of_the_package():
-    assert options.MODELS == damping.MODELS
-    assert options.PRESETS == tuple(PRESETS)
-    assert options.SOFTENING == SOFTENING
+def test_help_names_the_values_of_the_vocabulary():
+    text = CliRunner().invoke(main, ["decay", "--help"]).output
+    for words in (MODELS, PRESETS, SOFTENING):
+        assert f"[{'|'.join(words)}]" in text
 
 
 @pytest.mark.parametrize("name", ["main", *main.commands])

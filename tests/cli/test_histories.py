@@ -15,9 +15,9 @@ import rockdamp as rd
 from rockdamp.cli import main
 from rockdamp.figures import rocking
 from rockdamp.histories import side_by_side
-from rockdamp.mechanics.damping import MODELS
 from rockdamp.storage import dataset
 from rockdamp.studies import calibration
+from rockdamp.vocabulary import MODELS
 
 RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 CURVE = ("--a1", 0.04, "--b1", 0.8)

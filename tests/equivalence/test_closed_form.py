@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from rockdamp.equivalence.closed_form import damping_ratio_energy, equivalence_factor, exact_ratio, giannini_masiani
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVES = [
     TrilinearCurve(0.04, 0.85),

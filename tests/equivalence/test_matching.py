@@ -8,10 +8,11 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import SCAN, Cases, follow, match_cases, refined
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import Reference
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)
 

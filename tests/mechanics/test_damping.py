@@ -7,7 +7,8 @@ from scipy.integrate import quad
 from rockdamp import kernels
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import EXPONENTS, MODELS, PAPER_MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import EXPONENTS, Damping
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])

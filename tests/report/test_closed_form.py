@@ -13,8 +13,9 @@ import pytest
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import PRESETS, SOFTENING, TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import PRESETS, SOFTENING, VISCOUS_MODELS
 
 NODE = shutil.which("node") or shutil.which("nodejs")
 needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page's script without a browser, is absent")

@@ -11,8 +11,9 @@ import pytest
 
 import rockdamp
 from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
-from rockdamp.mechanics.curve import PRESETS, TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import PRESETS, VISCOUS_MODELS
 
 try:
     from selenium import webdriver

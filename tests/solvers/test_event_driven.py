@@ -9,11 +9,12 @@ from exact_cases import CURVES, DAMPERS, NAMES
 
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.event_driven import cr_peaks, history
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
+from rockdamp.vocabulary import MODELS
 
 # --- free decays against closed forms --------------------------------------------------------------------------------
 

@@ -10,9 +10,10 @@ from numba import config
 
 from rockdamp import kernels
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import Reference, Response
+from rockdamp.vocabulary import MODELS
 
 pytestmark = pytest.mark.nojit
 

@@ -6,10 +6,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve, stable_step
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 

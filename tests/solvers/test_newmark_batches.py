@@ -5,7 +5,7 @@ import pytest
 
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads, solve, stable_step
 from rockdamp.solvers.response import (
@@ -18,6 +18,7 @@ from rockdamp.solvers.response import (
     Reference,
     Response,
 )
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 GROUND = np.random.default_rng(11).normal(size=81)

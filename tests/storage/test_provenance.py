@@ -181,10 +181,3 @@ def test_the_config_digest_is_that_of_canonical_json():
 def test_a_config_that_json_cannot_hold_has_no_digest(value):
     with pytest.raises(ValueError):
         provenance.config_digest({"value": value})
-
-
-def test_a_constant_is_read_without_an_import(package):
-    write(package, {"one": "import nothing_of_this_name\nLENGTH = 12.5\nOTHER = LENGTH\n"})
-    assert provenance.constant("rockdamp.one", "LENGTH") == 12.5
-    with pytest.raises(LookupError, match="rockdamp.one has no constant WIDTH"):
-        provenance.constant("rockdamp.one", "WIDTH")

@@ -4,9 +4,10 @@ import explorer_parts
 import numpy as np
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.storage import dataset
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 
 def test_stored_decays_are_those_of_the_solver_at_every_few_steps():

@@ -14,10 +14,11 @@ from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.errors import InputError
 from rockdamp.figures import FIGURES
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies import pulses
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from repository import ROOT
 
-from rockdamp.mechanics.damping import VISCOUS_MODELS
 from rockdamp.storage import dataset
 from rockdamp.studies import response_length
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.vocabulary import DEFAULT_WINDOW, VISCOUS_MODELS
 
 
 def test_windows_agree_with_the_match_at_its_window(config, decays, matches):

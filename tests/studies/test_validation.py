@@ -12,11 +12,12 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import respond
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.experimental_style import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.event_driven import history
 from rockdamp.studies.validation import damping_ratios, validate
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
 NOMINAL = {"cracked_stiffness_ratio": 0.03, "plateau_ratio": 0.80, "restitution": 0.835}

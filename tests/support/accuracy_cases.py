@@ -5,8 +5,9 @@ import xarray as xr
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.studies.decays import describe, restitution_grid
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.8)
 DAMPINGS = [Damping.cr(0.85), *(Damping(model, 0.05) for model in VISCOUS_MODELS)]

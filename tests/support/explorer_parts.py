@@ -8,8 +8,8 @@ from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS
 from rockdamp.studies import explorer_decays
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 
 @cache

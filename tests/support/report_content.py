@@ -10,10 +10,9 @@ from PIL import Image
 from repository import ROOT
 
 from rockdamp.figures import FIGURES
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS
 from rockdamp.report import Content
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 KINDS = (
     "mechanism",

@@ -6,10 +6,11 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import COLLAPSED, COMPLETED
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 SCHEMES = ("newmark", "paper")
 TAU = np.linspace(0, 8, 161)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent
 from rockdamp.histories.half_cycles import passes_zero, turning_points
-from rockdamp.mechanics.damping import PAPER_MODELS
+from rockdamp.vocabulary import PAPER_MODELS
 
 
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, listed, number, per_model, percent, steady
-from rockdamp.mechanics.damping import PAPER_MODELS
+from rockdamp.vocabulary import PAPER_MODELS
 
 MODELS = list(PAPER_MODELS)
 OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}  # what a1 is compared with: dimension, study

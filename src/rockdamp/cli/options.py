@@ -10,16 +10,12 @@ import click
 from click.core import ParameterSource
 
 from rockdamp.cli.types import Quantity
+from rockdamp.vocabulary import MODELS, PRESETS, SOFTENING
 
 if TYPE_CHECKING:
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.wall import Parapet, Wall
-
-# Copies, as the modules that own these names take long to import; a test keeps them equal.
-MODELS = ("CR", "CDC", "CDR", "SDR", "ECD")
-PRESETS = ("new", "moderate", "severe")
-SOFTENING = ("steeper", "translated")
 
 Decorator = Callable[[Any], Any]
 
@@ -70,7 +66,7 @@ softening_options = _all(
 curve_options = _all(
     click.option("--a1", type=float, help="Cracked stiffness ratio u1/u_ins."),
     click.option("--b1", type=float, help="Plateau ratio F_y/F0."),
-    click.option("--preset", type=click.Choice(PRESETS), help="A named curve in place of --a1 and --b1."),
+    click.option("--preset", type=click.Choice(list(PRESETS)), help="A named curve in place of --a1 and --b1."),
     softening_options,
 )
 

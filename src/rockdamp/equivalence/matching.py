@@ -112,7 +112,7 @@ def match_cases(
     ----------
     cases : Cases
     damping_model : str
-        One of `damping.VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
+        One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
     window_steps : sequence of int, ascending
         Lengths of the response in steps.
     scan : Scan

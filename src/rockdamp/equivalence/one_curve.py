@@ -14,9 +14,9 @@ from rockdamp.equivalence.matching import Cases, follow, match_cases, refined
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import available_threads, solve
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.vocabulary import DEFAULT_WINDOW, VISCOUS_MODELS
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'

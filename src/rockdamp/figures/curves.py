@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.vocabulary import PRESETS
 
 RED = "#C1121F"  # the secant, as in the paper
 SECANT_AT = 0.45  # u/u_ins
-PRESETS = ("new", "moderate", "severe")
 TOP = 1.34  # leaves room for the legends
 FORCE = "$F/F_0$ [-]"
 

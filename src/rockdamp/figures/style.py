@@ -15,7 +15,8 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rockdamp.storage.provenance import constant
+from rockdamp.vocabulary import MODELS as ALL_MODELS
+from rockdamp.vocabulary import PAPER_MODELS
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
@@ -41,11 +42,9 @@ CHOSEN = {
     "ECD": ModelStyle("#9A4C95", "dotted", "v"),
 }
 SPARE = (ModelStyle("#E69F00", (0, (5.0, 1.2, 1.0, 1.2)), "P"), ModelStyle("#56B4E9", (0, (1.0, 1.0, 4.0, 1.0)), "X"))
-# Read, not imported: figures load no solver.
-NAMES, PAPER_MODELS = (constant("rockdamp.mechanics.damping", name) for name in ("TITLES", "PAPER_MODELS"))
-NEW = [model for model in NAMES if model not in CHOSEN]  # drawn all the same
+NEW = [model for model in ALL_MODELS if model not in CHOSEN]  # drawn all the same
 MODELS = CHOSEN | {model: SPARE[index % len(SPARE)] for index, model in enumerate(NEW)}
-BEYOND_PAPER = tuple(model for model in NAMES if model not in ("CR", *PAPER_MODELS))
+BEYOND_PAPER = tuple(model for model in ALL_MODELS if model not in ("CR", *PAPER_MODELS))
 GREY, PALE = "#6E6E6E", "#B5B5B5"
 
 # Symbols and units of the axes; "-" is dimensionless.

@@ -14,17 +14,8 @@ from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity, together
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.vocabulary import MODELS
 
-TITLES = {
-    "CR": "coefficient of restitution",
-    "CDC": "constant damping coefficient",
-    "CDR": "constant damping ratio",
-    "SDR": "stiffness proportional damping ratio",
-    "ECD": "energy-consistent damper",
-}
-MODELS = tuple(TITLES)
-VISCOUS_MODELS = MODELS[1:]
-PAPER_MODELS = ("CDC", "CDR", "SDR")
 EXPONENTS = {"CDC": 0.0, "CDR": 1.0, "SDR": 2.0}  # C grows with this power of the secant's frequency
 ENERGY_EXPONENTS = {"ECD": 1.0}  # or with this one of the energy's
 

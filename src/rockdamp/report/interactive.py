@@ -13,8 +13,7 @@ from bokeh.resources import Resources
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.figures.style import MODELS
 from rockdamp.mechanics.curve import ROUNDING
-from rockdamp.mechanics.damping import TITLES
-from rockdamp.vocabulary import PRESETS
+from rockdamp.vocabulary import PRESETS, TITLES
 
 # Bokeh draws the plots: well kept, on PyPI with its script, and at 1.4 MB a quarter of what plotly brings, which counts
 # on a phone. Of its components only these two are needed.

@@ -90,21 +90,6 @@ def config_digest(config: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def constant(module: str, name: str) -> Any:
-    """Return a literal constant of a module without importing it, as compiled modules take long to import.
-
-    Raises
-    ------
-    LookupError
-        If the module assigns no literal to that name.
-    """
-    path = modules_of(module)[module]
-    for node in _tree(path).body:
-        if isinstance(node, ast.Assign) and [ast.unparse(target) for target in node.targets] == [name]:
-            return ast.literal_eval(node.value)
-    raise LookupError(f"{module} has no constant {name}")
-
-
 def _file_of(name: str) -> Path | None:
     place = ROOT.joinpath(*name.split(".")[1:])
     for path in (place / "__init__.py", place.with_suffix(".py")):

@@ -23,11 +23,11 @@ from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
-from rockdamp.vocabulary import PRESETS, SOFTENING
+from rockdamp.vocabulary import PAPER_MODELS, PRESETS, SOFTENING, VISCOUS_MODELS
 
 BEST = "POWER"  # the general exponent, at the best n of each curve
 DAMPERS = (*PAPER_MODELS, BEST, *(model for model in VISCOUS_MODELS if model not in PAPER_MODELS))

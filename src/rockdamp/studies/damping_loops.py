@@ -10,10 +10,11 @@ from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import Cases, match_cases
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import EXPONENTS, MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import EXPONENTS, Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.settings import LoopSettings, Matching, RigidWall
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
 # ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).

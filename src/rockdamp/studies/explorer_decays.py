@@ -6,11 +6,12 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config.parsing import Config
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.settings import ExplorerSettings
+from rockdamp.vocabulary import MODELS
 
 
 def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:

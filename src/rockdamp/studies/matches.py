@@ -13,11 +13,11 @@ from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import RESOLUTION, Cases, follow, match_cases, refined, response_length
 from rockdamp.equivalence.scan import Scan
-from rockdamp.mechanics.damping import VISCOUS_MODELS
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.decays import describe, step_count
 from rockdamp.studies.settings import Study, make_wall
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:

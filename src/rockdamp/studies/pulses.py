@@ -21,13 +21,14 @@ from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, r
 from rockdamp.equivalence.scan import Scan
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.experimental_style import ricker
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
 from rockdamp.studies.decays import step_count
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSES = ("Ricker", "sine")
 SOURCES = ("closed form", "error")

@@ -7,11 +7,11 @@ import xarray as xr
 
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import match_cases
-from rockdamp.mechanics.damping import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.progress import track
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import cases_of
 from rockdamp.studies.settings import ResponseLengthSettings
+from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)

@@ -20,10 +20,11 @@ from rockdamp.histories.under_a_record import (
     respond,
     rest_samples,
 )
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED, Histories
 from rockdamp.studies.settings import ValidationSettings
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 
 def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Dataset:

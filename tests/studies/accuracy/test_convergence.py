@@ -17,9 +17,10 @@ import numpy as np
 import pytest
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve
+from rockdamp.vocabulary import MODELS
 
 SAMPLES, SAMPLE = 33, 0.2  # of the load, in tau; the histories are compared at them
 NEWMARK_SUBSTEPS = 2 ** np.arange(3, 12)

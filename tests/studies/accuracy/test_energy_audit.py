@@ -7,13 +7,13 @@ from accuracy_cases import CURVE, DAMPINGS
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit
 from rockdamp.studies.decays import make_wall
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 # --- the energy audit ------------------------------------------------------------------------------------------------
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.accuracy import ensemble
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 
 def test_each_curve_and_release_of_the_studies_is_there_once(drawn):

@@ -5,10 +5,10 @@ import pytest
 from accuracy_cases import CURVE, made_up
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.damping import VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import matched_ratios
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import STUDIES, VISCOUS_MODELS
 
 
 def test_uncertainties_of_all_studies_are_summarised_together(config, matches):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rockdamp.mechanics.damping import MODELS
 from rockdamp.studies.accuracy import convergence
+from rockdamp.vocabulary import MODELS
 
 
 @pytest.fixture(scope="module")

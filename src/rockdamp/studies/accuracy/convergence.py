@@ -11,10 +11,11 @@ from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED
+from rockdamp.vocabulary import MODELS
 
 SCHEMES = ("newmark", "paper")
 EXCITATIONS = ("free", "forced")

@@ -29,12 +29,13 @@ from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
 from rockdamp.studies.damping_loops import loops as run_loops
 from rockdamp.studies.decays import describe
 from rockdamp.studies.settings import make_wall
+from rockdamp.vocabulary import MODELS
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy
 HALF_CYCLES = 6  # of which the loss is given in joules

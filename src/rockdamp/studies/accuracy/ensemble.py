@@ -14,10 +14,11 @@ from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import response_length
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED, Options
 from rockdamp.studies.decays import describe, step_count
+from rockdamp.vocabulary import MODELS
 
 EXCITATIONS = ("free", "forced")
 LOAD_SAMPLE = 0.2  # in tau, about: a tenth of the load's shortest period

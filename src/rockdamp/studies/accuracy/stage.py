@@ -10,13 +10,13 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
-from rockdamp.mechanics.damping import MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, fitted_order
 from rockdamp.studies.accuracy.small_rotations import rotations
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import MODELS, STUDIES
 
 
 def accuracy(

@@ -23,7 +23,7 @@ from rockdamp.equivalence.matching import response_length
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures, spectral_acceleration
@@ -31,7 +31,7 @@ from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
-from rockdamp.vocabulary import PRESETS
+from rockdamp.vocabulary import MODELS, PRESETS, VISCOUS_MODELS
 
 SOURCES = ("fit", "error", "closed form")  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
 HALVINGS = 2

@@ -20,7 +20,7 @@ from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import MODELS, VISCOUS_MODELS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import measures
@@ -29,6 +29,7 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit, interval, resample
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 PARAMETERS = (
     "thickness",
