@@ -3,20 +3,14 @@
 import numpy as np
 import pytest
 
-from rockdamp.studies.decays import describe
-from rockdamp.studies.settings import DecaySettings
+from rockdamp.studies.settings import StudySettings
 from rockdamp.vocabulary import STUDIES
-
-
-def test_the_restitution_grid_is_exact_in_decimals(paper):
-    grid = DecaySettings.of(paper).restitution
-    assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
 
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
     """V(x_n) = e^{2n} V(x0): the fifth peak, to the second order of a step of 0.01."""
-    study, data = describe(name, config), decays[name]
+    study, data = StudySettings.of(config).study(name), decays[name]
     for i in range(study.values.size):
         curve = study.curve.map(lambda p, i=i: p[i])
         for j, e in enumerate(data["restitution"].values):

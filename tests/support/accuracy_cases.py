@@ -6,7 +6,7 @@ import xarray as xr
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.studies.decays import describe, restitution_grid
+from rockdamp.studies.settings import DecaySettings
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.8)
@@ -15,7 +15,8 @@ DAMPINGS = [Damping.cr(0.85), *(Damping(model, 0.05) for model in VISCOUS_MODELS
 
 def made_up(config, name, models=VISCOUS_MODELS):
     """A match whose damping ratios are the closed form's and whose relative uncertainties are all different."""
-    study, e = describe(name, config), restitution_grid(config)
+    given = DecaySettings.of(config)
+    study, e = given.study(name), given.restitution
     ratio = np.stack(
         [
             damping_ratio_energy(study.curve.map(lambda p: p[:, None]), model, e, study.release_amplitude[:, None])

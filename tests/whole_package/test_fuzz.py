@@ -19,8 +19,8 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.storage import yaml_file
-from rockdamp.studies import decays, force_curves
-from rockdamp.studies.settings import DecaySettings, make_named_wall
+from rockdamp.studies import force_curves
+from rockdamp.studies.settings import DecaySettings, StudySettings, make_named_wall
 from rockdamp.vocabulary import SOFTENING, STUDIES
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
@@ -91,7 +91,7 @@ def judge(config):
         assert all(map(str, found))
         return
     try:
-        made = [decays.describe(name, config).frequency_parameter for name in STUDIES]
+        made = [StudySettings.of(config).study(name).frequency_parameter for name in STUDIES]
         made += [force_curves.mechanism(config)["force"].values, DecaySettings.of(config).restitution]
         made += [named.wall.frequency_parameter for named in map(make_named_wall, config["natural"]["walls"])]
     except InputError as error:

@@ -7,22 +7,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.settings import DecaySettings, Study, StudySettings
-from rockdamp.studies.settings import make_wall as make_wall
 
 
 def describe(name: str, config: Config) -> Study:
     """Return the walls of study `name` as `config` states them."""
     return StudySettings.of(config).study(name)
-
-
-def restitution_grid(config: Config) -> Array:
-    """Return the coefficients of restitution that the config states."""
-    return DecaySettings.of(config).restitution
 
 
 def step_count(length: float, step: float) -> int:

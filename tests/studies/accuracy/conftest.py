@@ -9,6 +9,7 @@ from rockdamp.studies import damping_loops
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.studies.decays import study as decay_study
+from rockdamp.studies.settings import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 
@@ -36,8 +37,17 @@ def matches(config):
 
 
 @pytest.fixture(scope="session")
-def drawn(config, matches):
-    return ensemble.collect(config, matches)
+def studies(config):
+    given = StudySettings.of(config)
+    return {name: given.study(name) for name in STUDIES}
+
+
+@pytest.fixture(scope="session")
+def drawn(studies, matches):
+    steps = ensemble.halved(0.01, doublings=1, halvings=2)
+    return ensemble.collect(
+        studies, matches, restitutions=2, seed=20170616, length=5.0, step=0.01, steps=steps, scheme="newmark"
+    )
 
 
 @pytest.fixture(scope="session")

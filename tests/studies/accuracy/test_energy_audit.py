@@ -6,13 +6,12 @@ from accuracy_cases import CURVE, DAMPINGS
 
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit
-from rockdamp.studies.decays import make_wall
 from rockdamp.studies.decays import study as decay_study
+from rockdamp.studies.settings import make_curve, make_wall
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 # --- the energy audit ------------------------------------------------------------------------------------------------
@@ -82,7 +81,7 @@ def test_the_stage_audits_both_excitations_to_second_order(stage, drawn):
 def test_every_stored_history_is_audited(stage, config, looped):
     one = looped.sel(damping_model="SDR")
     sums = energy_audit.balance(
-        TrilinearCurve(**config["curve"]),
+        make_curve(config["curve"]),
         Damping("SDR", float(one["damping_ratio"])),
         one["displacement"].values,
         one["velocity"].values,
@@ -94,10 +93,11 @@ def test_every_stored_history_is_audited(stage, config, looped):
     assert float(stage["decay_energy_residual"].max()) < 5e-3
 
 
-def test_a_stored_decay_that_gains_energy_shows(config, looped):
+def test_a_stored_decay_that_gains_energy_shows(config, studies, looped):
     decayed = decay_study("amplitude", config)
     decayed["velocity"][1, 2, 300:] *= 1.05
-    found = energy_audit.stored(config, looped, {"amplitude": decayed})
+    loops = energy_audit.Audited(make_wall(config["wall"]), make_curve(config["curve"]), 0.85, looped)
+    found = energy_audit.stored(loops, {"amplitude": decayed}, studies, 0.01)
     assert float(found["decay_energy_residual"][0]) > 0.01
 
 
@@ -150,13 +150,13 @@ def test_half_cycles_under_restitution_lose_what_their_impacts_take(stage):
 
 def test_the_release_holds_the_energy_of_the_curve_in_joules(stage, config):
     wall = make_wall(config["validation"]["wall"])
-    energy = TrilinearCurve(**config["validation"]["curve"]).energy(0.5)
+    energy = make_curve(config["validation"]["curve"]).energy(0.5)
     expected = float(wall.rigid_strength * wall.instability_displacement * energy / 2)  # F0 = K0 u_ins
     assert float(stage["release_energy"].sel(audited_wall="Fig. 8")) == pytest.approx(expected)
 
 
 def test_dampers_lose_what_leaves_from_peak_to_peak(stage, config, looped):
-    wall, curve = make_wall(config["wall"]), TrilinearCurve(**config["curve"])
+    wall, curve = make_wall(config["wall"]), make_curve(config["curve"])
     for model in VISCOUS_MODELS:
         one = looped.sel(damping_model=model)
         at = turning_points(one["velocity"].values)[:7]

@@ -10,6 +10,8 @@ from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import matched_ratios
 from rockdamp.vocabulary import STUDIES, VISCOUS_MODELS
 
+SAMPLE = {"count": 2, "bracket": 0.3, "seed": 20170616}
+
 
 def test_uncertainties_of_all_studies_are_summarised_together(config, matches):
     known = {name: match.copy(deep=True) for name, match in matches.items()}
@@ -26,18 +28,17 @@ def test_uncertainties_of_all_studies_are_summarised_together(config, matches):
     assert middle in every and np.mean(every <= middle) >= 0.5 >= np.mean(every < middle)
 
 
-def test_the_sample_holds_the_least_certain_and_drawn_ones(config, matches):
+def test_the_sample_holds_the_least_certain_and_drawn_ones(studies, matches):
     known = {name: match.copy(deep=True) for name, match in matches.items()}
     known["overburden"]["damping_ratio_uncertainty"][2, 1, 0] = 0.02 * known["overburden"]["damping_ratio"][2, 1, 0]
-    own = {**config, "accuracy": {**config["accuracy"], "minima": 5}}
-    chosen = matched_ratios.sample(own, known)
+    chosen = matched_ratios.sample(studies, known, count=5, seed=20170616)
     assert [len(chosen[model]) for model in VISCOUS_MODELS] == [5] * 4
     first = chosen["SDR"][0]
     assert (first.restitution, first.bound) == (0.8, pytest.approx(0.02))
     assert first.ratio == float(known["overburden"]["damping_ratio"][2, 1, 0])
     assert [one.bound for one in chosen["SDR"]][:3] == pytest.approx([0.02, 1.75e-4, 1.75e-4], rel=0.01)
     assert len({(one.curve.cracked_stiffness_ratio.item(), one.ratio) for one in chosen["ECD"]}) >= 3
-    again = matched_ratios.sample(own, known)["ECD"][4]
+    again = matched_ratios.sample(studies, known, count=5, seed=20170616)["ECD"][4]
     assert (again.ratio, again.restitution) == (chosen["ECD"][4].ratio, chosen["ECD"][4].restitution)
 
 
@@ -100,26 +101,24 @@ def test_a_minimum_beyond_the_bracket_is_an_error(minimum):
         matched_ratios.exact_minimum(far, 6.0, 0.02)
 
 
-def test_the_difference_of_the_sample_is_that_of_the_published_value(config):
+def test_the_difference_of_the_sample_is_that_of_the_published_value(config, studies):
     """The same published values, once 0.3 % larger: so are the differences, and nothing else changes."""
-    own = {**config, "accuracy": {**config["accuracy"], "minima": 2}}
     plain = {name: made_up(config, name, ["CDC"]) for name in STUDIES}
     more = {name: match.assign(damping_ratio=1.003 * match["damping_ratio"]) for name, match in plain.items()}
-    one, other = matched_ratios.minima(own, plain), matched_ratios.minima(own, more)
+    one, other = (matched_ratios.minima(studies, known, **SAMPLE) for known in (plain, more))
     np.testing.assert_allclose(other["sample_exact_ratio"], one["sample_exact_ratio"], rtol=2e-5)
     np.testing.assert_allclose(1 + other["sample_difference"], 1.003 * (1 + one["sample_difference"]), rtol=2e-5)
     np.testing.assert_allclose(one["sample_bound"][0, 0], 2e-4)  # the largest of them all
 
 
-def test_what_is_not_certain_to_a_thousandth_counts_once_its_exact_minimum_agrees(config):
-    own = {**config, "accuracy": {**config["accuracy"], "minima": 2}}
+def test_what_is_not_certain_to_a_thousandth_counts_once_its_exact_minimum_agrees(config, studies):
     known = {name: made_up(config, name, ["CDC"]) for name in STUDIES}
-    exactly = matched_ratios.minima(own, known)["sample_exact_ratio"].values[0, 0]
+    exactly = matched_ratios.minima(studies, known, **SAMPLE)["sample_exact_ratio"].values[0, 0]
     ratio = known["amplitude"]["damping_ratio"]  # its last is the least certain of all, and so the sample's first
     for off, share in ((1.0005, 1.0), (1.002, 1 - 1 / 27)):
         ratio[0, -1, -1] = off * exactly
         known["amplitude"]["damping_ratio_uncertainty"][0, -1, -1] = 0.01 * off * exactly
-        found = matched_ratios.minima(own, known)
+        found = matched_ratios.minima(studies, known, **SAMPLE)
         assert float(found["sample_difference"][0, 0]) == pytest.approx(off - 1, rel=0.05)
         assert float(found["share_converged"][0]) == pytest.approx(share)
         assert float(matched_ratios.uncertainty(known)["share_within_thousandth"][0]) == pytest.approx(1 - 1 / 27)

@@ -72,15 +72,17 @@ def test_the_least_slenderness_is_where_the_difference_stays_below():
     assert 8 < small_rotations.least_slenderness(h, back, 0.01) < 16
 
 
-def test_fig4_is_compared_with_both_references(config, looped):
+def test_fig4_is_compared_with_both_references(looped):
     tau = looped["tau"].values
     histories = {"tri-linear": np.cos(tau), "slender": np.cos(1.02 * tau), "large rotation": 0.9 * np.cos(tau)}
     known = looped.copy(deep=True)
     for name, history in histories.items():
         known["rocking_displacement"].loc[{"rocking_model": name}] = history
-    found = small_rotations.rotations(config, known)["fig4_difference"]
+    wall = Wall(0.4, 4.0, hinge_ratio=0.5)
+    found = small_rotations.rotations(
+        known, wall, restitution=0.955, slenderness=[8, 20], hinge_ratio=[0.5], release_amplitude=[0.5], peaks=4
+    )["fig4_difference"]
     np.testing.assert_allclose(found.sel(rocking_reference="slender"), [0.02, 0, 0], atol=1e-4)
     np.testing.assert_allclose(found.sel(rocking_reference="large rotation")[:2], [0, 1 / 0.9 - 1], atol=1e-4)
-    wall = Wall(0.4, 4.0, hinge_ratio=0.5)
     ratio = 1 / (1 + small_rotations.frequency_difference(wall))
     assert float(found.sel(rocking_reference="large rotation", rocking_feature="p")) == pytest.approx(ratio - 1)

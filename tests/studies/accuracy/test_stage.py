@@ -46,7 +46,7 @@ def test_medians_and_largest_errors_are_over_walls_and_restitutions(stage):
     np.testing.assert_allclose(stage["order"], ensemble.fitted_order(stage["step"], stage["median_solver_error"]))
 
 
-def test_a_solver_that_does_not_converge_shows(config, drawn, stage):
+def test_a_solver_that_does_not_converge_shows(drawn, stage):
     class Wrong(ensemble.Ensemble):
         def histories(self, *arguments):
             displacement, velocity = super().histories(*arguments)
@@ -59,7 +59,7 @@ def test_a_solver_that_does_not_converge_shows(config, drawn, stage):
         "release_amplitude": drawn.release_amplitude[:1],
         "ratio": {m: r[:1] for m, r in drawn.ratio.items()},
     }
-    found = solver_errors(config, Wrong(**{**drawn.__dict__, **few}))
+    found = solver_errors(Wrong(**{**drawn.__dict__, **few}), step=0.01, refinement=8)
     assert (found["order"] < 0.5).all()
     assert (stage["order"] > 1.5).all()  # 2, less the scatter of a few walls
 

@@ -15,6 +15,8 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED
+from rockdamp.studies.decays import step_count
+from rockdamp.studies.settings import ConvergenceSettings
 from rockdamp.vocabulary import MODELS
 
 SCHEMES = ("newmark", "paper")
@@ -57,7 +59,7 @@ def orders(config: Config) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``convergence``: ``seed``, ``lanes``, ``length`` in tau, ``coarsest`` step and ``halvings``.
+        Has the keys of `ConvergenceSettings`.
 
     Returns
     -------
@@ -65,21 +67,20 @@ def orders(config: Config) -> xr.Dataset:
         ``solver_error`` (scheme, excitation, damping_model, step) and ``order``, the slope of its logarithm, and
         ``finest_order``, between the two finest steps.
     """
-    section = config["convergence"]
-    steps = section["coarsest"] / 2.0 ** np.arange(section["halvings"] + 1)
-    samples = int(round(section["length"] / section["coarsest"])) + 1
-    ensemble = draw(section["seed"], section["lanes"], samples, section["coarsest"])
+    given = ConvergenceSettings.of(config).convergence
+    coarsest, finest = given.coarsest, 16 * 2**given.halvings
+    steps = coarsest / 2.0 ** np.arange(given.halvings + 1)
+    ensemble = draw(given.seed, given.lanes, step_count(given.length, coarsest) + 1, coarsest)
     shape = (len(SCHEMES), len(EXCITATIONS), len(MODELS), steps.size)
     error = np.empty(shape)
     cells = [(x, m) for x in range(len(EXCITATIONS)) for m in range(len(MODELS))]
     for x, m in track(cells, "orders"):
-        finest = 16 * 2 ** section["halvings"]
-        exact = _histories(ensemble, MODELS[m], EXCITATIONS[x], "newmark", section["coarsest"], finest)
+        exact = _histories(ensemble, MODELS[m], EXCITATIONS[x], "newmark", coarsest, finest)
         for s, scheme in enumerate(SCHEMES):
             for k in range(steps.size):
-                found = _histories(ensemble, MODELS[m], EXCITATIONS[x], scheme, section["coarsest"], 2**k)
-                each = np.sqrt(np.mean((found - exact) ** 2, axis=-1))
-                error[s, x, m, k] = np.nanmedian(each)
+                displacement = _histories(ensemble, MODELS[m], EXCITATIONS[x], scheme, coarsest, 2**k)
+                of_lane = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
+                error[s, x, m, k] = np.nanmedian(of_lane)
     slope = np.polyfit(np.log(steps), np.log(error).reshape(-1, steps.size).T, 1)[0].reshape(shape[:-1])
     dims = ("scheme", "excitation", "damping_model")
     return xr.Dataset(

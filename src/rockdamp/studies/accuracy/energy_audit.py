@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from operator import itemgetter
 
 import numpy as np
@@ -26,20 +27,16 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
 from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
-from rockdamp.studies.damping_loops import loops as run_loops
-from rockdamp.studies.decays import describe
-from rockdamp.studies.settings import make_wall
+from rockdamp.studies.settings import Study
 from rockdamp.vocabulary import MODELS
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy
 HALF_CYCLES = 6  # of which the loss is given in joules
-AUDITED = ("reference", "Fig. 8")
 
 
 @dataclass(frozen=True)
@@ -152,40 +149,53 @@ def lost_per_half_cycle(curve: TrilinearCurve, damping: Damping, x: Array, v: Ar
 # --- the stage's parts ----------------------------------------------------------------------------------------------
 
 
-def residuals(config: Config, ensemble: Ensemble) -> xr.Dataset:
-    """Audit the ensemble at steps down to half the solver's: median and largest residual, and the median's order."""
-    steps = ensemble.steps[ensemble.steps > 0.4 * float(config["solver"]["step"])]
-    found = np.empty((len(EXCITATIONS), len(MODELS), steps.size, ensemble.factor.size))
-    for x, m, k in np.ndindex(found.shape[:-1]):
-        step = float(steps[k])
-        load = ensemble.load_at(step) if EXCITATIONS[x] == "forced" else 0.0
-        histories = ensemble.histories(MODELS[m], EXCITATIONS[x], step, 1)
-        sums = balance(ensemble.curve, ensemble.damping(MODELS[m]), *histories, step, load)
-        found[x, m, k] = sums.largest_residual.ravel()
-    median = np.median(found, axis=-1)
+@dataclass(frozen=True)
+class Audited:
+    """A wall, and its histories under restitution and under each damper matched to it, as in `loops.nc`."""
+
+    wall: Wall
+    curve: TrilinearCurve
+    restitution: float
+    histories: xr.Dataset
+
+    def damping(self, model: str) -> Damping:
+        """Return what damps the history of one model."""
+        if model == "CR":
+            return Damping.cr(self.restitution)
+        return Damping(model, float(self.histories["damping_ratio"].sel(damping_model=model)))
+
+
+def residuals(ensemble: Ensemble, step: float) -> xr.Dataset:
+    """Audit the ensemble at steps down to half of `step`: median and largest residual, and the median's order."""
+    steps = ensemble.steps[ensemble.steps > 0.4 * step]
+    largest = np.empty((len(EXCITATIONS), len(MODELS), steps.size, ensemble.factor.size))
+    for x, m, k in np.ndindex(largest.shape[:-1]):
+        load = ensemble.load_at(float(steps[k])) if EXCITATIONS[x] == "forced" else 0.0
+        histories = ensemble.histories(MODELS[m], EXCITATIONS[x], float(steps[k]), 1)
+        sums = balance(ensemble.curve, ensemble.damping(MODELS[m]), *histories, float(steps[k]), load)
+        largest[x, m, k] = sums.largest_residual.ravel()
+    median = np.median(largest, axis=-1)
     dims = ("excitation", "damping_model")
     return xr.Dataset(
         {
             "energy_residual": ((*dims, "audit_step"), median),
-            "largest_energy_residual": ((*dims, "audit_step"), found.max(axis=-1)),
+            "largest_energy_residual": ((*dims, "audit_step"), largest.max(axis=-1)),
             "energy_order": (dims, fitted_order(steps, median)),
         },
         coords={"excitation": list(EXCITATIONS), "damping_model": list(MODELS), "audit_step": steps},
     )
 
 
-def stored(config: Config, loops: xr.Dataset, decays: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def stored(loops: Audited, decays: Mapping[str, xr.Dataset], studies: Mapping[str, Study], step: float) -> xr.Dataset:
     """Audit every history in `loops.nc`, and every decay of the studies, as they were stored: largest residuals."""
-    curve, step = TrilinearCurve(**config["curve"]).map(np.atleast_1d), float(config["solver"]["step"])
     of_loops = []
     for model in MODELS:
-        one = loops.sel(damping_model=model)
-        damping = Damping(model, float(loops["restitution"] if model == "CR" else one["damping_ratio"]))
-        sums = balance(curve, damping, one["displacement"].values[None], one["velocity"].values[None], step)
-        of_loops.append(float(sums.largest_residual[0]))
+        history = loops.histories.sel(damping_model=model)
+        x, v = history["displacement"].values, history["velocity"].values
+        of_loops.append(float(balance(loops.curve, loops.damping(model), x, v, step).largest_residual))
     of_decays = []
     for name, decay in decays.items():
-        study, damping = describe(name, config), Damping.cr(decay["restitution"].values)
+        study, damping = studies[name], Damping.cr(decay["restitution"].values)
         worst = 0.0
         for i in range(study.values.size):  # one wall at a time, for the memory's sake
             own = study.curve.map(itemgetter(slice(i, i + 1)))
@@ -198,35 +208,25 @@ def stored(config: Config, loops: xr.Dataset, decays: Mapping[str, xr.Dataset]) 
     )
 
 
-def losses(config: Config, loops: xr.Dataset) -> xr.Dataset:
-    """Energy in joules that each half cycle loses, for the reference wall and the wall of Fig. 8, matched by Eq. (17).
-
-    The reference wall's histories are those of `loops.nc`; the other's are released and matched in the same way.
-    """
-    found = np.empty((len(AUDITED), len(MODELS), HALF_CYCLES))
-    release, ratio, e = np.empty(len(AUDITED)), np.empty(found.shape[:2]), np.empty(len(AUDITED))
-    test = config["validation"]
-    theirs = {"curve": test["curve"], "loops": {**config["loops"], "restitution": test["restitution"]}}
-    runs = [(config["wall"], config["curve"], loops), (test["wall"], test["curve"], run_loops({**config, **theirs}))]
-    for w, (section, shape, histories) in enumerate(runs):
-        wall, curve, step = make_wall(section), TrilinearCurve(**shape), float(config["solver"]["step"])
-        e[w] = float(test["restitution"] if w else loops["restitution"])
-        release[w] = joules(wall, curve.energy(float(config["release_amplitude"])))
-        for m, model in enumerate(MODELS):
-            one = histories.sel(damping_model=model)
-            ratio[w, m] = float(one["damping_ratio"])
-            damping = Damping(model, e[w] if model == "CR" else ratio[w, m])
-            x, v = one["displacement"].values, one["velocity"].values
-            found[w, m] = joules(wall, lost_per_half_cycle(curve, damping, x, v, step, HALF_CYCLES))
+def losses(audited: Mapping[str, Audited], release_amplitude: float, step: float) -> xr.Dataset:
+    """Energy in joules that each half cycle of the histories loses; they start from `release_amplitude`."""
+    walls = list(audited.values())
+    lost = np.empty((len(walls), len(MODELS), HALF_CYCLES))
+    for (w, own), (m, model) in product(enumerate(walls), enumerate(MODELS)):
+        history = own.histories.sel(damping_model=model)
+        x, v, damping = history["displacement"].values, history["velocity"].values, own.damping(model)
+        lost[w, m] = joules(own.wall, lost_per_half_cycle(own.curve, damping, x, v, step, HALF_CYCLES))
+    release = [float(joules(own.wall, own.curve.energy(release_amplitude))) for own in walls]
+    ratio = [own.histories["damping_ratio"].sel(damping_model=list(MODELS)).values for own in walls]
     return xr.Dataset(
         {
-            "energy_lost": (("audited_wall", "damping_model", "half_cycle"), found),
+            "energy_lost": (("audited_wall", "damping_model", "half_cycle"), lost),
             "release_energy": ("audited_wall", release),
-            "audited_damping_ratio": (("audited_wall", "damping_model"), ratio),
-            "audited_restitution": ("audited_wall", e),
+            "audited_damping_ratio": (("audited_wall", "damping_model"), np.stack(ratio)),
+            "audited_restitution": ("audited_wall", [own.restitution for own in walls]),
         },
         coords={
-            "audited_wall": list(AUDITED),
+            "audited_wall": list(audited),
             "damping_model": list(MODELS),
             "half_cycle": np.arange(1, HALF_CYCLES + 1),
         },

@@ -11,13 +11,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
-from rockdamp.equivalence.matching import response_length
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED, Options
-from rockdamp.studies.decays import describe, step_count
+from rockdamp.studies.decays import step_count
+from rockdamp.studies.settings import Study
 from rockdamp.vocabulary import MODELS
 
 EXCITATIONS = ("free", "forced")
@@ -119,22 +118,47 @@ class Ensemble:
         return self.factor[..., None] * np.stack([np.interp(fine, samples, load) for load in self.load])[:, None]
 
 
-def collect(config: Config, matches: Mapping[str, xr.Dataset]) -> Ensemble:
+def halved(step: float, doublings: int, halvings: int) -> Array:
+    """Return the steps at which errors are measured: `step` doubled, itself and halved, coarsest first."""
+    return step * 2**doublings / 2.0 ** np.arange(doublings + halvings + 1)
+
+
+def collect(
+    studies: Mapping[str, Study],
+    matches: Mapping[str, xr.Dataset],
+    *,
+    restitutions: int,
+    seed: int,
+    length: float,
+    step: float,
+    steps: Array,
+    scheme: str,
+) -> Ensemble:
     """Draw the ensemble from the studies: each curve and release once, as slenderness and overburden change neither.
 
     Parameters
     ----------
-    config : dict
-        Validated; uses what `decay.describe` uses, ``solver``, ``matching.window`` and ``accuracy``.
+    studies : dict of Study
+        By name.
     matches : dict of xarray.Dataset
-        By study, from `matching_studies.match`.
+        By study, from `matches.match`.
+    restitutions : int
+        How many of the studies' e are taken, evenly over them.
+    seed : int
+        Of the loads.
+    length : float
+        Of all histories, in tau. [-]
+    step : float
+        Of the pipeline, at which the loads' factors are found, in tau. [-]
+    steps : ndarray
+        At which errors are measured, in tau, coarsest first. [-]
+    scheme : str
+        Of `newmark.solve`.
     """
-    section = config["accuracy"]
     rows: dict[tuple[float, ...], Array] = {}
     for name, match in matches.items():
-        study = describe(name, config)
-        e = match["restitution"].values
-        chosen = np.unique(np.round(np.linspace(0, e.size - 1, section["restitutions"])).astype(int))
+        study, e = studies[name], match["restitution"].values
+        chosen = np.unique(np.round(np.linspace(0, e.size - 1, restitutions)).astype(int))
         ratio = match["damping_ratio"].transpose(study.parameter, "damping_model", "restitution")
         for i, x0 in enumerate(study.release_amplitude):
             own = study.curve.map(itemgetter(i))
@@ -142,23 +166,21 @@ def collect(config: Config, matches: Mapping[str, xr.Dataset]) -> Ensemble:
             rows.setdefault(key, ratio.values[i][:, chosen])
     a1, b1, a3, x0 = (np.array(column)[:, None] for column in zip(*rows, strict=True))
     models = [str(model) for model in match["damping_model"].values]
-    own_step = float(config["solver"]["step"])
-    coarsest = own_step * 2 ** section["doublings"]
+    coarsest = float(steps[0])
     sample = coarsest * max(1, round(LOAD_SAMPLE / coarsest))
-    length = response_length(config)
     drawn = Ensemble(
-        TrilinearCurve(a1, b1, a3, config["curve"]["softening"]),
+        TrilinearCurve(a1, b1, a3, study.curve.softening),
         x0,
         e[chosen],
         {model: np.stack([row[m] for row in rows.values()]) for m, model in enumerate(models)},
-        band_limited(section["seed"], len(rows), int(length / sample + ROUNDING) + 1, sample),
+        band_limited(seed, len(rows), int(length / sample + ROUNDING) + 1, sample),
         sample,
         length,
         np.ones((len(rows), chosen.size)),
-        coarsest / 2.0 ** np.arange(section["doublings"] + section["halvings"] + 1),
-        config["solver"]["scheme"],
+        steps,
+        scheme,
     )
-    return replace(drawn, factor=strong_loads(drawn, own_step))
+    return replace(drawn, factor=strong_loads(drawn, step))
 
 
 def band_limited(seed: int, loads: int, samples: int, sample: float) -> Array:

@@ -10,18 +10,18 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
-from rockdamp.config.parsing import Config
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
-from rockdamp.studies.decays import describe
+from rockdamp.studies.settings import Study
 
 THOUSANDTH = 1e-3
 QUANTILES = np.concatenate([np.linspace(0.0, 0.98, 50), [0.99, 1.0]])
 SPACING = 0.0005  # in tau, of the samples of the integral: halving it moves no minimum by more than 3e-7 of itself
 
+Studies = Mapping[str, Study]
 Matches = Mapping[str, xr.Dataset]
 
 
@@ -61,9 +61,9 @@ def uncertainty(matches: Matches) -> xr.Dataset:
     )
 
 
-def sample(config: Config, matches: Matches) -> dict[str, list[Published]]:
-    """Choose published damping ratios of each model: half the least certain, half drawn from the studies in turn."""
-    rng, count = np.random.default_rng(config["accuracy"]["seed"]), config["accuracy"]["minima"]
+def sample(studies: Studies, matches: Matches, *, count: int, seed: int) -> dict[str, list[Published]]:
+    """Choose `count` published ratios of each model: half the least certain, half drawn from the studies in turn."""
+    rng = np.random.default_rng(seed)
     names = list(matches)
     models = [str(model) for model in matches[names[0]]["damping_model"].values]
     relative = {name: relative_uncertainty(match) for name, match in matches.items()}
@@ -72,67 +72,69 @@ def sample(config: Config, matches: Matches) -> dict[str, list[Published]]:
     for m, model in enumerate(models):
         ranked = sorted(
             ((name, place) for name in names for place in np.ndindex(bounds[name][m].shape)),
-            key=lambda one, m=m: -bounds[one[0]][m][one[1]],  # type: ignore[misc]
+            key=lambda published, m=m: -bounds[published[0]][m][published[1]],  # type: ignore[misc]
         )
-        places = ranked[: least(config)]
+        places = ranked[: least_certain(count)]
         while len(places) < count:
             name = names[(m + len(places)) % len(names)]
             place = tuple(int(rng.integers(size)) for size in bounds[name][m].shape)
             places.append((name, place))
-        chosen[model] = [_published(config, matches[name], name, model, *place) for name, place in places]
+        chosen[model] = [_published(studies[name], matches[name], model, *place) for name, place in places]
     return chosen
 
 
-def least(config: Config) -> int:
-    """Return how many of the sample are the least certain ones: half, rounded up."""
-    return -(-int(config["accuracy"]["minima"]) // 2)
+def least_certain(count: int) -> int:
+    """Return how many of a sample of `count` are the least certain ones: half, rounded up."""
+    return -(-count // 2)
 
 
-def _published(config: Config, match: xr.Dataset, name: str, model: str, value: int, e: int) -> Published:
-    study = describe(name, config)
-    one = match.sel(damping_model=model).isel({study.parameter: value, "restitution": e})
+def _published(study: Study, match: xr.Dataset, model: str, value: int, e: int) -> Published:
+    there = match.sel(damping_model=model).isel({study.parameter: value, "restitution": e})
     return Published(
         study.curve.map(itemgetter(value)),
         float(study.release_amplitude[value]),
-        float(one["restitution"]),
+        float(there["restitution"]),
         model,
-        float(one["damping_ratio"]),
-        float(relative_uncertainty(one)),
+        float(there["damping_ratio"]),
+        float(relative_uncertainty(there)),
     )
 
 
-def minima(config: Config, matches: Matches) -> xr.Dataset:
+def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, seed: int) -> xr.Dataset:
     """Find the exact minimum next to each damping ratio of the sample, and how far the published one is from it.
 
     ``share_converged`` counts the published damping ratios that are within 0.1 % by their own uncertainty or, where
     that is larger and they are in the sample, of the exact minimum.
     """
-    chosen, bracket = sample(config, matches), float(config["accuracy"]["bracket"])
+    chosen = sample(studies, matches, count=count, seed=seed)
     window = float(next(iter(matches.values()))["window"])
-    flat = [one for group in chosen.values() for one in group]
-    found = np.array([exact_minimum(one, window, bracket) for one in track(flat, "exact minima")])
-    published = np.array([one.ratio for one in flat])
-    difference = published / found - 1
-    bound = np.array([one.bound for one in flat])
-    saved = ((bound >= THOUSANDTH) & (np.abs(difference) < THOUSANDTH)).reshape(len(chosen), -1)[:, : least(config)]
+    all_models = [published for of_model in chosen.values() for published in of_model]
+    exact = np.array([exact_minimum(published, window, bracket) for published in track(all_models, "exact minima")])
+    ratio = np.array([published.ratio for published in all_models])
+    difference = ratio / exact - 1
+    bound = np.array([published.bound for published in all_models])
+    saved = ((bound >= THOUSANDTH) & (np.abs(difference) < THOUSANDTH)).reshape(len(chosen), -1)
+    saved = saved[:, : least_certain(count)]
     columns = {
-        "sample_published_ratio": published,
-        "sample_exact_ratio": found,
+        "sample_published_ratio": ratio,
+        "sample_exact_ratio": exact,
         "sample_difference": difference,
         "sample_bound": bound,
-        "sample_cracked_stiffness_ratio": np.array([float(one.curve.cracked_stiffness_ratio) for one in flat]),
-        "sample_release_amplitude": np.array([one.release_amplitude for one in flat]),
-        "sample_restitution": np.array([one.restitution for one in flat]),
+        "sample_cracked_stiffness_ratio": np.array(
+            [float(published.curve.cracked_stiffness_ratio) for published in all_models]
+        ),
+        "sample_release_amplitude": np.array([published.release_amplitude for published in all_models]),
+        "sample_restitution": np.array([published.restitution for published in all_models]),
     }
     shares = uncertainty(matches)
     return xr.Dataset(
         {key: (("viscous_model", "sample"), value.reshape(len(chosen), -1)) for key, value in columns.items()}
         | {"share_converged": shares["share_within_thousandth"] + saved.sum(axis=1) / int(shares["published_count"])},
-        coords={"viscous_model": list(chosen), "sample": np.arange(config["accuracy"]["minima"])},
+        coords={"viscous_model": list(chosen), "sample": np.arange(count)},
     )
 
 
-def exact_minimum(one: Published, window: float, bracket: float) -> float:
+def exact_minimum(published: Published, window: float, bracket: float) -> float:
     """Return the damping ratio with the least integral of (|u_CR| - |u|)^2, within `bracket` of the published one. [-]
 
     The integral is what the sum of Eq. (17) tends to as its step goes to zero, at first order: its last term counts
@@ -143,15 +145,17 @@ def exact_minimum(one: Published, window: float, bracket: float) -> float:
     InputError
         If the integral is least at an end of the bracket.
     """
-    squared = Distance(one.curve, one.model, one.restitution, one.release_amplitude, window)
-    ends = one.ratio * (1 - bracket), one.ratio * (1 + bracket)
-    found = float(minimize_scalar(squared, bounds=ends, method="bounded", options={"xatol": 1e-6 * one.ratio}).x)
-    if not min(found - ends[0], ends[1] - found) > 1e-3 * (ends[1] - ends[0]):
+    e, x0 = published.restitution, published.release_amplitude
+    squared = Distance(published.curve, published.model, e, x0, window)
+    ends = published.ratio * (1 - bracket), published.ratio * (1 + bracket)
+    options = {"xatol": 1e-6 * published.ratio}
+    damping_ratio = float(minimize_scalar(squared, bounds=ends, method="bounded", options=options).x)
+    if not min(damping_ratio - ends[0], ends[1] - damping_ratio) > 1e-3 * (ends[1] - ends[0]):
         raise InputError(
-            f"accuracy.bracket is {bracket:g}; it must be larger: Err of {one.model} at e = {one.restitution:g} and"
-            f" u0/u_ins = {one.release_amplitude:g} is least beyond it, near xi = {found:.6g}"
+            f"accuracy.bracket is {bracket:g}; it must be larger: Err of {published.model} at e = {e:g} and"
+            f" u0/u_ins = {x0:g} is least beyond it, near xi = {damping_ratio:.6g}"
         )
-    return found
+    return damping_ratio
 
 
 class Distance:
@@ -171,10 +175,10 @@ class Distance:
 
     def __call__(self, damping_ratio: float) -> float:
         nodes = self._nodes
-        found = event_driven.history(
+        history = event_driven.history(
             self._curve, Damping(self._model, damping_ratio), nodes, release_amplitude=self._release
         )
-        squared = (self._target - np.abs(found.displacement)) ** 2
-        at_crossings = np.interp(found.impacts, nodes, self._target) ** 2
-        place = np.searchsorted(nodes, found.impacts)
-        return float(np.trapezoid(np.insert(squared, place, at_crossings), np.insert(nodes, place, found.impacts)))
+        squared = (self._target - np.abs(history.displacement)) ** 2
+        at_crossings = np.interp(history.impacts, nodes, self._target) ** 2
+        place = np.searchsorted(nodes, history.impacts)
+        return float(np.trapezoid(np.insert(squared, place, at_crossings), np.insert(nodes, place, history.impacts)))

@@ -9,7 +9,6 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.wall import Wall
@@ -95,37 +94,48 @@ def least_slenderness(slenderness: ArrayLike, difference: ArrayLike, tolerance: 
     return float(np.exp(np.interp(np.log(tolerance), np.log(d[pair])[::-1], np.log(h[pair])[::-1])))
 
 
-def rotations(config: Config, loops: xr.Dataset) -> xr.Dataset:
+def rotations(
+    loops: xr.Dataset,
+    fig4_wall: Wall,
+    *,
+    restitution: float,
+    slenderness: ArrayLike,
+    hinge_ratio: ArrayLike,
+    release_amplitude: ArrayLike,
+    peaks: int,
+) -> xr.Dataset:
     """Compare rigid rocking with and without small rotations over slenderness; and Fig. 4a with both.
 
     Parameters
     ----------
-    config : dict
-        Validated; uses ``loops.rigid`` and ``accuracy.rigid``.
     loops : xarray.Dataset
-        What `loops.loops` returned.
+        What `damping_loops.loops` returned.
+    fig4_wall : Wall
+        That of Fig. 4a; the others are as thick.
+    restitution : float
+        e of all of them. [-]
+    slenderness, hinge_ratio, release_amplitude : array
+        h/t, h1/h and u0/u_ins of the walls, all combinations. [-]
+    peaks : int
+        How many peaks after the release are compared.
     """
-    section, fig4 = config["accuracy"]["rigid"], config["loops"]["rigid"]
-    thickness, e, peaks = float(fig4["thickness"]), float(fig4["restitution"]), int(section["peaks"])
-    axes = [
-        np.unique(np.asarray(section[key], dtype=float)) for key in ("hinge_ratio", "release_amplitude", "slenderness")
-    ]
-    shape = [axis.size for axis in axes]
-    found = np.empty((len(FEATURES), *shape))
+    axes = [np.unique(np.asarray(axis, dtype=float)) for axis in (hinge_ratio, release_amplitude, slenderness)]
+    shape, thickness = [axis.size for axis in axes], float(fig4_wall.thickness)
+    difference = np.empty((len(FEATURES), *shape))
     for index in track(list(np.ndindex(*shape)), "rotations"):
-        r, x0, slenderness = (axis[i] for axis, i in zip(axes, index, strict=True))
-        wall = Wall(thickness, slenderness * thickness, hinge_ratio=r)
-        found[:, *index] = differences(wall, e, x0, peaks)
+        r, x0, ratio = (axis[i] for axis, i in zip(axes, index, strict=True))
+        wall = Wall(thickness, ratio * thickness, hinge_ratio=r)
+        difference[:, *index] = differences(wall, restitution, x0, peaks)
     least = [
         [least_slenderness(axes[2], row, tolerance) for tolerance in TOLERANCES]
-        for row in found.reshape(-1, axes[2].size)
+        for row in difference.reshape(-1, axes[2].size)
     ]
     dims = ("rocking_feature", "hinge_ratio", "rocking_release_amplitude")
     return xr.Dataset(
         {
-            "rocking_difference": ((*dims, "slenderness"), found),
-            "least_slenderness": ((*dims, "tolerance"), np.reshape(least, (*found.shape[:-1], len(TOLERANCES)))),
-            "fig4_difference": (("rocking_reference", "rocking_feature"), _fig4(config, loops, peaks)),
+            "rocking_difference": ((*dims, "slenderness"), difference),
+            "least_slenderness": ((*dims, "tolerance"), np.reshape(least, (*difference.shape[:-1], len(TOLERANCES)))),
+            "fig4_difference": (("rocking_reference", "rocking_feature"), _fig4(loops, fig4_wall, peaks)),
         },
         coords={
             "rocking_feature": list(FEATURES),
@@ -134,15 +144,14 @@ def rotations(config: Config, loops: xr.Dataset) -> xr.Dataset:
             "rocking_release_amplitude": axes[1],
             "slenderness": axes[2],
             "tolerance": list(TOLERANCES),
-            "rocking_restitution": e,
+            "rocking_restitution": restitution,
         },
     )
 
 
-def _fig4(config: Config, loops: xr.Dataset, peaks: int) -> Array:
+def _fig4(loops: xr.Dataset, wall: Wall, peaks: int) -> Array:
     """Differences of Fig. 4a's tri-linear wall, whose mass is 2/3 m, from each reference."""
-    section, tau = config["loops"]["rigid"], loops["tau"].values
-    wall = Wall(section["thickness"], section["height"], hinge_ratio=section["hinge_ratio"])
+    tau = loops["tau"].values
     each = {
         str(name): features(tau, loops["rocking_displacement"].sel(rocking_model=name).values, peaks)
         for name in loops["rocking_model"].values

@@ -14,8 +14,11 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios
-from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, fitted_order
+from rockdamp.studies.accuracy.energy_audit import Audited
+from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, fitted_order, halved
 from rockdamp.studies.accuracy.small_rotations import rotations
+from rockdamp.studies.damping_loops import matched_histories
+from rockdamp.studies.settings import AccuracySettings
 from rockdamp.vocabulary import MODELS, STUDIES
 
 
@@ -33,8 +36,7 @@ def accuracy(
     Parameters
     ----------
     config : dict
-        Validated; uses ``solver``, ``wall``, ``curve``, ``release_amplitude``, ``restitution``, ``studies``,
-        ``matching``, ``loops``, ``validation`` and ``accuracy``.
+        Has the keys of `AccuracySettings`.
     amplitude, slenderness, overburden, cracked_stiffness : xarray.Dataset
         What `matching_studies.match` returned for each study.
     loops : xarray.Dataset
@@ -43,31 +45,71 @@ def accuracy(
         What `decay.study` returned for each study, in the order of `STUDIES`.
     """
     matches = dict(zip(STUDIES, (amplitude, slenderness, overburden, cracked_stiffness), strict=True))
-    ensemble = collect(config, matches)
+    given = AccuracySettings.of(config)
+    step, scheme, seed, rigid = given.solver.step, given.solver.scheme, given.accuracy.seed, given.accuracy.rigid
+    studies = {name: given.study(name) for name in STUDIES}
+    ensemble = collect(
+        studies,
+        matches,
+        restitutions=given.accuracy.restitutions,
+        seed=seed,
+        length=given.matching.window,
+        step=step,
+        steps=halved(step, given.accuracy.doublings, given.accuracy.halvings),
+        scheme=scheme,
+    )
+    audited = audited_walls(given, loops)
     parts = [
-        solver_errors(config, ensemble),
+        solver_errors(ensemble, step, refinement=given.matching.refinement),
         matched_ratios.uncertainty(matches),
-        matched_ratios.minima(config, matches),
-        rotations(config, loops),
-        energy_audit.residuals(config, ensemble),
-        energy_audit.stored(config, loops, dict(zip(STUDIES, decays, strict=True))),
-        energy_audit.losses(config, loops),
+        matched_ratios.minima(studies, matches, count=given.accuracy.minima, bracket=given.accuracy.bracket, seed=seed),
+        rotations(
+            loops,
+            given.loops.rigid.wall,
+            restitution=given.loops.rigid.restitution,
+            slenderness=rigid.slenderness,
+            hinge_ratio=rigid.hinge_ratio,
+            release_amplitude=rigid.release_amplitude,
+            peaks=rigid.peaks,
+        ),
+        energy_audit.residuals(ensemble, step),
+        energy_audit.stored(audited["reference"], dict(zip(STUDIES, decays, strict=True)), studies, step),
+        energy_audit.losses(audited, given.release_amplitude, step),
     ]
     return xr.merge(parts, compat="no_conflicts", join="exact")
 
 
-def solver_errors(config: Config, ensemble: Ensemble) -> xr.Dataset:
+def audited_walls(given: AccuracySettings, loops: xr.Dataset) -> dict[str, Audited]:
+    """Return the reference wall with its histories in `loops.nc`, and that of Fig. 8 released and matched likewise."""
+    histories = matched_histories(
+        given.tested_curve,
+        given.tested_restitution,
+        given.release_amplitude,
+        given.matching,
+        length=given.loops.window,
+        step=given.solver.step,
+        scheme=given.solver.scheme,
+    )
+    return {
+        "reference": Audited(given.wall, given.curve, given.loops.restitution, loops),
+        "Fig. 8": Audited(given.tested_wall, given.tested_curve, given.tested_restitution, histories),
+    }
+
+
+def solver_errors(ensemble: Ensemble, step: float, refinement: int) -> xr.Dataset:
     """Compare the pipeline's solver with the event-driven one, free and forced, against the step.
 
     The error of a history is the root mean square of u/u_ins less the exact one, over the times of the coarsest step.
 
     Parameters
     ----------
-    config : dict
-        Validated; uses ``solver`` and ``accuracy``.
     ensemble : Ensemble
+    step : float
+        Of the pipeline's solver, among the ensemble's, in tau. [-]
+    refinement : int
+        Steps of the published damping ratios in place of each. [-]
     """
-    steps, own = ensemble.steps, int(np.argmin(np.abs(ensemble.steps - config["solver"]["step"])))
+    steps, own = ensemble.steps, int(np.argmin(np.abs(ensemble.steps - step)))
     error = np.empty((len(EXCITATIONS), len(MODELS), *ensemble.factor.shape, steps.size))
     largest = np.empty(error.shape[:2])
     peak = np.zeros((len(EXCITATIONS), *ensemble.factor.shape))
@@ -77,11 +119,11 @@ def solver_errors(config: Config, ensemble: Ensemble) -> xr.Dataset:
     for x, m in cells:
         expected = np.stack([next(references) for _ in range(lanes)]).reshape(*ensemble.factor.shape, -1)
         peak[x] = np.maximum(peak[x], np.abs(expected).max(axis=-1))
-        for k, step in enumerate(steps):
-            found, _ = ensemble.histories(MODELS[m], EXCITATIONS[x], float(step), 2**k)
-            error[x, m, ..., k] = np.sqrt(np.mean((found - expected) ** 2, axis=-1))
+        for k in range(steps.size):
+            displacement, _ = ensemble.histories(MODELS[m], EXCITATIONS[x], float(steps[k]), 2**k)
+            error[x, m, ..., k] = np.sqrt(np.mean((displacement - expected) ** 2, axis=-1))
             if k == own:
-                largest[x, m] = np.abs(found - expected).max()
+                largest[x, m] = np.abs(displacement - expected).max()
     dims = ("excitation", "damping_model")
     median = np.median(error, axis=(2, 3))
     return xr.Dataset(
@@ -98,8 +140,8 @@ def solver_errors(config: Config, ensemble: Ensemble) -> xr.Dataset:
             "damping_model": list(MODELS),
             "restitution": ensemble.restitution,
             "step": steps,
-            "solver_step": float(config["solver"]["step"]),
-            "published_step": float(config["solver"]["step"]) / int(config["matching"]["refinement"]),
+            "solver_step": step,
+            "published_step": step / refinement,
             "release_amplitude": ("case", ensemble.release_amplitude[:, 0]),
             "cracked_stiffness_ratio": ("case", ensemble.curve.cracked_stiffness_ratio[:, 0]),
             "plateau_ratio": ("case", ensemble.curve.plateau_ratio[:, 0]),
@@ -113,11 +155,11 @@ def _exact(ensemble: Ensemble, cells: list[tuple[int, int]]) -> Iterator[Array]:
     times = spacing * np.arange(round((ensemble.load.shape[-1] - 1) * ensemble.sample / spacing) + 1)
     for x, m in cells:
         forced = EXCITATIONS[x] == "forced"
-        parameter = np.broadcast_to(ensemble.damping(MODELS[m]).parameter, ensemble.factor.shape)
+        e_or_ratio = np.broadcast_to(ensemble.damping(MODELS[m]).parameter, ensemble.factor.shape)
         for case, e in np.ndindex(*ensemble.factor.shape):
             yield event_driven.history(
                 ensemble.curve.map(itemgetter((case, 0))),
-                Damping(MODELS[m], float(parameter[case, e])),
+                Damping(MODELS[m], float(e_or_ratio[case, e])),
                 times,
                 release_amplitude=0.0 if forced else float(ensemble.release_amplitude[case, 0]),
                 load=ensemble.factor[case, e] * ensemble.load[case] if forced else (),
