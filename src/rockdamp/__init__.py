@@ -1,6 +1,7 @@
 """rockdamp: energy dissipation in rocking masonry walls, and the bridge between its models.
 
-Names are imported when they are first used, so that a part of the package costs only what it needs.
+Names are imported when they are first used, so that a part of the package costs only what it needs. Type checkers and
+editors, which do not run this, read the same names in `__init__.pyi`.
 """
 
 from importlib import import_module
@@ -15,6 +16,7 @@ _HOME = {
     "TrilinearCurve": "mechanics.curve",
     "Damping": "mechanics.damping",
     "solve": "solvers.newmark",
+    "stable_step": "solvers.newmark",
     "Reference": "solvers.response",
     "Response": "solvers.response",
     "Histories": "solvers.response",
@@ -23,12 +25,17 @@ _HOME = {
     "free_decay": "histories.labelled",
     "respond": "histories.labelled",
     "equivalent": "equivalence.one_curve",
+    "Equivalent": "equivalence.one_curve",
     "equivalent_dampings": "equivalence.one_curve",
     "damping_ratio_energy": "equivalence.closed_form",
     "equivalence_factor": "equivalence.closed_form",
     "giannini_masiani": "equivalence.closed_form",
     "Record": "motions.records",
     "read_record": "motions.records",
+    "write_record": "motions.records",
+    "IntensityMeasures": "motions.intensity",
+    "intensity_measures": "motions.intensity",
+    "spectral_acceleration": "motions.intensity",
     "calibrate": "studies.calibration",
     "InputError": "errors",
 }

@@ -339,6 +339,12 @@ def test_units_are_loaded_for_a_text_with_a_unit_alone():
 
 def test_the_package_runs_as_a_module():
     done = subprocess.run(
-        [sys.executable, "-m", "rockdamp.cli", "presets", "--json"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "rockdamp", "presets", "--json"], capture_output=True, text=True, check=True
     )
     assert len(json.loads(done.stdout)) == len(PRESETS)
+
+
+def test_the_package_as_a_module_speaks_of_itself_as_the_command():
+    done = subprocess.run([sys.executable, "-m", "rockdamp", "wall"], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("Usage: rockdamp wall")

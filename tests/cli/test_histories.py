@@ -378,7 +378,7 @@ def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, 
     path.write_text(text, encoding="utf-8")
     options = "--thickness 0.25 --height 3 --preset new --damping-model CDR --damping-ratio 0.05 --json"
     process = subprocess.run(
-        [sys.executable, "-m", "rockdamp.cli", "respond", "--record", str(path), *options.split()],
+        [sys.executable, "-m", "rockdamp", "respond", "--record", str(path), *options.split()],
         capture_output=True,
         text=True,
         check=True,

@@ -24,7 +24,7 @@ def tree(tmp_path_factory):
     tree = workflow_tree.Tree(tmp_path_factory.mktemp("howto") / "tree")
     bin = tree.place / ".venv/bin"
     bin.mkdir(parents=True)
-    commands = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp.cli"}
+    commands = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}
     for name, arguments in commands.items():
         (bin / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n', encoding="utf-8")
         (bin / name).chmod(0o755)

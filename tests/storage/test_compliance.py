@@ -45,6 +45,6 @@ def test_what_the_command_line_writes_has_no_error(kind, tmp_path):
     path = tmp_path / f"{kind}.nc"
     shape = ["--a1", "0.04", "--b1", "0.85", "--damping-model", "CDR", "--damping-ratio", "0.05"]
     wall = ["--record", ROOT / "data/sin-03-00-synthetic.csv", "--thickness", "0.1", "--height", "2.7"]
-    command = [sys.executable, "-m", "rockdamp.cli", kind, *shape, *(wall if kind == "respond" else [])]
+    command = [sys.executable, "-m", "rockdamp", kind, *shape, *(wall if kind == "respond" else [])]
     subprocess.run([*command, "--output", path], check=True, capture_output=True)
     assert complaints([path]) == ""

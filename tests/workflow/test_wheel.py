@@ -37,7 +37,7 @@ def test_it_answers_as_the_repository_does(installed):
     code = "import rockdamp; print(rockdamp.__file__)"
     assert Path(run(installed, "-c", code).strip()).is_relative_to(installed)
     options = "equivalent --restitution 0.85 --a1 0.04 --b1 0.85 --json".split()
-    found = json.loads(run(installed, "-m", "rockdamp.cli", *options))
+    found = json.loads(run(installed, "-m", "rockdamp", *options))
     from rockdamp.equivalence.one_curve import equivalent
 
     # Compiled in another folder, so the last bits may differ.
@@ -52,4 +52,5 @@ def test_it_holds_every_file_that_the_package_reads_and_no_other(installed):
     found = {path.relative_to(own) for path in own.rglob("*") if path.is_file()}
     compiled = {path for path in expected | found if "__pycache__" in path.parts}
     assert found - compiled == expected - compiled
-    assert {path.suffix for path in found - compiled} >= {".yaml", ".csv", ".mplstyle", ".js", ".css", ".j2"}
+    assert {path.suffix for path in found - compiled} >= {".yaml", ".csv", ".mplstyle", ".js", ".css", ".j2", ".pyi"}
+    assert Path("py.typed") in found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,39 @@ REFINEMENT = 8  # steps of the last minimisation in place of each, as in the stu
 MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
 
 
+class Equivalent(TypedDict):
+    """A row of `equivalent`: the damping ratio of one viscous model that replaces one coefficient of restitution.
+
+    Attributes
+    ----------
+    restitution : float
+        e. [-]
+    damping_model : str
+    damping_ratio : float
+        Global minimum of Err, Eq. (17). [-]
+    rms_error : float
+        sqrt(Err/k), in u/u_ins. [-]
+    damping_ratio_energy : float
+        Closed form; for ECD exact. [-]
+    damping_ratio_fit : float or None
+        By the shipped polynomials; None outside their range of e and a1. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> cdc: rd.Equivalent = rd.equivalent(0.85, cracked_stiffness_ratio=0.04, plateau_ratio=0.85)[0]
+    >>> list(cdc)
+    ['restitution', 'damping_model', 'damping_ratio', 'rms_error', 'damping_ratio_energy', 'damping_ratio_fit']
+    """
+
+    restitution: float
+    damping_model: str
+    damping_ratio: float
+    rms_error: float
+    damping_ratio_energy: float
+    damping_ratio_fit: float | None
+
+
 def equivalent(
     restitution: ArrayLike,
     cracked_stiffness_ratio: float,
@@ -32,7 +65,7 @@ def equivalent(
     softening: str = "steeper",
     release_amplitude: float = 0.5,
     window: float = DEFAULT_WINDOW,
-) -> list[dict[str, Any]]:
+) -> list[Equivalent]:
     """Return the damping ratio of each viscous model that is equivalent to a coefficient of restitution.
 
     Parameters
@@ -50,8 +83,8 @@ def equivalent(
 
     Returns
     -------
-    list of dict
-        A row for each e and model: ``restitution``, ``damping_model``, ``damping_ratio`` (global minimum of Eq. 17),
+    list of Equivalent
+        A dict for each e and model: ``restitution``, ``damping_model``, ``damping_ratio`` (global minimum of Eq. 17),
         ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD exact) and
         ``damping_ratio_fit`` (the shipped polynomials of the reference curve, b1 = 0.85 and u0 = 0.5 u_ins, linear in
         a1 between them; None outside their range of e and a1).
@@ -89,7 +122,7 @@ def equivalent(
     cases = Cases(batch, amplitude, e, response.displacement, step)
     finest = refined(cases, steps, REFINEMENT)
 
-    def of_model(model: str) -> list[dict[str, Any]]:
+    def of_model(model: str) -> list[Equivalent]:
         best = match_cases(cases, model, [steps])
         ratio, error = follow(finest, model, best.damping_ratio[0])
         energy = damping_ratio_energy(batch, model, e, amplitude)

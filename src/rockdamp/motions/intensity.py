@@ -21,7 +21,7 @@ RESIDUAL = 0.1
 UNITS = {"m s-2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01, "mm s-2": 0.001}  # that records come in [m s-2]
 
 
-class Measures(NamedTuple):
+class IntensityMeasures(NamedTuple):
     """How strong a ground motion is; peaks are those at the samples.
 
     Attributes
@@ -36,6 +36,15 @@ class Measures(NamedTuple):
         Arias intensity, pi/(2 g) times the integral of the squared acceleration (Arias 1970). [m s-1]
     strong_start, strong_end : float
         Times at which 5 % and 95 % of the Arias intensity have come. [s]
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import rockdamp as rd
+    >>> elapsed = 0.01 * np.arange(201)
+    >>> measures = rd.intensity_measures(rd.Record(elapsed, np.sin(2 * np.pi * elapsed)))
+    >>> isinstance(measures, rd.IntensityMeasures), round(measures.strong_duration, 2)
+    (True, 1.66)
     """
 
     pga: float
@@ -51,20 +60,47 @@ class Measures(NamedTuple):
         return self.strong_end - self.strong_start
 
 
-def measures(record: Record) -> Measures:
-    """Return the intensity measures of a ground motion, integrated by the trapezoidal rule.
+def intensity_measures(record: Record) -> IntensityMeasures:
+    r"""Return the intensity measures of a ground motion, integrated by the trapezoidal rule.
+
+    .. math::
+        \mathrm{PGA} = \max \lvert a \rvert, \quad \mathrm{PGV} = \max \left\lvert \int a \, \mathrm{d}t \right\rvert,
+        \quad I_A = \frac{\pi}{2 g} \int a^2 \, \mathrm{d}t
+
+    Parameters
+    ----------
+    record : Record
+        Of which the ground acceleration is used.
+
+    Returns
+    -------
+    IntensityMeasures
 
     Raises
     ------
     InputError
         If the acceleration is zero throughout.
+
+    References
+    ----------
+    Arias A. (1970). A measure of earthquake intensity. In: Hansen R.J. (ed.), *Seismic Design for Nuclear Power
+    Plants*, MIT Press, Cambridge, Massachusetts, 438-483.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import rockdamp as rd
+    >>> elapsed = 0.01 * np.arange(201)
+    >>> sine = rd.Record(elapsed, np.sin(2 * np.pi * elapsed))
+    >>> round(rd.intensity_measures(sine).pgv, 3)  # 1/pi, as the velocity is (1 - cos(2 pi t))/(2 pi)
+    0.318
     """
     _check_motion(record)
     acceleration = record.ground_acceleration
     velocity = _integral(acceleration, record.step)
     energy = _integral(acceleration**2, record.step)
     start, end = np.interp(STRONG, energy / energy[-1], record.elapsed)
-    return Measures(
+    return IntensityMeasures(
         pga=_peak(acceleration),
         pgv=_peak(velocity),
         pgd=_peak(_integral(velocity, record.step)),
@@ -75,7 +111,11 @@ def measures(record: Record) -> Measures:
 
 
 def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: float = 0.05) -> Array:
-    """Return the pseudo-spectral acceleration, w^2 times the peak displacement of a linear oscillator.
+    r"""Return the pseudo-spectral acceleration: w^2 times the peak displacement of a linear oscillator.
+
+    .. math::
+        S_a = \omega^2 \max \lvert u \rvert, \quad \ddot{u} + 2 \xi \omega \dot{u} + \omega^2 u = -a, \quad
+        \omega = 2 \pi/T
 
     The oscillator is integrated exactly for an acceleration that is linear between samples, with at least
     `PER_PERIOD` points in a period, and for one period after the record.
@@ -98,6 +138,15 @@ def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: floa
     ------
     InputError
         If a period is not positive or the damping ratio is not between 0 and 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import rockdamp as rd
+    >>> elapsed = 0.01 * np.arange(201)
+    >>> sine = rd.Record(elapsed, np.sin(2 * np.pi * elapsed))
+    >>> rd.spectral_acceleration(sine, [0.05, 1.0]).round(2)  # a stiff oscillator follows the ground; at 1 s, resonance
+    array([1.01, 4.67])
     """
     require_finite("period", period)
     require_finite("damping_ratio", damping_ratio)

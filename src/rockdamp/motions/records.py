@@ -152,10 +152,31 @@ def read_record(path: str | os.PathLike[str]) -> Record:
 def write_record(path: str | os.PathLike[str], record: Record) -> None:
     """Write a record as CSV; reading it back gives the same numbers. The file appears whole or not at all.
 
+    Parameters
+    ----------
+    path : path-like
+        An existing file is replaced.
+    record : Record
+
     Raises
     ------
     InputError
         If the header cannot be written as lines ``# key: value``, or the file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import rockdamp as rd
+    >>> motion = rd.Record([0.0, 0.01, 0.02], [0.0, 1.5, 0.0], header={"synthetic": "yes"})
+    >>> with TemporaryDirectory() as folder:
+    ...     rd.write_record(Path(folder, "motion.csv"), motion)
+    ...     print(Path(folder, "motion.csv").read_text(encoding="utf-8"), end="")
+    # synthetic: yes
+    elapsed_s,ground_acceleration_m_s2
+    0.0,0.0
+    0.01,1.5
+    0.02,0.0
     """
     for key, value in record.header.items():
         if key != key.strip() or not key or ":" in key or len(f"{key}{value}".splitlines()) > 1:

@@ -32,7 +32,24 @@ CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernel
 
 
 def stable_step(curve: TrilinearCurve) -> Array:
-    """Stability limit of the explicit scheme, 2/w1, in tau. [-]"""
+    r"""Return the stability limit of the explicit scheme, the step in tau that `solve` must stay below. [-]
+
+    .. math:: \Delta\tau < \frac{2}{\omega_1} = 2 \sqrt{\frac{a_1}{b_1}}
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+
+    Returns
+    -------
+    ndarray, shape of the curve's parameters
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> rd.stable_step(rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)).round(3).item()
+    0.434
+    """
     return np.asarray(2.0 / curve.initial_frequency)
 
 

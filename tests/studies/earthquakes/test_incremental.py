@@ -13,7 +13,7 @@ from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import measures
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -107,7 +107,7 @@ def test_the_study_has_the_dimensions_that_others_depend_on(study):
 
 def test_every_wall_is_shaken_to_the_same_scales(config, study):
     for motion in catalogue.load(RECORDS):
-        found, one = measures(motion.record), study.sel(record=motion.name)
+        found, one = intensity_measures(motion.record), study.sel(record=motion.name)
         for section in config["natural"]["walls"]:
             wall, curve = incremental.make_wall(section)
             factor = one["scale_factor"].sel(wall=section["name"])
@@ -167,7 +167,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     at = {"record": motion.name, "wall": section["name"], "restitution": 0.85}
     one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "error"})
     scale = int(np.flatnonzero(np.isfinite(one["decay_misfit"]))[-1])
-    found = measures(motion.record)
+    found = intensity_measures(motion.record)
     factor = one["scale_factor"].values[scale : scale + 1]
     case = incremental._Case.of(config["natural"], wall, curve, motion.record, factor, found.strong_end)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))

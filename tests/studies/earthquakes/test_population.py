@@ -14,7 +14,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import measures
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import incremental, population
@@ -122,7 +122,7 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     motion, some = catalogue.load(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
     peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), section)
     wall, curve = population._mechanics({name: some[name].values for name in population.PARAMETERS})
-    ground = motion.record.ground_acceleration / measures(motion.record).pgv
+    ground = motion.record.ground_acceleration / intensity_measures(motion.record).pgv
     compared = 0
     for i in range(2):
         own, p = curve.map(lambda values, i=i: values[i]), wall.frequency_parameter[i]

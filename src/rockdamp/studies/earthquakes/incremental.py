@@ -26,7 +26,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import measures, spectral_acceleration
+from rockdamp.motions.intensity import intensity_measures, spectral_acceleration
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
@@ -186,7 +186,7 @@ class _Study:
 
     def run(self, motion: catalogue.GroundMotion) -> xr.Dataset:
         """Run one record, for every wall, scale, e and damper."""
-        found = measures(motion.record)
+        found = intensity_measures(motion.record)
         per_wall = [self._of_wall(index, motion.record, found) for index in range(len(self.made))]
         dims = {
             **dict.fromkeys(

@@ -23,7 +23,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import measures
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
@@ -190,7 +190,7 @@ def run(motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, sec
     """Run walls under one record at every intensity; peaks and collapses, shape (walls, intensities, models)."""
     values = {name: walls[name].values for name in PARAMETERS}
     wall, curve = _mechanics(values)
-    factor = intensity / measures(motion.record).pgv
+    factor = intensity / intensity_measures(motion.record).pgv
     ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, float(section["tail"]))
     sampling = wall.frequency_parameter * motion.record.step
     needed = sampling * curve.initial_frequency / float(section["step"])

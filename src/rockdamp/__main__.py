@@ -1,4 +1,4 @@
-"""`python -m rockdamp.cli` is `rockdamp`."""
+"""`python -m rockdamp` is the command `rockdamp`."""
 
 from rockdamp.cli import main
 

@@ -1,0 +1,78 @@
+"""The public names for type checkers and editors, which read the stub and never run the package."""
+
+import ast
+import json
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from repository import ROOT
+
+import rockdamp as rd
+
+SCRIPT = Path(__file__).with_name("user_script.py")
+FIRST = "import rockdamp as rd; CURVE, CR = rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.85)"
+# One mistake a line, and what a type checker says of it.
+MISTAKES = {
+    "rd.Wal(thickness=0.3, height=4.5)": 'Module has no attribute "Wal"',
+    "rd.Wall(thickness=0.3, hight=4.5)": 'Unexpected keyword argument "hight"',
+    "rd.read_record(3)": 'Argument 1 to "read_record" has incompatible type "int"',
+    "rd.solve(CURVE, CR, step=0.01, steps=10).displacement": '"Response" has no attribute "displacement"',
+    "rd.solve(CURVE, CR, step=0.01, steps=10, store_every=1).error": '"Histories" has no attribute "error"',
+    "rd.solve(CURVE, CR, step=0.01)": 'No overload variant of "solve"',
+    'rd.equivalent(0.85, 0.04, 0.85)[0]["xi"]': 'TypedDict "Equivalent" has no key "xi"',
+}
+
+
+STUB = ast.parse((ROOT / "src/rockdamp/__init__.pyi").read_text(encoding="utf-8"))
+HOMES = {alias.asname: node.module for node in STUB.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+
+
+def test_the_stub_and_the_package_list_the_same_names():
+    others = {node.target.id for node in STUB.body if isinstance(node, ast.AnnAssign)}
+    assert {*HOMES, *others} == set(rd.__all__)
+
+
+@pytest.mark.parametrize("name", sorted(HOMES))
+def test_a_name_of_the_stub_is_the_same_object_in_the_package(name):
+    assert getattr(rd, name) is getattr(import_module(HOMES[name]), name)
+
+
+def pages():
+    """Yield the Python of the pages that show how to use the package, a page in one piece, as a reader goes on."""
+    for page in ("README.md", "docs/index.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        yield page, "".join(re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    notebook = json.loads((ROOT / "docs/notebooks/explore.ipynb").read_text(encoding="utf-8"))
+    yield "explore.ipynb", "\n".join("".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code")
+
+
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    """Check all files at once, away from the repository's settings, as a user would; return mypy's lines by file."""
+    folder = tmp_path_factory.mktemp("typed")
+    files = {SCRIPT.name: SCRIPT.read_text(encoding="utf-8")}
+    files |= {re.sub(r"\W", "_", page) + ".py": code for page, code in pages()}
+    files["mistakes.py"] = "\n".join([FIRST, *MISTAKES])
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    options = ["--strict", "--config-file=", "--hide-error-context", "--no-pretty"]
+    run = subprocess.run([sys.executable, "-m", "mypy", *options, *files], cwd=folder, capture_output=True, text=True)
+    assert run.returncode in (0, 1), run.stdout + run.stderr
+    lines = run.stdout.splitlines()
+    return {name: [line for line in lines if line.startswith(f"{name}:")] for name in files}
+
+
+def test_a_strict_type_checker_passes_a_users_script_and_the_python_of_the_pages(checked):
+    assert len(checked) == 5
+    assert {name: lines for name, lines in checked.items() if lines and name != "mistakes.py"} == {}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_type_checker_names_a_mistake(checked, mistake):
+    line = 2 + list(MISTAKES).index(mistake)
+    said = [text for text in checked["mistakes.py"] if text.startswith(f"mistakes.py:{line}: error")]
+    assert any(MISTAKES[mistake] in text for text in said), checked["mistakes.py"]
