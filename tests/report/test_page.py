@@ -86,7 +86,7 @@ def test_verdicts_are_counted_at_the_top(page):
     assert words(short["text"]) == "2 ✓ reproduced 2 ◐ reproduced under conditions 1 ✗ not reproduced"
 
 
-def test_what_was_asked_comes_first_then_claims_errata_and_figures(page):
+def test_what_the_page_says_comes_first_then_claims_errata_and_figures(page):
     order = [section["attrs"]["id"] for section in page.all("section")]
     assert order == [
         "claims",
@@ -99,7 +99,7 @@ def test_what_was_asked_comes_first_then_claims_errata_and_figures(page):
         "cite",
         "versions",
     ]
-    assert "What was asked" in page.all("header")[0]["text"]
+    assert "This page says which of the paper's claims come out again" in page.all("header")[0]["text"]
 
 
 def test_every_erratum_is_there(page, content):

@@ -30,7 +30,7 @@ VARIATIONS = {
 
 # ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
 # could tell, or where it is a tenth, finer than what is known of any wall.
-FLOORS = 2.0
+MULTIPLE = 2.0  # of CR's own sensitivity
 TOLERANCE = 0.10
 ENOUGH = 10  # stations; intervals over fewer mean nothing
 
@@ -53,11 +53,12 @@ def section(data: Mapping[str, xr.Dataset], config: Mapping[str, Any]) -> Markup
     values = {
         **_run(compared, walls),
         "check": _check(data.get("natural/check")),
-        **_floor(compared, change),
+        "exceptions": _exceptions(data.get("natural")),
+        **_sensitivity(compared, change),
         **_recommendation(compared),
         **_walls(compared, walls),
         "change": change,
-        "floors": plain(FLOORS),
+        "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
         "steps": [_at(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])],
@@ -115,7 +116,9 @@ def _run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "histories": f"{int(compared['records']) * compared.sizes['scale'] * each:,}".replace(",", "\u202f"),
         "settled": f"{100 * float(compared['settled_share']):.2f}",
         "uncertainty": [
-            (percent(part, 3), fraction(value)) for part, value in zip(uncertainty["share"], uncertainty, strict=True)
+            (percent(part, 3), fraction(value))
+            for part, value in zip(uncertainty["share"], uncertainty, strict=True)
+            if part < 1
         ],
     }
 
@@ -135,6 +138,28 @@ def _check(sample: xr.Dataset | None) -> dict[str, Any] | None:
         "within": int((off <= bound).where(judged, False).sum()),
         "largest": fraction((off / sample["exact_peak"]).where(judged).max()),
     }
+
+
+def _exceptions(histories: xr.Dataset | None) -> list[dict[str, Any]]:
+    """Histories whose peak has a bound larger than itself, the largest first; none without the histories."""
+    if histories is None:
+        return []
+    over = histories["peak_displacement_uncertainty"] / histories["peak_displacement"]
+    again = (over["damping_model"] == "CR") & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
+    large = over.where(~again).to_series().loc[lambda values: values > 1].sort_values(ascending=False)
+    peaks = histories["peak_displacement"].to_series()
+    return [
+        {
+            **{
+                name: label if isinstance(label, str) else known(label)
+                for name, label in zip(over.dims, at, strict=True)
+            },
+            "source": "–" if "CR" in at else SOURCES.get(at[-1], at[-1]),
+            "peak": known(peaks[at], 2),
+            "bound": known(bound, 2),
+        }
+        for at, bound in large.items()
+    ]
 
 
 def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
@@ -161,7 +186,7 @@ def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
 def _at(one: xr.Dataset) -> dict[str, Any]:
     """The table of one e, and which damper errs least there."""
     judged = tied(one)
-    marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "not told apart") if judged else {}
+    marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "indistinguishable") if judged else {}
     rows = []
     for choice in _choices(one):
         cell, whole = _cell(one, choice), _cell(one, choice).isel(band=0)
@@ -186,15 +211,15 @@ def _at(one: xr.Dataset) -> dict[str, Any]:
     return found
 
 
-# --- CR's own floor ---------------------------------------------------------------------------------------------------
+# --- CR's own sensitivity ---------------------------------------------------------------------------------------------
 
 
-def floor(compared: xr.Dataset) -> xr.DataArray:
+def own_sensitivity(compared: xr.Dataset) -> xr.DataArray:
     """Return the largest error of CR's own peaks after the small changes, (restitution, band)."""
     return compared["varied_log_error"].max("variation")
 
 
-def _floor(compared: xr.Dataset, change: str) -> dict[str, Any]:
+def _sensitivity(compared: xr.Dataset, change: str) -> dict[str, Any]:
     rows = []
     for name in map(str, compared["variation"].values):
         changed = compared.sel(variation=name)
@@ -213,9 +238,9 @@ def _floor(compared: xr.Dataset, change: str) -> dict[str, Any]:
             }
         )
     return {
-        "floor_rows": rows,
-        "floor_told": span(floor(compared).isel(band=0)),
-        "floor_last": span(floor(compared).isel(band=-1)),
+        "sensitivity_rows": rows,
+        "sensitivity_all": span(own_sensitivity(compared).isel(band=0)),
+        "sensitivity_last": span(own_sensitivity(compared).isel(band=-1)),
         "last_band": _band(compared, -1),
     }
 
@@ -245,8 +270,8 @@ def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
 
 
 def holds(error: Any, own: Any) -> bool:
-    """Return whether an error is within the floor's multiple or the tolerance; not where it is unknown."""
-    return bool(float(error) <= max(FLOORS * float(own), TOLERANCE))
+    """Whether an error is within the multiple of CR's own sensitivity, or the tolerance; an unknown one is not."""
+    return bool(float(error) <= max(MULTIPLE * float(own), TOLERANCE))
 
 
 def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
@@ -254,7 +279,7 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
     if found is None:
         return {"use": None}
     first, others = found
-    cell, own = _cell(compared, first), floor(compared)
+    cell, own = _cell(compared, first), own_sensitivity(compared)
     at_e = range(compared.sizes["restitution"])
     amplitudes = [_amplitude(compared, cell, own, band) for band in range(1, compared.sizes["band"])]
     over = (cell["log_error"] / own).isel(band=0)
@@ -265,7 +290,7 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
         "others": grouped(others),
         "closed_form": "closed form" in same,
         "times": span(over),
-        "within": bool((over <= FLOORS).all()),
+        "within": bool((over <= MULTIPLE).all()),
         "amplitudes": amplitudes,
         "never": listed(row["band"] for row in amplitudes if not any(one["holds"] for one in row["cells"])),
         "sometimes": listed(
@@ -281,14 +306,14 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
 
 
 def _amplitude(compared: xr.Dataset, cell: xr.Dataset, own: xr.DataArray, band: int) -> dict[str, Any]:
-    """Error and floor of a band at every e, and whether the damper holds there."""
+    """Error and CR's own sensitivity of a band at every e, and whether the damper holds there."""
     cells = []
     for index in range(compared.sizes["restitution"]):
         error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], own))
         cells.append(
             {
                 "error": known(error, 2),
-                "floor": known(least, 2),
+                "sensitivity": known(least, 2),
                 "known": bool(np.isfinite(error)),
                 "holds": holds(error, least),
             }
@@ -310,7 +335,7 @@ def _fragility(cell: xr.Dataset) -> dict[str, Any]:
 
 
 def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
-    """Dampers that err, from whatever source their ratio is, more than the floor's multiple at some e."""
+    """Dampers that err, from whatever source their ratio is, more than the multiple of CR's own at some e."""
     found = []
     for model in dampers(compared):
         error = compared["log_error"].sel(damping_model=model).isel(band=0).min("damping_ratio_source")
