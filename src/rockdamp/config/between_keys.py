@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,17 +59,17 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
     InputError
         With a line for each thing that is wrong, and where it stands.
     """
-    found = schema_problems(config, yaml_file.load(Path(schema).read_text(encoding="utf-8"))) or problems(config)
-    if found:
+    wrong = schema_problems(config, yaml_file.load(Path(schema).read_text(encoding="utf-8"))) or problems(config)
+    if wrong:
         files = list(files)
-        raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in found))
+        raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in wrong))
 
 
 def check(config: Config) -> None:
     """Raise `InputError`, with a line for each thing, where values of a config that fits the schema do not agree."""
-    found = problems(config)
-    if found:
-        raise InputError("\n".join(map(str, found)))
+    wrong = problems(config)
+    if wrong:
+        raise InputError("\n".join(map(str, wrong)))
 
 
 def subset(config: Config, *keys: str) -> dict[str, Any]:
@@ -94,23 +93,23 @@ def subset(config: Config, *keys: str) -> dict[str, Any]:
 def problems(config: Config) -> list[Problem]:
     """List where values of a config that fits the schema do not agree."""
     cases = list(_cases(config))
-    found = [problem for case in cases for problem in _curve_problems(case)]
-    if not found:  # what follows needs curves that exist
-        found += _window_problems(config, cases)
-    found += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
-    found += [*_dispersion_problems(config), *_pulse_problems(config)]
-    found += [*natural_problems(config), *population_problems(config)]
+    wrong = [problem for case in cases for problem in _curve_problems(case)]
+    if not wrong:  # what follows needs curves that exist
+        wrong += _window_problems(config, cases)
+    wrong += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
+    wrong += [*_dispersion_problems(config), *_pulse_problems(config)]
+    wrong += [*natural_problems(config), *population_problems(config)]
     if "png" not in config["figures"]["formats"]:
         text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
-        found.append(Problem(("figures", "formats"), text))
+        wrong.append(Problem(("figures", "formats"), text))
     scan, record = config["matching"]["scan"], config["validation"]["record"]
     if not scan["smallest"] < scan["largest"]:
         text = f"is {scan['largest']}; it must be greater than matching.scan.smallest, {scan['smallest']}"
-        found.append(Problem(("matching", "scan", "largest"), text))
+        wrong.append(Problem(("matching", "scan", "largest"), text))
     if not Path(record).is_file():
         text = f"is {record!r}; it must be a file, seen from the folder of the run"
-        found.append(Problem(("validation", "record"), text))
-    return list(dict.fromkeys(found))
+        wrong.append(Problem(("validation", "record"), text))
+    return list(dict.fromkeys(wrong))
 
 
 # --- curves --------------------------------------------------------------------------------------------------------
@@ -200,14 +199,19 @@ def frequency_parameter(wall: Config) -> float:
     return math.sqrt(1.5 * STANDARD_GRAVITY * (2 * (1 + overburden) / lower + 2 * overburden / upper))
 
 
+def _window(config: Config) -> float:
+    """The length of the response, in tau."""
+    window = config["matching"]["window"]
+    return DEFAULT_WINDOW if window == "default" else window
+
+
 def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]:
     """Each response lasts beyond its first impact, before which no damping ratio is defined, and decays are as long."""
     rigid = ("loops", "rigid")
     studies = max(first_impact(case, x0) for case in cases if case.path != rigid for _, x0 in case.releases)
     loops = max(first_impact(case, x0) for case in cases if case.path == rigid for _, x0 in case.releases)
-    stated, longest = config["matching"]["window"], config["windows"]["stop"]
-    window = DEFAULT_WINDOW if stated == "default" else stated
-    shown = f"'default', {window}" if stated == "default" else stated
+    window, longest = _window(config), config["windows"]["stop"]
+    shown = f"'default', {window}" if config["matching"]["window"] == "default" else window
     start, length = config["windows"]["start"], config["loops"]["window"]
     for path, text, value, latest in (
         (("windows", "start"), start, start, studies),
@@ -251,11 +255,7 @@ def _grid_problems(config: Config) -> Iterator[Problem]:
 def _study_problems(config: Config) -> Iterator[Problem]:
     """A study's values ascend, and what other stages look up in them is there."""
     for study, key in STUDIES.items():
-        values = config["studies"][study][key]
-        for index, (one, other) in enumerate(pairwise(values), start=1):
-            if not one < other:
-                path = ("studies", study, key, index)
-                yield Problem(path, f"is {other}; it must be greater than the value before it, {one}")
+        yield from ascending(("studies", study, key), config["studies"][study][key])
     amplitudes = config["studies"]["amplitude"]["release_amplitude"]
     if config["release_amplitude"] not in amplitudes:
         text = f"is {config['release_amplitude']}; it must be among studies.amplitude.release_amplitude, {amplitudes}"
@@ -311,15 +311,14 @@ def _dispersion_problems(config: Config) -> Iterator[Problem]:
     path: KeyPath = ("dispersion", "ultimate_ratio")
     shapes += [(path, a1, b1) for b1, a1 in PRESETS.values()]
     cases = [Case(path, a1, b1, 1.0, "steeper", step, []) for path, a1, b1 in shapes]
-    found = [problem for case in cases for problem in _curve_problems(case)]
+    wrong = [problem for case in cases for problem in _curve_problems(case)]
     plateaus = [*(case.b1 for case in cases), *section["map"]["plateau_ratio"]]
     if not section["ultimate_ratio"] > 1 - min(plateaus):
         text = f"is {section['ultimate_ratio']}; a3 must be greater than 1 - b1, {1 - min(plateaus):.6g}"
-        found.append(Problem(path, text))
-    yield from found
-    stated = config["matching"]["window"]
-    window = DEFAULT_WINDOW if stated == "default" else stated
-    latest = 0.0 if found else max(first_impact(case, max(section["release_share"])) for case in cases)
+        wrong.append(Problem(path, text))
+    yield from wrong
+    window = _window(config)
+    latest = 0.0 if wrong else max(first_impact(case, max(section["release_share"])) for case in cases)
     if not window > latest:
         text = f"is {max(section['release_share'])}; the first impact from there, at {latest:.6g} in tau, must come"
         yield Problem(("dispersion", "release_share"), f"{text} before the end of matching.window, {window}")

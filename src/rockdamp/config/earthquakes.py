@@ -71,9 +71,9 @@ def population_problems(config: Config) -> Iterator[Problem]:
     if not a1 < 1 - b1:
         text = f"is {a1}; it must be less than 1 - b1, {1 - b1:.6g} at population.parameters.plateau_ratio.high = {b1}"
         yield Problem((*path, "cracked_stiffness_ratio", "high"), text)
-    for one, others in section["correlations"].items():
-        if one in others:
-            yield Problem(("population", "correlations", one), f"states {one} itself; it must state other parameters")
+    for name, others in section["correlations"].items():
+        if name in others:
+            yield Problem(("population", "correlations", name), f"states {name} itself; it must state other parameters")
     start, stop = section["intensity"]["start"], section["intensity"]["stop"]
     if not start < stop:
         text = f"is {stop}; it must be greater than population.intensity.start, {start}"

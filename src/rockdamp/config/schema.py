@@ -53,7 +53,7 @@ def dotted(path: KeyPath) -> str:
 
 def schema_problems(config: Mapping[str, Any], schema: Mapping[str, Any]) -> list[Problem]:
     """List where `config` does not fit `schema` (JSON Schema, draft 2020-12), or holds a number that is not finite."""
-    found = [Problem(path, f"is {value}; it must be a finite number") for path, value in _not_finite((), config)]
+    departures = [Problem(path, f"is {value}; it must be a finite number") for path, value in _not_finite((), config)]
     missing: list[KeyPath] = []
     meant: set[KeyPath] = set()  # keys that are there, but misspelt
     for error in sorted(Draft202012Validator(schema).iter_errors(config), key=lambda error: error.json_path):
@@ -64,13 +64,13 @@ def schema_problems(config: Mapping[str, Any], schema: Mapping[str, Any]) -> lis
                 near = difflib.get_close_matches(str(key), known, n=1)
                 meant |= {(*path, name) for name in near}
                 hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(known)}"
-                found.append(Problem((*path, key), f"is not a key; {hint}"))
+                departures.append(Problem((*path, key), f"is not a key; {hint}"))
         elif error.validator == "required":
             missing += [(*path, key) for key in error.validator_value if key not in error.instance]
         else:
-            found.append(Problem(path, _misfit(error)))
-    found += [Problem(path, "is missing") for path in missing if path not in meant]
-    return list(dict.fromkeys(found))
+            departures.append(Problem(path, _misfit(error)))
+    departures += [Problem(path, "is missing") for path in missing if path not in meant]
+    return list(dict.fromkeys(departures))
 
 
 def _not_finite(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, float]]:
@@ -175,6 +175,6 @@ def _line(node: yaml.Node | None, path: KeyPath) -> int | None:
 
 def ascending(path: KeyPath, values: Sequence[float]) -> Iterator[Problem]:
     """Yield a problem for each value that is not greater than the one before it."""
-    for index, (one, other) in enumerate(pairwise(values), start=1):
-        if not one < other:
-            yield Problem((*path, index), f"is {other}; it must be greater than the value before it, {one}")
+    for index, (before, value) in enumerate(pairwise(values), start=1):
+        if not before < value:
+            yield Problem((*path, index), f"is {value}; it must be greater than the value before it, {before}")

@@ -249,15 +249,15 @@ class _Fit:
         misfit = coarse.misfit(grid, "scan of a1, b1 and e").reshape([len(axis) for axis in SCAN])
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
         points = grid[np.argsort(misfit, axis=None, kind="stable")[:KEPT]]
-        found = coarse._descend(coarse._refine(points))
+        best = coarse._descend(coarse._refine(points))
         for _ in range(ROUNDS - 1):
-            if np.sqrt(2 * found.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
+            if np.sqrt(2 * best.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
                 break
-            again = coarse._descend(coarse._refine(found.x[None]))
-            if again.cost > 0.99 * found.cost:
+            again = coarse._descend(coarse._refine(best.x[None]))
+            if again.cost > 0.99 * best.cost:
                 break
-            found = again
-        return self._descend(found.x).x, minima.size
+            best = again
+        return self._descend(best.x).x, minima.size
 
     def _refine(self, points: Array) -> Array:
         """Look around each point, keep the best of all, halve the distance, and so on; return the best."""

@@ -35,9 +35,9 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
         ["plateau_ratio", "step", "steps"], errors="ignore"
     )
     e = matched["restitution"].values
-    xi = matched["damping_ratio"].transpose("damping_model", "cracked_stiffness_ratio", "restitution")
+    ratio = matched["damping_ratio"].transpose("damping_model", "cracked_stiffness_ratio", "restitution")
     powers = np.vander(e, DEGREE + 1, increasing=True)
-    rows = xi.values.reshape(-1, e.size)
+    rows = ratio.values.reshape(-1, e.size)
     coefficient, _, _, _ = np.linalg.lstsq(powers, rows.T, rcond=None)
     fitted = (powers @ coefficient).T
     residual = rows - fitted
@@ -45,7 +45,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     covariance = variance[:, None, None] * np.linalg.inv(powers.T @ powers)
     total = ((rows - rows.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
     lead = ("damping_model", "cracked_stiffness_ratio")
-    shape = xi.shape[:2]
+    shape = ratio.shape[:2]
     degrees = np.arange(DEGREE + 1)
     return xr.Dataset(
         {
@@ -54,16 +54,16 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
                 (*lead, "degree", "other_degree"),
                 covariance.reshape(*shape, DEGREE + 1, DEGREE + 1),
             ),
-            "damping_ratio": xi,
-            "damping_ratio_uncertainty": matched["damping_ratio_uncertainty"].transpose(*xi.dims),
-            "damping_ratio_fit": (xi.dims, fitted.reshape(xi.shape)),
-            "damping_ratio_energy": matched["damping_ratio_energy"].transpose(*xi.dims),
+            "damping_ratio": ratio,
+            "damping_ratio_uncertainty": matched["damping_ratio_uncertainty"].transpose(*ratio.dims),
+            "damping_ratio_fit": (ratio.dims, fitted.reshape(ratio.shape)),
+            "damping_ratio_energy": matched["damping_ratio_energy"].transpose(*ratio.dims),
             "giannini_masiani": ("restitution", giannini_masiani(e)),
             "r_squared": (lead, (1 - (residual**2).sum(axis=1) / total).reshape(shape)),
             "largest_residual": (lead, np.abs(residual).max(axis=1).reshape(shape)),
         },
         coords={
-            **xi.coords,
+            **ratio.coords,
             "degree": degrees,
             "other_degree": degrees,
             "plateau_ratio": given.plateau_ratio,

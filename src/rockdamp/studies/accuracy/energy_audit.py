@@ -142,8 +142,8 @@ def lost_per_half_cycle(curve: TrilinearCurve, damping: Damping, x: Array, v: Ar
     Eq. (13) for CR, whose half cycles hold one impact each, and Eq. (14) for dampers.
     """
     turns = turning_points(v)
-    found = np.diff(balance(curve, damping, x, v, step).lost[turns])[:count]
-    return np.concatenate([found, np.full(count - found.size, np.nan)])
+    lost = np.diff(balance(curve, damping, x, v, step).lost[turns])[:count]
+    return np.concatenate([lost, np.full(count - lost.size, np.nan)])
 
 
 # --- the stage's parts ----------------------------------------------------------------------------------------------

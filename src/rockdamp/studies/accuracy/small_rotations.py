@@ -36,18 +36,18 @@ def features(times: ArrayLike, displacement: ArrayLike, peaks: int) -> Array:
     ndarray, shape (1 + peaks,)
     """
     tau, x = np.asarray(times, dtype=float), np.asarray(displacement, dtype=float)
-    found = np.full(1 + peaks, np.nan)
+    values = np.full(1 + peaks, np.nan)
     after = 1 + np.flatnonzero(passes_zero(x))
     if after.size:
         k = after[0]  # the line goes on from before the impact, where the velocity jumps
-        found[0] = tau[k - 1] + (tau[k - 1] - tau[k - 2]) * x[k - 1] / (x[k - 2] - x[k - 1])
+        values[0] = tau[k - 1] + (tau[k - 1] - tau[k - 2]) * x[k - 1] / (x[k - 2] - x[k - 1])
     for n, (start, stop) in enumerate(pairwise(after[: peaks + 1])):
         size = np.abs(x[start:stop])
         top = int(size.argmax())
         if 0 < top < size.size - 1:
             left, middle, right = size[top - 1 : top + 2]
-            found[1 + n] = middle + (right - left) ** 2 / (8 * (2 * middle - left - right))
-    return found
+            values[1 + n] = middle + (right - left) ** 2 / (8 * (2 * middle - left - right))
+    return values
 
 
 def frequency_difference(wall: Wall) -> float:
@@ -71,9 +71,9 @@ def differences(wall: Wall, restitution: float, release_amplitude: float, peaks:
     return np.array([*compared(large, small), frequency_difference(wall)])
 
 
-def compared(found: Array, reference: Array) -> tuple[float, float]:
+def compared(own: Array, reference: Array) -> tuple[float, float]:
     """Relative differences of the first impact's time, and of the peak that differs most. [-]"""
-    ratio = found / reference - 1
+    ratio = own / reference - 1
     return float(ratio[0]), float(ratio[1:][np.nanargmax(np.abs(ratio[1:]))])
 
 
