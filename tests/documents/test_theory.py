@@ -233,7 +233,7 @@ def longer(e):
     """By how much half cycles under ECD are longer than under restitution between the same two peaks."""
     found, damper = [], Damping("ECD", float(exact_ratio(e)))
     for curve in CURVES.values():
-        for share in (*SHARES, 0.8):
+        for share in (*SHARES, 0.75, 0.9):
             x0 = share * float(curve.ultimate_ratio)
             run = event_driven.history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
             x1 = event_driven.cr_peaks(curve, e, x0, 1)[0]
@@ -241,7 +241,7 @@ def longer(e):
     return np.array(found)
 
 
-@pytest.mark.parametrize(("e", "least", "most"), [(0.7, 0.006, 0.0134), (0.9, 0.0005, 0.00165)])
+@pytest.mark.parametrize(("e", "least", "most"), [(0.7, 0.006, 0.01345), (0.9, 0.0005, 0.0017)])
 def test_half_cycles_are_little_longer_than_under_restitution(e, least, most):
     found = longer(e)
     assert found.min() == pytest.approx(1 / np.sqrt(1 - float(exact_ratio(e)) ** 2) - 1, rel=1e-3)  # the linear one
