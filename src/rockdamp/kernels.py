@@ -8,10 +8,16 @@ depend on its neighbours, on the number of lanes or on the number of threads.
 Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
 a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
 
-The curve's functions are plain Python that numba compiles in place: the same lines serve NumPy arrays elsewhere.
+The functions of the curve and of the dampers are plain Python that numba compiles in place: the same lines serve NumPy
+arrays elsewhere, the dampers' with a mapping of rows in place of a block.
+
+The loop is compiled once for each kind of step, of one damper's formula each. So a step pays for what its damper needs,
+a damper that is added leaves the machine code of the others as it is, and who uses one damper waits for no other.
 
 All compiled code stays in this one file: numba's cache does not notice an edit of a function in another file.
 """
+
+from functools import cache
 
 import numpy as np
 from numba import njit
@@ -19,18 +25,13 @@ from numba.extending import register_jitable
 
 LANES = 64  # a multiple of every vector width; fewer than 32 and the compiler's vector loop does not pay
 
-# Kinds of step.
-RESTITUTION_LOCATED, RESTITUTION_PRINTED, VISCOUS_NEWMARK, VISCOUS_PRINTED, POWER_NEWMARK = range(5)
-
-# Which terms of a viscous damper's coefficient there are in a block.
-CONSTANT, ROOT, LINEAR, ALL_TERMS = range(4)
-
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
 ROWS = 23
 X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
 K1, B1, KS, A1, A2, A3, H, G, E = (LANES * row for row in range(9, 18))
 C0, C1, C2, BY_ENERGY, HALF_N = (LANES * row for row in range(18, 23))
+CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
 
 PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
 
@@ -59,32 +60,6 @@ def double_energy(z, k1, b1, ks, a1, a2, a3):
     z2 = np.minimum(np.maximum(z, a1), a2)
     z3 = np.minimum(np.maximum(z, a2), a3)
     return k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3)
-
-
-# --- the dampers ----------------------------------------------------------------------------------------------------
-
-
-@register_jitable
-def viscous(z, k1, b1, ks, a1, a2, a3, c_constant, c_root, c_linear, by_energy):
-    """Force f and coefficient C of CDC, CDR, SDR and ECD at z = |x|.
-
-    C has a constant, a root and a linear term in w^2: the secant's w^2 = f/z, or where `by_energy` is 1 the energy
-    frequency's w^2 = f^2/(2V). Of one term alone, in the secant's, the three functions below do without the others.
-    """
-    z = np.maximum(z, TINY)
-    f = force(z, k1, b1, ks, a3)
-    double_v = double_energy(z, k1, b1, ks, a1, a2, a3)
-    by_secant = 1.0 - by_energy
-    w2 = f * (by_secant + by_energy * f) / (by_secant * z + by_energy * double_v)
-    return f, c_constant + c_root * np.sqrt(w2) + c_linear * w2
-
-
-@register_jitable
-def power(z, k1, b1, ks, a3, c_power, half_exponent):
-    """Force f and coefficient C = c (k_sec)^(n/2) of the general exponent n, at z = |x|."""
-    z = np.maximum(z, TINY)
-    f = force(z, k1, b1, ks, a3)
-    return f, c_power * (f / z) ** half_exponent
 
 
 # --- one step of a lane ---------------------------------------------------------------------------------------------
@@ -141,7 +116,7 @@ def settle(w, i, x, v, a, step):
     w[A + i] = a if alive else w[A + i]
 
 
-# --- force and coefficient of a lane of a block, by one formula each: a step pays for what its damper needs ----------
+# --- the dampers: force and coefficient of lane i of a block at z = |x| and the velocity v ---------------------------
 
 
 @register_jitable
@@ -151,56 +126,68 @@ def force_at(w, i, z):
 
 
 @register_jitable
-def constant_at(w, i, z):
-    """Force and coefficient of lane i where C is constant: CDC."""
+def double_energy_at(w, i, z):
+    """Twice the stored energy of lane i of a block."""
+    return double_energy(z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+
+
+@register_jitable
+def constant_at(w, i, z, v):
+    """C is constant: CDC."""
     return force_at(w, i, z), w[C0 + i]
 
 
 @register_jitable
-def root_at(w, i, z):
-    """Force and coefficient of lane i where C goes with the secant's w: CDR."""
+def root_at(w, i, z, v):
+    """C goes with the secant's frequency w, w^2 = f/z: CDR."""
     z = np.maximum(z, TINY)
     f = force_at(w, i, z)
     return f, w[C1 + i] * np.sqrt(f / z)
 
 
 @register_jitable
-def linear_at(w, i, z):
-    """Force and coefficient of lane i where C goes with the secant's w^2: SDR."""
+def linear_at(w, i, z, v):
+    """C goes with the secant's w^2: SDR."""
     z = np.maximum(z, TINY)
     f = force_at(w, i, z)
     return f, w[C2 + i] * (f / z)
 
 
 @register_jitable
-def power_at(w, i, z):
-    """Force and coefficient of lane i, of the general exponent n."""
-    return power(z, w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i], w[C0 + i], w[HALF_N + i])
+def power_at(w, i, z, v):
+    """C goes with the secant's w^n: the general exponent."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C0 + i] * (f / z) ** w[HALF_N + i]
 
 
 @register_jitable
-def viscous_at(w, i, z):
-    """Force and coefficient of lane i with all their terms."""
-    return viscous(
-        z,
-        w[K1 + i],
-        w[B1 + i],
-        w[KS + i],
-        w[A1 + i],
-        w[A2 + i],
-        w[A3 + i],
-        w[C0 + i],
-        w[C1 + i],
-        w[C2 + i],
-        w[BY_ENERGY + i],
-    )
+def energy_at(w, i, z, v):
+    """C goes with the energy's frequency w, w^2 = f^2/(2V): ECD."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C1 + i] * np.sqrt(f * f / double_energy_at(w, i, z))
+
+
+@register_jitable
+def viscous_at(w, i, z, v):
+    """C = c0 + c1 w + c2 w^2 of CDC, CDR, SDR and ECD, w the secant's or where BY_ENERGY is 1 the energy's frequency.
+
+    The scheme as printed is compiled once, by this formula, for the four of them.
+    """
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    by_energy = w[BY_ENERGY + i]
+    by_secant = 1.0 - by_energy
+    w2 = f * (by_secant + by_energy * f) / (by_secant * z + by_energy * double_energy_at(w, i, z))
+    return f, w[C0 + i] + w[C1 + i] * np.sqrt(w2) + w[C2 + i] * w2
 
 
 # --- one step of a block of lanes -----------------------------------------------------------------------------------
 
 
 @register_jitable
-def advance_restitution_located(w, p0, p1, step):
+def restitution_located(w, p0, p1, step):
     """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
     for i in range(LANES):
         x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
@@ -220,7 +207,7 @@ def advance_restitution_located(w, p0, p1, step):
 
 
 @register_jitable
-def advance_restitution_printed(w, p0, p1, step):
+def restitution_printed(w, p0, p1, step):
     """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
     # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
     for i in range(LANES):
@@ -232,36 +219,43 @@ def advance_restitution_printed(w, p0, p1, step):
         settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
 
 
-def by_newmark(force_and_coefficient):
-    """Return a step of viscous damping by explicit Newmark, compiled for one formula of C and no other."""
+@cache
+def viscous_newmark(force_and_coefficient):
+    """Return a step of viscous damping by explicit Newmark, of one formula of C and no other.
+
+    C is taken at the displacement at the end of the step and at the velocity v + h a that is expected there.
+    """
 
     @register_jitable
-    def advance(w, p1, step):
+    def advance(w, p0, p1, step):
         for i in range(LANES):
             v, a, h = w[V + i], w[A + i], w[H + i]
             x = w[X + i] + h * (v + 0.5 * h * a)
-            f, c = force_and_coefficient(w, i, np.abs(x))
+            f, c = force_and_coefficient(w, i, np.abs(x), v + h * a)
             v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
             settle(w, i, x, v, a, step)
 
+    advance.__name__ = f"newmark_{force_and_coefficient.__name__}"
     return advance
 
 
-advance_constant, advance_root, advance_linear = by_newmark(constant_at), by_newmark(root_at), by_newmark(linear_at)
-advance_all_terms, advance_power = by_newmark(viscous_at), by_newmark(power_at)
+@cache
+def viscous_printed(force_and_coefficient):
+    """Return a step as printed: C and the tangent frozen at the step's start, balance restored at its end."""
 
+    @register_jitable
+    def advance(w, p0, p1, step):
+        for i in range(LANES):
+            z = np.abs(w[X + i])
+            _, c = force_and_coefficient(w, i, z, w[V + i])
+            k = tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+            dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, c)
+            x, v = w[X + i] + dx, w[V + i] + dv
+            f, c = force_and_coefficient(w, i, np.abs(x), v)
+            settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
 
-@register_jitable
-def advance_viscous_printed(w, p0, p1, step):
-    """CDC, CDR, SDR and ECD as printed: C and the tangent frozen at the step's start, balance restored at its end."""
-    for i in range(LANES):
-        z = np.abs(w[X + i])
-        _, c = viscous_at(w, i, z)
-        k = tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
-        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, c)
-        x, v = w[X + i] + dx, w[V + i] + dv
-        f, c = viscous_at(w, i, np.abs(x))
-        settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
+    advance.__name__ = f"printed_{force_and_coefficient.__name__}"
+    return advance
 
 
 @register_jitable
@@ -276,20 +270,6 @@ def compare_with(w, reference, row, step):
 
 
 @register_jitable
-def terms_of(w):
-    """Which terms of a viscous damper's coefficient some lane of a block has; one alone is that of the secant."""
-    constant, root, linear, energy = 0.0, 0.0, 0.0, 0.0
-    for i in range(LANES):
-        constant += np.abs(w[C0 + i])
-        root += np.abs(w[C1 + i])
-        linear += np.abs(w[C2 + i])
-        energy += w[BY_ENERGY + i]
-    if energy > 0.0 or (constant > 0.0 and root + linear > 0.0) or (root > 0.0 and linear > 0.0):
-        return ALL_TERMS
-    return ROOT if root > 0.0 else LINEAR if linear > 0.0 else CONSTANT
-
-
-@register_jitable
 def any_alive(w):
     """Whether any lane of a block has not collapsed."""
     alive = 0.0
@@ -298,73 +278,67 @@ def any_alive(w):
     return alive > 0.0
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def march(kind, blocks, ground, substeps, steps, reference, row, checkpoints, error, every, displacement, velocity):
-    """Advance blocks of lanes by `steps` steps, in place.
+def plain_march(advance):
+    """Return the loop over blocks and steps for one kind of step, as Python runs it."""
 
-    Parameters
-    ----------
-    kind : int
-        Kind of step, one of the constants above; the same for all lanes.
-    blocks : ndarray, shape (blocks, ROWS * LANES)
-        State, observations and parameters, laid out as the constants above say.
-    ground : ndarray, shape (samples,)
-        Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
-    substeps, steps : int
-        Steps per sample of `ground`, and steps in all.
-    reference, row : ndarray, shape (cases, steps + 1) and (blocks, LANES)
-        Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
-    checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
-        Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
-        lane of the block stands; those of a collapsed lane mean nothing.
-    every, displacement, velocity : int and ndarray, shape (blocks, LANES, steps//every + 1)
-        Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were allocated.
-    """
-    forced = ground.size > 0
-    compare = reference.shape[0] > 0
-    store = displacement.shape[0] > 0
-    for b in range(blocks.shape[0]):
-        w = blocks[b]
-        terms = terms_of(w)
-        window = 0
-        p1 = ground[0] if forced else 0.0
-        if store:
-            for i in range(LANES):
-                displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
-        for step in range(1, steps + 1):
-            p0 = p1
-            if forced:
-                sample, part = divmod(step, substeps)
-                p1 = ground[sample]
-                if part > 0:
-                    p1 += (ground[sample + 1] - p1) * part / substeps
-            if kind == VISCOUS_NEWMARK:
-                if terms == CONSTANT:
-                    advance_constant(w, p1, step)
-                elif terms == ROOT:
-                    advance_root(w, p1, step)
-                elif terms == LINEAR:
-                    advance_linear(w, p1, step)
-                else:
-                    advance_all_terms(w, p1, step)
-            elif kind == RESTITUTION_LOCATED:
-                advance_restitution_located(w, p0, p1, step)
-            elif kind == POWER_NEWMARK:
-                advance_power(w, p1, step)
-            elif kind == RESTITUTION_PRINTED:
-                advance_restitution_printed(w, p0, p1, step)
-            else:
-                advance_viscous_printed(w, p0, p1, step)
-            if compare:
-                compare_with(w, reference, row[b], step)
-                if step == checkpoints[window]:
-                    for i in range(LANES):
-                        error[b, window, i] = w[ERROR + i]
-                    window = min(window + 1, checkpoints.size - 1)
-            if store and step % every == 0:
+    def march(blocks, ground, substeps, steps, reference, row, checkpoints, error, every, displacement, velocity):
+        """Advance blocks of lanes by `steps` steps, in place.
+
+        Parameters
+        ----------
+        blocks : ndarray, shape (blocks, ROWS * LANES)
+            State, observations and parameters, laid out as the constants above say.
+        ground : ndarray, shape (samples,)
+            Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
+        substeps, steps : int
+            Steps per sample of `ground`, and steps in all.
+        reference, row : ndarray, shape (cases, steps + 1) and (blocks, LANES)
+            Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
+        checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
+            Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
+            lane of the block stands; those of a collapsed lane mean nothing.
+        every, displacement, velocity : int and ndarray, shape (blocks, LANES, steps//every + 1)
+            Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
+        """
+        forced = ground.size > 0
+        compare = reference.shape[0] > 0
+        store = displacement.shape[0] > 0
+        for b in range(blocks.shape[0]):
+            w = blocks[b]
+            window = 0
+            p1 = ground[0] if forced else 0.0
+            if store:
                 for i in range(LANES):
-                    if w[ALIVE + i] > 0.0:
-                        displacement[b, i, step // every] = w[X + i]
-                        velocity[b, i, step // every] = w[V + i]
-            if step % PATIENCE == 0 and not any_alive(w):
-                break
+                    displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+            for step in range(1, steps + 1):
+                p0 = p1
+                if forced:
+                    sample, part = divmod(step, substeps)
+                    p1 = ground[sample]
+                    if part > 0:
+                        p1 += (ground[sample + 1] - p1) * part / substeps
+                advance(w, p0, p1, step)
+                if compare:
+                    compare_with(w, reference, row[b], step)
+                    if step == checkpoints[window]:
+                        for i in range(LANES):
+                            error[b, window, i] = w[ERROR + i]
+                        window = min(window + 1, checkpoints.size - 1)
+                if store and step % every == 0:
+                    for i in range(LANES):
+                        if w[ALIVE + i] > 0.0:
+                            displacement[b, i, step // every] = w[X + i]
+                            velocity[b, i, step // every] = w[V + i]
+                if step % PATIENCE == 0 and not any_alive(w):
+                    break
+
+    # A name, and so a file of its own in numba's cache, for each kind of step: where two processes compile at once, the
+    # second to write would otherwise leave its code under the first one's entry.
+    march.__name__ = march.__qualname__ = f"march_{advance.__name__}"
+    return march
+
+
+@cache
+def march(advance):
+    """Return the loop over blocks and steps for one kind of step, which is compiled when it is first called."""
+    return njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance))

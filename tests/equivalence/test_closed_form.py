@@ -36,7 +36,7 @@ def factor_by_mpmath(curve, damping, x0):
     def c(x):
         if damping.model == "ECD":
             return 2 * f(x) / mpmath.sqrt(2 * v(x))
-        n = {"CDC": 0, "CDR": 1, "SDR": 2, "POWER": float(damping.exponent)}[damping.model]
+        n = float(damping.exponent) if damping.model == "POWER" else {"CDC": 0, "CDR": 1, "SDR": 2}[damping.model]
         return 2 * mpmath.sqrt(k1) * (f(x) / x / k1) ** (mpmath.mpf(n) / 2)
 
     x0 = mpmath.mpf(x0)

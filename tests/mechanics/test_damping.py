@@ -1,5 +1,8 @@
 """The damping models' coefficients against the paper's equations, and bad input."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -7,8 +10,8 @@ from scipy.integrate import quad
 from rockdamp import kernels
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import EXPONENTS, Damping
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, TITLES, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -34,9 +37,13 @@ def test_the_general_exponent_scales_the_damping_ratio_with_a_power_of_the_frequ
     expected = 2 * w1 * XI * (w / w1) ** exponent
     found = Damping.power(exponent, XI).coefficient(CURVE, X)
     np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-300)
-    for model, its in EXPONENTS.items():
-        if its == exponent:
-            np.testing.assert_allclose(found, Damping(model, XI).coefficient(CURVE, X), rtol=1e-13, atol=1e-300)
+    for damping in (Damping(model, XI) for model in VISCOUS_MODELS):
+        if damping.secant_exponent == exponent:
+            np.testing.assert_allclose(found, damping.coefficient(CURVE, X), rtol=1e-13, atol=1e-300)
+
+
+def test_the_papers_dampers_go_with_the_powers_0_1_and_2_of_the_secant_s_frequency_and_ecd_with_none():
+    assert [Damping(model, XI).secant_exponent for model in (*PAPER_MODELS, "ECD")] == [0.0, 1.0, 2.0, None]
 
 
 def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_stored_energy():
@@ -71,7 +78,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
     for damping in (*(Damping(model, ratios) for model in VISCOUS_MODELS), Damping.power(1.3, ratios)):
         many = damping.coefficient(curves, X)
         assert many.shape == (2, 3, X.size)
-        one = Damping(damping.model, 0.05, damping.exponent).coefficient(TrilinearCurve(0.05, 0.8), X)
+        one = damping.changed(damping_ratio=0.05).coefficient(TrilinearCurve(0.05, 0.8), X)
         np.testing.assert_allclose(many[1, 1], one, rtol=1e-14)
 
 
@@ -81,13 +88,40 @@ def test_the_named_constructors_are_the_models():
     assert set(MODELS) == {"CR", "CDC", "CDR", "SDR", "ECD"}
 
 
+def test_each_model_has_its_title_and_its_own_parameter_by_its_own_name():
+    assert Damping.cr(0.9).own == {"restitution": 0.9} and Damping.cr(0.9).is_impact
+    for model in VISCOUS_MODELS:
+        assert Damping(model, XI).own == {"damping_ratio": XI} and not Damping(model, XI).is_impact
+    assert Damping.power(1.5, XI).own == {"damping_ratio": XI, "exponent": 1.5}
+    titles = [Damping.of(model, restitution=0.9, damping_ratio=XI, exponent=1.0).title for model in (*MODELS, "POWER")]
+    assert titles == [*TITLES.values(), "general exponent"]
+
+
+def test_a_model_takes_those_of_the_values_that_are_its_own():
+    values = {"restitution": 0.9, "damping_ratio": XI, "exponent": 1.5}
+    assert Damping.of("CR", **values).restitution == 0.9
+    assert Damping.of("CDR", **values).damping_ratio == XI
+    assert Damping.of("POWER", **values).exponent == 1.5
+
+
+def test_a_damper_is_not_changed_but_made_anew():
+    damping = Damping.power([1.0, 2.0], XI)
+    np.testing.assert_array_equal(damping.map(lambda parameter: 2 * parameter).exponent, [2.0, 4.0])
+    assert damping.changed(exponent=3.0).own == {"damping_ratio": XI, "exponent": 3.0}
+    with pytest.raises(AttributeError, match="damping_ratio cannot be set"):
+        damping.damping_ratio = 0.1
+    assert damping.own["damping_ratio"] == XI and damping.shape == (2,)
+    assert repr(Damping("CDR", XI)) == "Damping('CDR', damping_ratio=array(0.07))"
+    assert copy.copy(damping).shape == pickle.loads(pickle.dumps(damping)).shape == (2,)
+
+
 def test_each_model_and_scheme_takes_its_kind_of_step():
-    kinds = {(m, s): Damping(m, 0.5).kind(s) for m in MODELS for s in ("newmark", "paper")}
-    assert kinds["CR", "newmark"] == kernels.RESTITUTION_LOCATED
-    assert kinds["CR", "paper"] == kernels.RESTITUTION_PRINTED
-    assert {kinds[m, "newmark"] for m in VISCOUS_MODELS} == {kernels.VISCOUS_NEWMARK}
-    assert {kinds[m, "paper"] for m in VISCOUS_MODELS} == {kernels.VISCOUS_PRINTED}
-    assert Damping.power(1.0, 0.1).kind("newmark") == kernels.POWER_NEWMARK
+    steps = {(m, s): Damping(m, 0.5).step(s) for m in MODELS for s in ("newmark", "paper")}
+    assert steps["CR", "newmark"] is kernels.restitution_located
+    assert steps["CR", "paper"] is kernels.restitution_printed
+    for model in VISCOUS_MODELS:  # each its own, compiled for it alone
+        assert steps[model, "newmark"] is kernels.viscous_newmark(type(Damping(model, 0.5)).formula)
+    assert len({step.__name__ for step in steps.values()}) == len(set(steps.values()))
 
 
 BAD = [
@@ -101,8 +135,20 @@ BAD = [
     (lambda: Damping("SDR", np.inf), r"damping_ratio \(xi\) is inf; it must be a finite number"),
     (lambda: Damping("ECD", "5 %"), r"damping_ratio \(xi\) is '5 %'; it must be a number"),
     (lambda: Damping.power(-1.0, 0.1), r"exponent \(n\) is -1\.0; it must be at least 0"),
-    (lambda: Damping("CDR", 0.1).kind("rk4"), r"scheme is 'rk4'; it must be one of newmark, paper"),
-    (lambda: Damping.power(1.5, 0.1).kind("paper"), r"scheme is 'paper'; it must be 'newmark'"),
+    (lambda: Damping("CDR", 0.1).step("rk4"), r"scheme is 'rk4'; it must be one of newmark, paper"),
+    (
+        lambda: Damping("CDR", 0.1, 1.0),
+        r"CDR takes damping_ratio and nothing else; it was given damping_ratio, another value",
+    ),
+    (lambda: Damping("CDR"), r"CDR takes damping_ratio and nothing else; it was given no value"),
+    (
+        lambda: Damping("CDR", 0.1, exponent=1.0),
+        r"CDR takes damping_ratio and nothing else; it was given damping_ratio, exponent",
+    ),
+    (
+        lambda: Damping("POWER", 0.1),
+        r"POWER takes damping_ratio, exponent and nothing else; it was given damping_ratio",
+    ),
 ]
 
 

@@ -133,8 +133,9 @@ def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
     for curve in CURVES:
         for branch in event_driven._branches(curve, damper):
             for x in np.linspace(branch.low, branch.high, 9)[1:-1]:
-                c = branch.coefficient(x) if callable(branch.coefficient) else branch.coefficient
-                assert c == pytest.approx(float(damper.coefficient(curve, x)), rel=1e-12)
+                v = 0.3 * (x - 0.2)
+                c = branch.coefficient(x, v) if callable(branch.coefficient) else branch.coefficient
+                assert c == pytest.approx(float(damper.coefficient(curve, x, v)), rel=1e-12)
                 assert branch.stiffness * x + branch.offset == pytest.approx(float(curve.force(x)), abs=1e-14)
 
 

@@ -28,7 +28,7 @@ def test_energy_is_balanced_by_the_work_of_the_load_and_the_damper(damper):
         run = history(curve, damper, times, release_amplitude=0.3, load=load, load_step=step)
         x, v = run.displacement, run.velocity
         assert np.ptp(x) > 0.4  # all branches are visited
-        power = (np.interp(times, np.arange(161) * step, load) - damper.coefficient(curve, x) * v) * v
+        power = (np.interp(times, np.arange(161) * step, load) - damper.coefficient(curve, x, v) * v) * v
         work = np.concatenate([[0], np.cumsum(power[1:] + power[:-1])]) * step / refined / 2
         residuals.append(np.abs(np.diff(curve.energy(x) + v**2 / 2 - work)).sum())
     # Trapezoids of a continuous integrand: second order, so the balance closes in the limit.
@@ -45,14 +45,14 @@ def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branche
     samples = np.arange(21) * step
 
     def rates(t, y):
-        c = float(damper.coefficient(curve, y[0]))
+        c = float(damper.coefficient(curve, y[0], y[1]))
         return y[1], np.interp(t, samples, load) - float(curve.force(y[0])) - c * y[1]
 
     def crossing(_, y):
         return y[0]
 
     crossing.terminal = True
-    e = float(damper.parameter) if damper.model == "CR" else 1.0
+    e = float(damper.restitution) if damper.is_impact else 1.0
     t, y, expected, impacts = 0.0, [0.2, 0.0], [], []
     while t < times[-1]:
         part = solve_ivp(rates, (t, times[-1]), y, "Radau", events=crossing, dense_output=True, rtol=1e-8, atol=1e-10)

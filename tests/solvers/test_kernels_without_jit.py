@@ -32,18 +32,12 @@ LANES = np.array(
     ]
 )
 RESTITUTION, RATIO, EXPONENT = 0.8, 0.12, 1.5
-CASES = [*((model, scheme) for model in MODELS for scheme in ("newmark", "paper")), ("POWER", "newmark")]
+CASES = [(model, scheme) for model in (*MODELS, "POWER") for scheme in ("newmark", "paper")]
 each_kind = pytest.mark.parametrize(("model", "scheme"), CASES)
-
-
-def plain():
-    """Return the loop as Python runs it; what it calls is plain Python already."""
-    return getattr(kernels.march, "py_func", kernels.march)
 
 
 def run(model, scheme, **changes):
     a1, b1, a3, x0, v0, factor = LANES.T
-    parameter = RESTITUTION if model == "CR" else RATIO
     given = {
         "release_amplitude": x0,
         "release_velocity": v0,
@@ -58,40 +52,27 @@ def run(model, scheme, **changes):
         "threads": 1,
         **changes,
     }
-    return solve(TrilinearCurve(a1, b1, a3), Damping(model, parameter, EXPONENT if model == "POWER" else 0.0), **given)
+    damping = Damping.of(model, restitution=RESTITUTION, damping_ratio=RATIO, exponent=EXPONENT)
+    return solve(TrilinearCurve(a1, b1, a3), damping, **given)
 
 
-# --- a coefficient of one term ----------------------------------------------------------------------------------------
+# --- the formulas -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("row", "terms", "alone"),
+    ("row", "by_energy", "alone"),
     [
-        (kernels.C0, kernels.CONSTANT, kernels.constant_at),
-        (kernels.C1, kernels.ROOT, kernels.root_at),
-        (kernels.C2, kernels.LINEAR, kernels.linear_at),
+        (kernels.C0, 0.0, kernels.constant_at),
+        (kernels.C1, 0.0, kernels.root_at),
+        (kernels.C2, 0.0, kernels.linear_at),
+        (kernels.C1, 1.0, kernels.energy_at),
     ],
 )
-def test_a_term_alone_is_what_the_sum_of_all_gives(row, terms, alone):
-    w = np.zeros(kernels.ROWS * kernels.LANES)
-    assert kernels.terms_of(w) == kernels.CONSTANT  # of no damping
-    for place, value in zip(
-        (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3, row),
-        (16.0, 0.8, 4.0, 0.05, 0.8, 1.0, 0.3),
-        strict=True,
-    ):
-        w[place : place + kernels.LANES] = value
-    assert kernels.terms_of(w) == terms
+def test_a_term_alone_is_what_the_sum_of_all_gives(row, by_energy, alone):
+    lane = dict(zip(kernels.CURVE, (16.0, 0.8, 4.0, 0.05, 0.8, 1.0), strict=True))
+    lane |= {kernels.C0: 0.0, kernels.C1: 0.0, kernels.C2: 0.0, kernels.BY_ENERGY: by_energy, row: 0.3}
     for z in (0.0, 0.01, 0.05, 0.4, 0.9, 1.1):
-        assert alone(w, 5, z) == pytest.approx(kernels.viscous_at(w, 5, z), rel=0, abs=1e-90)  # at 0, of TINY
-    w[kernels.BY_ENERGY] = 1.0
-    assert kernels.terms_of(w) == kernels.ALL_TERMS
-
-
-def test_two_terms_are_summed():
-    w = np.zeros(kernels.ROWS * kernels.LANES)
-    w[[kernels.C0, kernels.C2 + 7]] = 0.1
-    assert kernels.terms_of(w) == kernels.ALL_TERMS
+        assert alone(lane, 0, z, 0.1) == pytest.approx(kernels.viscous_at(lane, 0, z, 0.1), rel=0, abs=1e-90)  # of TINY
 
 
 # --- the schemes, a second time ---------------------------------------------------------------------------------------
@@ -174,7 +155,7 @@ class Textbook:
 @pytest.mark.parametrize("way", ["plain", "compiled"])
 def test_every_kind_of_step_is_its_textbook_scheme(monkeypatch, model, scheme, way):
     if way == "plain":
-        monkeypatch.setattr(kernels, "march", plain())
+        monkeypatch.setattr(kernels, "march", kernels.plain_march)
     elif config.DISABLE_JIT:
         pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
     response = run(model, scheme)
@@ -200,7 +181,7 @@ def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, schem
     if config.DISABLE_JIT:
         pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
     compiled = run(model, scheme)
-    monkeypatch.setattr(kernels, "march", plain())
+    monkeypatch.setattr(kernels, "march", kernels.plain_march)
     interpreted = run(model, scheme)
     for name in ("outcome", "outcome_tau", "peak_tau", "impacts"):
         np.testing.assert_array_equal(getattr(compiled, name), getattr(interpreted, name))
@@ -213,8 +194,8 @@ def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, schem
 @pytest.mark.parametrize("model", ["CR", "CDC", "POWER"])
 def test_a_free_decay_without_reference_or_history_takes_the_short_way(monkeypatch, model):
     # On the first branch explicit Newmark without damping is x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2.
-    monkeypatch.setattr(kernels, "march", plain())
-    damping = Damping.cr(1.0) if model == "CR" else Damping(model, 0.0)
+    monkeypatch.setattr(kernels, "march", kernels.plain_march)
+    damping = Damping.of(model, restitution=1.0, damping_ratio=0.0, exponent=EXPONENT)
     curve = TrilinearCurve(0.1, 0.5)
     steps = 9  # before the first crossing, which CR would split
     response = solve(curve, damping, release_amplitude=0.09, step=STEP, steps=steps)

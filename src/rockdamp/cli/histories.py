@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -228,7 +229,8 @@ def _print_response(found: xr.Dataset, compare: bool, as_json: bool) -> None:
     for model in map(str, found["damping_model"].values):
         one = found.sel(damping_model=model)
         values = {key: one[key].item() for key in RESULTS}
-        ratio = {"damping_model": model, "damping_ratio": None if model == "CR" else one["damping_ratio"].item()}
+        xi = one["damping_ratio"].item()
+        ratio = {"damping_model": model, "damping_ratio": None if isnan(xi) else xi}
         rows.append(ratio | values if compare else values)
     if as_json:
         print_json(rows if compare else rows[0])

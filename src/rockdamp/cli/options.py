@@ -10,7 +10,7 @@ import click
 from click.core import ParameterSource
 
 from rockdamp.cli.types import Quantity
-from rockdamp.vocabulary import MODELS, PRESETS, SOFTENING
+from rockdamp.vocabulary import MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
     from rockdamp.mechanics.curve import TrilinearCurve
@@ -142,13 +142,13 @@ def make_dampings(
         return equivalent_dampings(_given("--restitution", restitution, "--compare"), curve, **equivalence)
     if damping_model is None:
         raise click.UsageError(
-            "--damping-model is missing; it must be CR with --restitution, one of CDC, CDR, SDR, ECD with"
-            " --damping-ratio, or --compare with --restitution in place of both"
+            f"--damping-model is missing; it must be {REFERENCE} with --restitution, one of {', '.join(VISCOUS_MODELS)}"
+            " with --damping-ratio, or --compare with --restitution in place of both"
         )
-    if damping_model == "CR":
+    if damping_model not in VISCOUS_MODELS:
         if damping_ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
-        return [Damping.cr(_given("--restitution", restitution, "--damping-model CR"))]
+        return [Damping(damping_model, _given("--restitution", restitution, f"--damping-model {damping_model}"))]
     if restitution is not None:
         raise click.UsageError(f"--restitution belongs to CR; {damping_model} must have --damping-ratio alone")
     return [Damping(damping_model, _given("--damping-ratio", damping_ratio, f"--damping-model {damping_model}"))]

@@ -61,11 +61,11 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     >>> [round(np.pi * rd.equivalence_factor(curve, rd.Damping(model, 1), 0.5).item(), 2) for model in ("CDC", "SDR")]
     [0.44, 1.26]
     """
-    require(damping.model != "CR", "damping_model", damping.model, "a viscous model")
+    require(not damping.is_impact, "damping_model", damping.model, "a viscous model")
     require_finite("release_amplitude", release_amplitude)
     x0 = np.asarray(release_amplitude, dtype=float)
     require((x0 > 0) & (x0 < curve.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
-    unit = Damping(damping.model, np.ones(()), damping.exponent)
+    unit = damping.changed(damping_ratio=np.ones(()))
     v0 = curve.energy(x0)
     _, _, _, a1, a2, _ = curve.parameters()
     inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
@@ -77,7 +77,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
             s = 0.5 * (s0 + s1) + 0.5 * (s1 - s0) * node
             x = x0 - s * s
             speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
-            work = work + 0.5 * (s1 - s0) * weight * 2 * s * unit.coefficient(curve, x) * speed
+            work = work + 0.5 * (s1 - s0) * weight * 2 * s * unit.coefficient(curve, x, speed) * speed
     return v0 / work
 
 
@@ -106,8 +106,9 @@ def damping_ratio_energy(
     """
     e = check_restitution(restitution)
     delta = 0.0 - np.log(e)
-    g = equivalence_factor(curve, Damping(damping_model, np.ones(()), exponent), release_amplitude)
-    if damping_model == "ECD":
+    damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
+    g = equivalence_factor(curve, damping, release_amplitude)
+    if damping.same_loss_at_any_amplitude:
         return np.broadcast_to(exact_ratio(e), np.broadcast_shapes(e.shape, g.shape)).copy()
     return delta * g
 
@@ -135,7 +136,8 @@ def damping_ratio_middle(
     """
     e = check_restitution(restitution)
     middle = curve.amplitude(e * curve.energy(release_amplitude))
-    g = equivalence_factor(curve, Damping(damping_model, np.ones(()), exponent), middle)
+    damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
+    g = equivalence_factor(curve, damping, middle)
     return np.pi * g * exact_ratio(e)
 
 

@@ -74,7 +74,7 @@ class Cases:
 
     def damping_of(self, damping_model: str, damping_ratio: Array, case: Any) -> Damping:
         """Return the dampers of some cases."""
-        return Damping(damping_model, damping_ratio, self.exponents[case])
+        return Damping.of(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
 
 
 @dataclass(frozen=True)

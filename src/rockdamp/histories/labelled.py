@@ -184,9 +184,8 @@ class _Batch:
     ) -> None:
         for name, value in others.items():
             require_finite(name, value)
-        ratio = "restitution" if damping.model == "CR" else "damping_ratio"
         self.given = _names(_parameters(wall)) | _names(_parameters(curve))
-        self.given |= _names({ratio: damping.parameter, "exponent": damping.exponent})
+        self.given |= _names(damping.own)
         for name, value in others.items():
             self.given |= _names({name: value})
         try:
@@ -197,7 +196,7 @@ class _Batch:
         self.dims, self.model = together[0].dims, damping.model
         self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
         self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})
-        self.damping = replace(damping, parameter=lanes[ratio], exponent=lanes["exponent"])
+        self.damping = damping.changed(**{name: lanes[name] for name in damping.own})
         self.values = {name: lanes[name] for name in others}
         self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)

@@ -187,11 +187,12 @@ def _side_by_side(
         compat="override",
         join="exact",
     )
-    parameter = np.array([float(damping.parameter) for damping in dampings])
-    by_impact = np.array([damping.model == "CR" for damping in dampings])
+    parameters: dict[str, Any] = {
+        name: ("damping_model", [float(damping.own.get(name, np.nan)) for damping in dampings])
+        for name in ("restitution", "damping_ratio")
+    }
     return together.assign(
-        restitution=("damping_model", np.where(by_impact, parameter, np.nan)),
-        damping_ratio=("damping_model", np.where(by_impact, np.nan, parameter)),
+        **parameters,
         cracked_stiffness_ratio=float(curve.cracked_stiffness_ratio),
         plateau_ratio=float(curve.plateau_ratio),
         ultimate_ratio=float(curve.ultimate_ratio),

@@ -1,11 +1,16 @@
-"""The damping models: the coefficient of restitution and four viscous dampers, with the general exponent n.
+"""The damping models: the coefficient of restitution and the viscous dampers, one class each behind one face.
 
 Dimensionless as in the kernels: unit mass, C over m_eff p. Eqs (8), (10), (11), (12) of the paper; ECD is beyond it.
+
+A viscous damper states its coefficient twice: `rows` and `formula` for the kernel, and `law` for the event-driven
+solver, in plain numbers. They share nothing, so that each solver checks the other.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,31 +19,46 @@ from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity, together
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import MODELS
+from rockdamp.vocabulary import MODELS, TITLES
 
-EXPONENTS = {"CDC": 0.0, "CDR": 1.0, "SDR": 2.0}  # C grows with this power of the secant's frequency
-ENERGY_EXPONENTS = {"ECD": 1.0}  # or with this one of the energy's
+SCHEMES = ("newmark", "paper")
+# What a message calls a parameter, its range, and the range in words.
+RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
+    "restitution": ("restitution (e)", lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1"),
+    "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
+    "exponent": ("exponent (n)", lambda n: n >= 0, "at least 0"),
+}
+Law = Callable[[float, float, float, float], float]
+
+_KINDS: dict[str, type[Damping]] = {}
 
 
-@dataclass(frozen=True)
 class Damping:
-    """One damping model with its parameter, a number or an array that broadcasts against the walls it is given to.
+    """One damping model with its parameters, numbers or arrays that broadcast against the walls they are given to.
 
     Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)` or `Damping.power(1.3, 0.05)`.
 
     Parameters
     ----------
     model : str
-        One of `MODELS`, or ``"POWER"`` for the general exponent.
-    parameter : float or ndarray
-        e for CR, in (0, 1]; the damping ratio xi for the others, >= 0. [-]
-    exponent : float or ndarray
-        n of the general exponent, >= 0; unused by the named models. [-]
+        One of `vocabulary.MODELS`, or ``"POWER"`` for the general exponent.
+    *values, **named : float or ndarray
+        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in (0, 1]; ``damping_ratio`` xi
+        for the others, >= 0; after it ``exponent`` n for POWER, >= 0. [-]
+
+    Attributes
+    ----------
+    model, title : str
+        Its short name and what it stands for.
+    is_impact : bool
+        Whether it takes energy at impacts, by `restitution`, rather than on the way, by `damping_ratio`.
+    restitution, damping_ratio, exponent : ndarray
+        Its parameters; a model has those of `names` alone. [-]
 
     Raises
     ------
     InputError
-        If the model is unknown or a value lies outside its range.
+        If the model is unknown, a parameter is missing or is not the model's, or a value lies outside its range.
 
     Examples
     --------
@@ -48,84 +68,237 @@ class Damping:
     array([0.461, 0.1  ])
     """
 
-    model: str
-    parameter: Quantity
-    exponent: Quantity = 0.0
+    model: ClassVar[str]
+    names: ClassVar[tuple[str, ...]]
+    is_impact: ClassVar[bool] = False
+    secant_exponent: Any = None  # C goes with this power of the secant's frequency and with nothing else, where set
+    same_loss_at_any_amplitude: ClassVar[bool] = False  # of energy, as a fraction, in every half cycle of any curve
 
-    def __post_init__(self) -> None:
-        if self.model not in (*MODELS, "POWER"):
-            raise InputError(f"damping_model is {self.model!r}; it must be one of {', '.join(MODELS)}")
-        name = "restitution (e)" if self.model == "CR" else "damping_ratio (xi)"
-        require_finite(name, self.parameter)
-        require_finite("exponent (n)", self.exponent)
-        parameter, exponent = together(**{name: self.parameter}, exponent=self.exponent)
-        if self.model == "CR":
-            require((parameter > 0) & (parameter <= 1), name, parameter, "greater than 0 and at most 1")
-        else:
-            require(parameter >= 0, name, parameter, "at least 0")
-        require(exponent >= 0, "exponent (n)", exponent, "at least 0")
-        object.__setattr__(self, "parameter", parameter)
-        object.__setattr__(self, "exponent", exponent)
+    restitution: Quantity
+    damping_ratio: Quantity
+    exponent: Quantity
+
+    def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
+        if cls is not Damping:
+            return super().__new__(cls)
+        if model not in _KINDS:
+            raise InputError(f"damping_model is {model!r}; it must be one of {', '.join(MODELS)}")
+        return super().__new__(_KINDS[model])
+
+    def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
+        given = dict(zip(self.names, values, strict=False)) | named
+        others = ["another value"] * (len(values) - len(self.names))
+        if others or set(given) != set(self.names):
+            raise InputError(
+                f"{self.model} takes {', '.join(self.names)} and nothing else;"
+                f" it was given {', '.join([*given, *others]) or 'no value'}"
+            )
+        for name, value in given.items():
+            require_finite(RANGES[name][0], value)
+        arrays = together(**{RANGES[name][0]: given[name] for name in self.names})
+        for name, array in zip(self.names, arrays, strict=True):
+            text, within, allowed = RANGES[name]
+            require(within(array), text, array, allowed)
+            self.__dict__[name] = array
+
+    def __init_subclass__(cls) -> None:
+        if "model" in cls.__dict__:
+            _KINDS[cls.model] = cls
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name} cannot be set: a damper keeps its parameters; `changed` makes another")
+
+    def __repr__(self) -> str:
+        return f"Damping({self.model!r}, {', '.join(f'{name}={value!r}' for name, value in self.own.items())})"
 
     @classmethod
     def cr(cls, restitution: Quantity) -> Damping:
         """CR, Eq. (8): the velocity is multiplied by e whenever u changes sign."""
-        return cls("CR", restitution)
+        return Damping("CR", restitution)
 
     @classmethod
     def power(cls, exponent: Quantity, damping_ratio: Quantity) -> Damping:
         """C = 2 m_eff w1 xi (w/w1)^n, which is CDC, CDR and SDR at n = 0, 1 and 2."""
-        return cls("POWER", damping_ratio, exponent)
+        return Damping("POWER", damping_ratio, exponent)
+
+    @classmethod
+    def of(cls, model: str, **values: Quantity) -> Damping:
+        """Return a model with those of the values that are its own: of e and xi, say, the one that it has."""
+        names = _KINDS[model].names if model in _KINDS else ()
+        return Damping(model, **{name: values[name] for name in names if name in values})
+
+    @property
+    def title(self) -> str:
+        """What the model's short name stands for."""
+        return TITLES[self.model]
+
+    @property
+    def own(self) -> dict[str, Quantity]:
+        """Its parameters by name."""
+        return {name: getattr(self, name) for name in self.names}
+
+    def changed(self, **named: Quantity) -> Damping:
+        """Return the same model with other values of the parameters that are given."""
+        return Damping(self.model, **(self.own | named))
+
+    def map(self, function: Callable[[Array], Quantity]) -> Damping:
+        """Return the same model with `function`, which picks or repeats elements, applied to each parameter."""
+        return self.changed(**{name: function(value) for name, value in self.own.items()})
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        return np.broadcast_shapes(np.shape(self.parameter), np.shape(self.exponent))
+        return np.broadcast_shapes(*(np.shape(value) for value in self.own.values()))
 
-    def terms(self, curve: TrilinearCurve) -> dict[int, Array]:
-        """Return the rows that the kernel needs, by row: each of a shape that broadcasts with the curve's.
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        """Return what the kernel's step reads of the damper, by row: of shapes that broadcast with the curve's."""
+        raise NotImplementedError
 
-        In C = c0 + c1 sqrt(w^2) + c2 w^2 (see `kernels.viscous`), w^2 is the secant's or, for ECD, the energy's.
-        """
-        w1, xi = curve.initial_frequency, np.asarray(self.parameter)
-        if self.model == "CR":
-            return {kernels.E: xi}
-        if self.model == "CDC":  # Eq. (10)
-            return {kernels.C0: 2 * w1 * xi}
-        if self.model == "CDR":  # Eq. (11)
-            return {kernels.C1: 2 * xi}
-        if self.model == "SDR":  # Eq. (12), xi(w) = xi w/w1
-            return {kernels.C2: 2 * xi / w1}
-        if self.model == "ECD":  # C = 2 xi w_E, w_E = |f|/sqrt(2V)
-            return {kernels.C1: 2 * xi, kernels.BY_ENERGY: np.ones(())}
-        n = np.asarray(self.exponent)
-        return {kernels.C0: 2 * xi * w1 ** (1 - n), kernels.HALF_N: n / 2}
-
-    def kind(self, scheme: str) -> int:
-        """Return the kernel's kind of step for this model under `scheme`.
+    def step(self, scheme: str) -> Callable[..., None]:
+        """Return the kernel's step for this model under `scheme`, ``"newmark"`` or ``"paper"``.
 
         Raises
         ------
         InputError
-            If the scheme is unknown, or is ``paper`` for a general exponent, which the paper does not have.
+            If the scheme is unknown.
         """
-        if scheme not in ("newmark", "paper"):
-            raise InputError(f"scheme is {scheme!r}; it must be one of newmark, paper")
-        if self.model == "POWER":
-            if scheme == "paper":
-                raise InputError("scheme is 'paper'; it must be 'newmark' for a general exponent n")
-            return kernels.POWER_NEWMARK
-        if self.model == "CR":
-            return kernels.RESTITUTION_LOCATED if scheme == "newmark" else kernels.RESTITUTION_PRINTED
-        return kernels.VISCOUS_NEWMARK if scheme == "newmark" else kernels.VISCOUS_PRINTED
+        if scheme not in SCHEMES:
+            raise InputError(f"scheme is {scheme!r}; it must be one of {', '.join(SCHEMES)}")
+        return self._newmark() if scheme == "newmark" else self._printed()
 
-    def coefficient(self, curve: TrilinearCurve, x: ArrayLike) -> Array:
-        """C(x) over m_eff p at displacement `x`; zero for CR, which damps by impacts. [-]"""
-        if self.model == "CR":
-            return np.zeros(np.broadcast_shapes(np.shape(x), curve.shape, self.shape))
-        terms, z = self.terms(curve), np.abs(x)
-        if self.model == "POWER":
-            k1, b1, ks, _, _, a3 = curve.parameters()
-            return kernels.power(z, k1, b1, ks, a3, terms[kernels.C0], terms[kernels.HALF_N])[1]
-        rows = [terms.get(row, np.zeros(())) for row in (kernels.C0, kernels.C1, kernels.C2, kernels.BY_ENERGY)]
-        return kernels.viscous(z, *curve.parameters(), *rows)[1]
+    def _newmark(self) -> Callable[..., None]:
+        raise NotImplementedError
+
+    def _printed(self) -> Callable[..., None]:
+        raise NotImplementedError
+
+    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
+        """C over m_eff p at displacement `x` and velocity `v`, on which not every damper depends. [-]"""
+        raise NotImplementedError
+
+
+class Restitution(Damping):
+    """CR, Eq. (8): the velocity is multiplied by e whenever u changes sign; between impacts nothing is lost."""
+
+    model = "CR"
+    names = ("restitution",)
+    is_impact = True
+
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        return {kernels.E: self.restitution}
+
+    def _newmark(self) -> Callable[..., None]:
+        return kernels.restitution_located
+
+    def _printed(self) -> Callable[..., None]:
+        return kernels.restitution_printed
+
+    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
+        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape))
+
+
+class Viscous(Damping):
+    """A viscous damper: a coefficient C(x, v), in proportion to xi."""
+
+    names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
+    formula: ClassVar[Callable[..., tuple[Any, Any]]]  # of the kernel; it reads the rows
+    printed_formula: ClassVar[Callable[..., tuple[Any, Any]] | None] = None  # that of the scheme as printed, if another
+    constant_branches: ClassVar[int] = 0  # of the curve, counted from x = 0, on which C = 2 w1 xi, as if it were linear
+
+    def _newmark(self) -> Callable[..., None]:
+        return kernels.viscous_newmark(type(self).formula)
+
+    def _printed(self) -> Callable[..., None]:
+        return kernels.viscous_printed(type(self).printed_formula or type(self).formula)
+
+    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
+        lane = dict(zip(kernels.CURVE, curve.parameters(), strict=True)) | self.rows(curve)
+        shape = np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape)
+        return np.broadcast_to(type(self).formula(lane, 0, np.abs(x), np.asarray(v))[1], shape).copy()
+
+    def law(self, k1: float) -> Law:
+        """Return C as a function of |x|, |f|, 2V and v on a curve whose first branch has the stiffness `k1`, for a
+        damper of plain numbers."""
+        raise NotImplementedError
+
+
+class OfTheSecant(Viscous):
+    """C = 2 xi w1 (w/w1)^n, w^2 = f/x the secant's."""
+
+    constant_branches = 1
+
+    def law(self, k1: float) -> Law:
+        scale, half_exponent = 2 * float(self.damping_ratio) * math.sqrt(k1), float(self.secant_exponent) / 2
+        return lambda z, f, double_v, v: scale * (f / z / k1) ** half_exponent
+
+
+class ConstantCoefficient(OfTheSecant):
+    """CDC, Eq. (10)."""
+
+    model = "CDC"
+    secant_exponent = 0.0
+    formula = staticmethod(kernels.constant_at)
+    printed_formula = staticmethod(kernels.viscous_at)
+    constant_branches = 3
+
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        return {kernels.C0: 2 * curve.initial_frequency * self.damping_ratio}
+
+
+class ConstantRatio(OfTheSecant):
+    """CDR, Eq. (11)."""
+
+    model = "CDR"
+    secant_exponent = 1.0
+    formula = staticmethod(kernels.root_at)
+    printed_formula = staticmethod(kernels.viscous_at)
+
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        return {kernels.C1: 2 * self.damping_ratio}
+
+
+class StiffnessProportionalRatio(OfTheSecant):
+    """SDR, Eq. (12): xi(w) = xi w/w1."""
+
+    model = "SDR"
+    secant_exponent = 2.0
+    formula = staticmethod(kernels.linear_at)
+    printed_formula = staticmethod(kernels.viscous_at)
+
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        return {kernels.C2: 2 * self.damping_ratio / curve.initial_frequency}
+
+
+class GeneralExponent(OfTheSecant):
+    """C = 2 xi w1 (w/w1)^n of any n: none of the models that are compared, but what lies between them."""
+
+    model = "POWER"
+    title = "general exponent"
+    names = ("damping_ratio", "exponent")
+    formula = staticmethod(kernels.power_at)
+
+    @property
+    def secant_exponent(self) -> Quantity:
+        return self.exponent
+
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        n = self.exponent
+        return {kernels.C0: 2 * self.damping_ratio * curve.initial_frequency ** (1 - n), kernels.HALF_N: n / 2}
+
+
+class EnergyConsistent(Viscous):
+    """ECD: C = 2 xi w_E, w_E = |f|/sqrt(2V)."""
+
+    model = "ECD"
+    same_loss_at_any_amplitude = True
+    formula = staticmethod(kernels.energy_at)
+    printed_formula = staticmethod(kernels.viscous_at)
+    constant_branches = 1
+
+    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
+        return {kernels.C1: 2 * self.damping_ratio, kernels.BY_ENERGY: np.ones(())}
+
+    def law(self, k1: float) -> Law:
+        w1 = math.sqrt(k1)
+        scale = 2 * float(self.damping_ratio) * w1
+        return lambda z, f, double_v, v: scale * (f / math.sqrt(double_v) / w1)

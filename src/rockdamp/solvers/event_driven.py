@@ -1,9 +1,11 @@
 """Event-driven reference solutions: no step of the kernel's is used here, so that each can be checked by the other.
 
-The tri-linear law is linear on each branch. Where the damping coefficient is constant (CR and CDC everywhere, the
+The tri-linear law is linear on each branch. Where the damping coefficient is constant (CR and CDC everywhere, most
 other dampers inside a1) a piece of the motion has a closed form under a load that is linear in time; elsewhere it is
-integrated by DOP853 near rounding. Pieces end at the branches' corners, at x = 0 and at the samples of the load, so
-the right-hand side is smooth in each. Dimensionless as in the kernels: x = u/u_ins, tau = p t, unit mass.
+integrated by DOP853 near rounding, with the damper's law, which is not the kernel's formula. Pieces end at the
+branches' corners, at x = 0 and at the samples of the load, so the right-hand side is smooth in each.
+
+Dimensionless as in the kernels: x = u/u_ins, tau = p t, unit mass.
 """
 
 from __future__ import annotations
@@ -24,13 +26,15 @@ from scipy.special import hyp1f1
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import ENERGY_EXPONENTS, EXPONENTS, Damping
+from rockdamp.mechanics.damping import Damping, Viscous
 
 Time = Any  # a float, or an array of them
 State = Callable[[Time], tuple[Time, Time]]
+Coefficient = float | Callable[[float, float], float]
 
 TOLERANCE = 1e-13  # relative, of DOP853
 ROOT = {"xtol": 1e-15, "rtol": 1e-15}  # of brentq; its times count from the start of a piece
+LEAST = 1e-100  # |x| for a damper's law, which may divide by it or by the energy there
 STALLED = 50  # pieces without progress before giving up: a state that balances on a corner to the last bit
 
 # DOP853's continuous extension is of degree 7: eight Chebyshev points hold it.
@@ -105,7 +109,7 @@ def history(
     x, v = float(release_amplitude), float(release_velocity)
     # From a corner the motion goes to the branch ahead, lest a start at x = 0 be an impact.
     at = int(np.searchsorted([branch.low for branch in branches[1:]], x, side="left" if v < 0 else "right"))
-    run = _Run(times, branches, float(damping.parameter) if damping.model == "CR" else 1.0, x, v, at)
+    run = _Run(times, branches, float(damping.restitution) if damping.is_impact else 1.0, x, v, at)
     for segment in _segments(load, float(load_step or 0.0), float(times[-1])):
         if not run.collapsed:
             run.cross(segment)
@@ -255,28 +259,30 @@ def _segments(load: Array, step: float, end: float) -> Iterator[_Segment]:
 class _Branch:
     """One branch on one side of x = 0: f = stiffness x + offset for low <= x <= high.
 
-    `coefficient` is C, a number or a function of x that goes on smoothly for `margin` beyond the branch's inner end;
-    `largest_force` bounds |f| there.
+    `coefficient` is C, a number or a function of x and v that goes on smoothly for `margin` beyond the branch's inner
+    end; `largest_force` bounds |f| there.
     """
 
     low: float
     high: float
     stiffness: float
     offset: float
-    coefficient: float | Callable[[float], float]
+    coefficient: Coefficient
     margin: float
     largest_force: float
 
     def pieces(self, x: float, v: float, p: float, slope: float, duration: float) -> Iterator[_Piece]:
         """Yield the motion from (x, v) under the load p + slope t as if the branch had no end."""
         if callable(self.coefficient):
-            return self._integrated(x, v, p, slope, duration)
+            return self._integrated(self.coefficient, x, v, p, slope, duration)
         return iter([_closed_form(x, v, self.coefficient, self.stiffness, p - self.offset, slope, duration)])
 
-    def _integrated(self, x: float, v: float, p: float, slope: float, duration: float) -> Iterator[_Piece]:
+    def _integrated(
+        self, c: Callable[[float, float], float], x: float, v: float, p: float, slope: float, duration: float
+    ) -> Iterator[_Piece]:
         def rates(t: float, state: Array) -> tuple[float, float]:
             x, v = state.tolist()
-            return v, p + slope * t - self.stiffness * x - self.offset - self.coefficient(x) * v  # type: ignore[operator]
+            return v, p + slope * t - self.stiffness * x - self.offset - c(x, v) * v
 
         inner = min(abs(self.low), abs(self.high)) - self.margin
         pull = self.largest_force + max(abs(p), abs(p + slope * duration))
@@ -296,39 +302,32 @@ class _Branch:
 def _branches(curve: TrilinearCurve, damping: Damping) -> list[_Branch]:
     """Return the six branches from -a3 to a3, split at x = 0."""
     k1, b1, ks, a1, a2, a3 = (float(value) for value in curve.parameters())
-    w1, xi = math.sqrt(k1), float(damping.parameter)
-    exponent = EXPONENTS.get(damping.model, float(damping.exponent))
-
-    def outer(low: float, k: float, offset: float) -> float | Callable[[float], float]:
-        """C on a branch beyond a1: not taken from `Damping.coefficient`, which has corners."""
-        if damping.model == "CR":
-            return 0.0
-        if damping.model == "CDC":
-            return 2 * w1 * xi
-        double_v, f_low = 2 * float(curve.energy(low)), k * low + offset
-
-        def by_secant(x: float) -> float:  # Eqs (11), (12) and the general exponent
-            z = abs(x)
-            return 2 * xi * w1 * (max(k * z + offset, 0.0) / z / k1) ** (exponent / 2)
-
-        def by_energy(x: float) -> float:  # of w_E = f/sqrt(2 V), V the area of a trapezoid further than at `low`
-            z, f = abs(x), max(k * abs(x) + offset, 0.0)
-            frequency = f / math.sqrt(double_v + (f + f_low) * (z - low))
-            return 2 * xi * w1 * (frequency / w1) ** ENERGY_EXPONENTS[damping.model]
-
-        return by_energy if damping.model in ENERGY_EXPONENTS else by_secant
-
-    inner = 0.0 if damping.model == "CR" else 2 * w1 * xi  # every damper is CDC inside a1
     margin = a1 / 4  # a plateau that goes on inwards has energy down to a1/2
-    laws = [
-        (0.0, a1, k1, 0.0, inner),
-        (a1, a2, 0.0, b1, outer(a1, 0.0, b1)),
-        (a2, a3, -ks, ks * a3, outer(a2, -ks, ks * a3)),
-    ]
+    shapes = [(0.0, a1, k1, 0.0), (a1, a2, 0.0, b1), (a2, a3, -ks, ks * a3)]
+    laws = [(*shape, _coefficient(curve, damping, index, *shape)) for index, shape in enumerate(shapes)]
     largest = b1 + ks * margin
     right = [_Branch(*law, margin, largest) for law in laws]
     left = [_Branch(-high, -low, k, -offset, c, margin, largest) for low, high, k, offset, c in reversed(laws)]
     return left + right
+
+
+def _coefficient(
+    curve: TrilinearCurve, damping: Damping, index: int, low: float, high: float, k: float, offset: float
+) -> Coefficient:
+    """C on the branch of number `index` from x = 0: not taken from `Damping.coefficient`, which has corners."""
+    if not isinstance(damping, Viscous):
+        return 0.0
+    k1 = float(curve.initial_stiffness)
+    if index < damping.constant_branches:
+        return 2 * math.sqrt(k1) * float(damping.damping_ratio)
+    law, double_v, f_low = damping.law(k1), 2 * float(curve.energy(low)), k * low + offset
+
+    def coefficient(x: float, v: float) -> float:
+        z = max(abs(x), LEAST)
+        f = max(k * z + offset, 0.0)
+        return law(z, f, double_v + (f + f_low) * (z - low), v)  # 2V: the area of a trapezoid further than at `low`
+
+    return coefficient
 
 
 # --- closed form ----------------------------------------------------------------------------------------------------

@@ -28,7 +28,6 @@ from rockdamp.solvers.response import (
 )
 
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
-CURVE_ROWS = (kernels.K1, kernels.B1, kernels.KS, kernels.A1, kernels.A2, kernels.A3)  # as `parameters` returns them
 
 
 def stable_step(curve: TrilinearCurve) -> Array:
@@ -153,10 +152,10 @@ def solve(
     >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).displacement.shape
     (2, 81)
     """
-    kind = damping.kind(scheme)
+    march = kernels.march(damping.step(scheme))
     given = {
         "cracked_stiffness_ratio": curve.cracked_stiffness_ratio,
-        "the damping's parameter": damping.parameter,
+        **damping.own,
         "step": step,
         "release_amplitude": release_amplitude,
         "release_velocity": release_velocity,
@@ -181,8 +180,8 @@ def solve(
             kernels.A: start,
             kernels.ALIVE: 1.0,
             kernels.PEAK: np.abs(x0),
-            **dict(zip(CURVE_ROWS, curve.parameters(), strict=True)),
-            **damping.terms(curve),
+            **dict(zip(kernels.CURVE, curve.parameters(), strict=True)),
+            **damping.rows(curve),
         }
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
@@ -190,8 +189,7 @@ def solve(
     displacement, velocity = (batch.histories(stored) for _ in range(2))
 
     def advance(part: slice) -> None:
-        kernels.march(
-            kind,
+        march(
             work[part],
             ground,
             substeps,
@@ -257,7 +255,7 @@ def _start_acceleration(
     """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
     with np.errstate(over="ignore", invalid="ignore"):
         load = load_factor * ground[0] if ground.size else 0.0
-        start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0) * v0)
+        start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0, v0) * v0)
     require_finite("the acceleration at the start, of load, curve and damper", start)
     return start
 

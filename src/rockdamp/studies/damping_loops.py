@@ -10,7 +10,7 @@ from rockdamp.config.parsing import Config
 from rockdamp.equivalence.matching import Cases, match_cases
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import EXPONENTS, Damping
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.settings import LoopSettings, Matching, RigidWall
@@ -62,7 +62,7 @@ def matched_histories(
         response = solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
         displacement.append(response.displacement)
         velocity.append(response.velocity)
-        force.append(damping.coefficient(curve, response.displacement) * response.velocity)
+        force.append(damping.coefficient(curve, response.displacement, response.velocity) * response.velocity)
     dims = ("damping_model", "tau")
     return xr.Dataset(
         {
@@ -81,7 +81,10 @@ def _frequency_laws() -> xr.Dataset:
     ECD depends on the energy frequency, which is no function of the secant frequency alone: it has no such law.
     """
     laws = {model: np.full(FREQUENCIES.size, np.nan) for model in VISCOUS_MODELS}
-    for model, exponent in EXPONENTS.items():
+    exponents = {model: Damping(model, 1.0).secant_exponent for model in VISCOUS_MODELS}
+    for model, exponent in exponents.items():
+        if exponent is None:
+            continue
         # CDC keeps C of the first branch; at w = 0 its ratio to a vanishing critical damping has no bound.
         with np.errstate(divide="ignore"):
             laws[model] = np.where(FREQUENCIES > 0, FREQUENCIES ** (exponent - 1), 0.0 if exponent > 1 else np.nan)

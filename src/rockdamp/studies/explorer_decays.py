@@ -35,14 +35,11 @@ def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
     every = max(1, int(given.explorer.spacing / step + 1e-9))
     steps = every * step_count(given.explorer.length, every * step)
     release, restitution = matches["release_amplitude"].values, matches["restitution"].values
+    matched = matches["damping_ratio"].reindex(damping_model=list(MODELS))  # NaN for CR
     displacement, ratio = [], []
     for model in track(MODELS, "explorer"):
-        if model == "CR":
-            ratio.append(np.full((release.size, restitution.size), np.nan))
-            damping = Damping.cr(restitution)
-        else:
-            ratio.append(matches["damping_ratio"].sel(damping_model=model).values)
-            damping = Damping(model, ratio[-1])
+        ratio.append(matched.sel(damping_model=model).values)
+        damping = Damping.of(model, restitution=restitution, damping_ratio=ratio[-1])
         response = solve(
             curve, damping, release_amplitude=release[:, None], step=step, steps=steps, store_every=every, scheme=scheme
         )

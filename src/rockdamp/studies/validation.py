@@ -68,7 +68,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
 
     runs = []
     for model in MODELS:
-        damping = Damping.cr(e) if model == "CR" else Damping(model, ratios[model])
+        damping = Damping.of(model, restitution=e, damping_ratio=ratios.get(model))
         response = respond(record, wall, curve, damping, given.step)
         runs.append(_compare(record.elapsed, response, u_ins, measured, decay, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}

@@ -46,8 +46,8 @@ class Ensemble:
         self.load = np.sin(frequency[:, None] * SAMPLE * np.arange(SAMPLES) + phase[:, None]).sum(axis=0)
 
     def damping(self, lane=slice(None)):
-        exponent = self.exponent[lane] if self.model == "POWER" else 0.0
-        return Damping(self.model, self.parameter[lane], exponent)
+        own = self.parameter[lane]
+        return Damping.of(self.model, restitution=own, damping_ratio=own, exponent=self.exponent[lane])
 
     def solve(self, forced, scheme, substeps):
         load = {"ground_acceleration": self.load, "load_factor": self.factor} if forced else {}

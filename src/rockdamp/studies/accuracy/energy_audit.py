@@ -96,11 +96,11 @@ def balance(
     x, v = np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float)
     p = np.broadcast_to(np.asarray(load, dtype=float), x.shape)
     each = curve.map(lambda parameter: parameter[..., None])
-    if damping.model == "CR":
-        lost = _impact_loss(each, np.asarray(damping.parameter)[..., None], x, v, p, step)
+    if damping.is_impact:
+        lost = _impact_loss(each, damping.restitution[..., None], x, v, p, step)
     else:
-        own = Damping(damping.model, np.asarray(damping.parameter)[..., None], np.asarray(damping.exponent)[..., None])
-        rate = own.coefficient(each, x) * v**2
+        own = damping.map(lambda parameter: parameter[..., None])
+        rate = own.coefficient(each, x, v) * v**2
         lost = step * (rate[..., 1:] + rate[..., :-1]) / 2
     work = (p[..., 1:] + p[..., :-1]) / 2 * np.diff(x, axis=-1)
     return Balance(v**2 / 2 + each.energy(x), _since_start(lost), _since_start(work))
@@ -160,9 +160,8 @@ class Audited:
 
     def damping(self, model: str) -> Damping:
         """Return what damps the history of one model."""
-        if model == "CR":
-            return Damping.cr(self.restitution)
-        return Damping(model, float(self.histories["damping_ratio"].sel(damping_model=model)))
+        ratio = float(self.histories["damping_ratio"].sel(damping_model=model))
+        return Damping.of(model, restitution=self.restitution, damping_ratio=ratio)
 
 
 def residuals(ensemble: Ensemble, step: float) -> xr.Dataset:

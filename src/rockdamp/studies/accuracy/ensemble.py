@@ -62,9 +62,9 @@ class Ensemble:
     steps: Array
     scheme: str
 
-    def damping(self, model: str) -> Damping:
-        """Return the damping of every lane, shape (cases, e) or a shape that broadcasts to it."""
-        return Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model])
+    def damping(self, model: str, case: int | slice = slice(None)) -> Damping:
+        """Return the damping of the lanes of some cases, shape (cases, e) or a shape that broadcasts to it."""
+        return Damping(model, self.ratio[model][case]) if model in self.ratio else Damping.cr(self.restitution)
 
     def histories(self, model: str, excitation: str, step: float, store_every: int) -> tuple[Array, Array]:
         """Run every lane with the pipeline's solver: displacements and velocities, shape (cases, e, stored). [-]"""
@@ -96,8 +96,7 @@ class Ensemble:
         )
 
     def _walls(self, model: str, case: int | slice) -> tuple[TrilinearCurve, Damping]:
-        damping = Damping.cr(self.restitution) if model == "CR" else Damping(model, self.ratio[model][case])
-        return self.curve.map(itemgetter(case)), damping
+        return self.curve.map(itemgetter(case)), self.damping(model, case)
 
     def _steps(self, step: float) -> Options:
         substeps = step_count(self.sample, step)

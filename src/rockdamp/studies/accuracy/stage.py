@@ -10,7 +10,6 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
-from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios
@@ -155,11 +154,11 @@ def _exact(ensemble: Ensemble, cells: list[tuple[int, int]]) -> Iterator[Array]:
     times = spacing * np.arange(round((ensemble.load.shape[-1] - 1) * ensemble.sample / spacing) + 1)
     for x, m in cells:
         forced = EXCITATIONS[x] == "forced"
-        e_or_ratio = np.broadcast_to(ensemble.damping(MODELS[m]).parameter, ensemble.factor.shape)
+        damping = ensemble.damping(MODELS[m]).map(lambda parameter: np.broadcast_to(parameter, ensemble.factor.shape))
         for case, e in np.ndindex(*ensemble.factor.shape):
             yield event_driven.history(
                 ensemble.curve.map(itemgetter((case, 0))),
-                Damping(MODELS[m], float(e_or_ratio[case, e])),
+                damping.map(itemgetter((case, e))),
                 times,
                 release_amplitude=0.0 if forced else float(ensemble.release_amplitude[case, 0]),
                 load=ensemble.factor[case, e] * ensemble.load[case] if forced else (),

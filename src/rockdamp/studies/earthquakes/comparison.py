@@ -18,6 +18,7 @@ from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
+from rockdamp.vocabulary import REFERENCE
 
 FRACTILES = (0.16, 0.50, 0.84)
 BOUND = ("lower", "upper")
@@ -90,7 +91,7 @@ def compare(config: Config, natural: xr.Dataset) -> xr.Dataset:
 
 def _complete(natural: xr.Dataset) -> NDArray[np.bool_]:
     """Walls that have a damping ratio from every source: sources can only be compared on the same walls."""
-    defined = natural["damping_ratio"].notnull().sel(damping_model=natural["damping_model"] != "CR")
+    defined = natural["damping_ratio"].notnull().sel(damping_model=natural["damping_model"] != REFERENCE)
     complete = defined.all(("restitution", "damping_model", "damping_ratio_source")).values
     return complete if complete.any() else np.ones_like(complete)
 
@@ -113,7 +114,7 @@ class _Alternatives:
 
     def _arrays(self) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray, xr.DataArray]:
         """CR's peak and collapse, and those of the alternatives, dimensions of histories first."""
-        cr = self.natural.sel(damping_model="CR").isel(damping_ratio_source=0)
+        cr = self.natural.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
         order = ("record", "scale", "wall", "restitution")
         return (
             cr["peak_displacement"].transpose(*order),
@@ -188,7 +189,7 @@ class _Alternatives:
         scale = self.natural["scale"].values
         whole = fit(scale, collapsed.sum(axis=0), runs * collapsed.shape[0])
         drawn = fit(scale, np.tensordot(weights, collapsed, 1), runs * collapsed.shape[0])
-        cr = self.natural["damping_model"].values.tolist().index("CR")
+        cr = self.natural["damping_model"].values.tolist().index(REFERENCE)
         ratio, drawn_ratio = (one / one[..., cr : cr + 1, :] for one in (whole.median, drawn.median))
         lead = ("restitution", *self.dims)
         return xr.Dataset(
@@ -268,6 +269,6 @@ def _misfit(natural: xr.Dataset) -> xr.Dataset:
 
 def best(compared: xr.Dataset, restitution: float) -> tuple[str, str]:
     """Return the damper and the source of its damping ratio whose peaks err least from CR's, over all bands."""
-    error = compared["log_error"].sel(restitution=restitution).isel(band=0).drop_sel(damping_model="CR")
+    error = compared["log_error"].sel(restitution=restitution).isel(band=0).drop_sel(damping_model=REFERENCE)
     at = np.unravel_index(int(np.nanargmin(error.values)), error.shape)
     return str(error["damping_model"].values[at[0]]), str(error["damping_ratio_source"].values[at[1]])

@@ -67,11 +67,11 @@ def exact_peak(one: xr.Dataset, motion: catalogue.GroundMotion, section: Config,
     """Peak of one history, and whether it collapses, by `exact.history`."""
     wall, curve = make_wall(section)
     p, record = float(wall.frequency_parameter), motion.record
-    model = str(one["damping_model"].values)
-    parameter = one["restitution"] if model == "CR" else one["damping_ratio"]
+    model, ratio = str(one["damping_model"].values), float(one["damping_ratio"])
+    damping = Damping.of(model, restitution=float(one["restitution"]), damping_ratio=ratio)
     ground = followed_by_rest(record.ground_acceleration, record.step, float(config["natural"]["tail"]))
     load: Any = float(wall.load_factor) * float(one["scale_factor"]) * ground
     step = p * record.step
-    solved = history(curve, Damping(model, float(parameter)), [step * (ground.size - 1)], load=load, load_step=step)
+    solved = history(curve, damping, [step * (ground.size - 1)], load=load, load_step=step)
     extremes = np.abs([*solved.turning_displacement, *solved.displacement])
     return float(np.nanmax(extremes, initial=0.0)), solved.outcome == OUTCOMES[1]

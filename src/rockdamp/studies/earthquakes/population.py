@@ -201,10 +201,10 @@ def run(motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, sec
         some = np.flatnonzero(substeps == many)
         own = curve.map(lambda parameter, some=some: parameter[some, None])  # type: ignore[misc]
         for column, model in enumerate(MODELS):
-            parameter = values["restitution"] if model == "CR" else walls["damping_ratio"].values[:, column]
+            ratio = walls["damping_ratio"].values[some, column, None]
             response = solve(
                 own,
-                Damping(model, parameter[some, None]),
+                Damping.of(model, restitution=values["restitution"][some, None], damping_ratio=ratio),
                 step=sampling[some, None] / many,
                 steps=int(many) * (ground.size - 1),
                 load_factor=wall.load_factor[some, None] * factor,
