@@ -47,12 +47,12 @@ def section(quick: bool) -> Section:
     seconds_one, seconds_all = timed["rockdamp", 1].best, timed["rockdamp", walls].best
     table = Table(
         f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_WINDOW:g}, and for {walls} walls"
-        f" that differ in a1, b1 and e, on {available_threads()} thread(s). Rockdamp runs its own decay under"
-        " restitution, scans 200 damping ratios for all minima and refines, as `rockdamp equivalent` does at"
-        f" 1/{REFINEMENT} of the studies' step in the end, or at the studies' step alone. The others are given the"
-        " decay and minimise Err once (minimize_scalar, from the closed form), at the coarsest step or tolerance that"
-        " is good to 0.1 %."
-        f" Theirs for {walls} walls is {walls} times one wall: extrapolated.",
+        f" that differ in a1, b1 and e, on {available_threads()} thread(s). rockdamp runs its own decay under"
+        " restitution, scans 200 damping ratios for all minima, and refines them: in the end at"
+        f" 1/{REFINEMENT} of the studies' step, as `rockdamp equivalent` does, or at the studies' step alone. The"
+        " others are given the decay. They minimise Err once (minimize_scalar, from the closed form), at the coarsest"
+        " step or tolerance that is good to 0.1 %. Their time for"
+        f" {walls} walls is extrapolated: {walls} times one wall.",
         ["solver", "one wall [s]", "off by", f"{walls} walls [s]", "times rockdamp, one", f"times rockdamp, {walls}"],
     )
     for name in dict.fromkeys(name for name, _ in ours):

@@ -46,8 +46,8 @@ def memory(quick: bool) -> Section:
     """Peak memory of new processes against lanes, steps and records."""
     found = Section("Memory")
     table = Table(
-        "Largest resident memory of a new process that calls rockdamp.solve once, or runs the population's walls under"
-        " records: MiB.",
+        "Largest resident memory, in MiB, of a new process that calls rockdamp.solve once, or runs the population's"
+        " walls under records.",
         ["histories", "steps", "samples of the record", "histories stored", "records", "peak [MiB]"],
     )
     most = 1000 if quick else 100_000
@@ -139,8 +139,8 @@ def growth(quick: bool) -> Section:
         "records": f"records, each as the first of FEMA P695, {32 if quick else 128} walls, 5 dampers",
     }
     table = Table(
-        f"Seconds on {threads} thread(s), best of the repetitions, and the slope of the line in logarithms: over"
-        " everything, and where it is long enough for the start of a call not to count (from 1000 walls or steps on).",
+        f"Seconds on {threads} thread(s), the best of the repetitions, and the slope of the line in logarithms: over"
+        " all runs, and over the long ones, in which the start of a call does not count (from 1000 walls or steps on).",
         ["against", "from", "s", "to", "s", "slope", "slope of the long runs"],
     )
     for name, (x, seconds, least) in lines.items():

@@ -114,8 +114,8 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
     """Fill the table of loops; return the best ns per step and lane on one core."""
     steps, repetitions = (400, 2) if quick else (STEPS, 7)
     table = Table(
-        f"ns per step and history: best (median) of interleaved repetitions of {steps} steps. C and the plain numba"
-        " loop run on one thread; numba takes the histories one after the other.",
+        f"Nanoseconds per step and history: the best (and the median) of interleaved repetitions of {steps} steps. C"
+        " and the plain numba loop run on one thread. The numba loop takes the histories one after the other.",
         [
             "damper",
             "load",
@@ -188,7 +188,8 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
     if c_scalar:
         found.notes.append(
             f"The C loop, compiled for this processor, is {min(c_scalar):.2f} to {max(c_scalar):.2f} times as fast as"
-            f" the plain numba loop ({MOST} histories): what its vectors of doubles and its dividers give."
+            f" the plain numba loop ({MOST} histories). This is what the processor's vectors and"
+            " dividers of doubles give."
         )
         found.notes.append(_powers(library, repetitions))
     if available_threads() > 1:
@@ -221,8 +222,8 @@ def _powers(library, repetitions: int) -> str:
     )
     numba, c = (timed[name].best * 1e9 / MOST for name in ("numba", "c"))
     return (
-        f"A power alone, which n = 1.3 needs in each step, takes {numba:.1f} ns in numba, one at a time, and {c:.1f} ns"
-        " in C, several at once by glibc's libmvec; numba has no such library without Intel's SVML."
+        f"A power alone, which n = 1.3 needs in each step, takes {numba:.1f} ns in numba and {c:.1f} ns in C. C takes"
+        " several at once, by glibc's libmvec. numba takes one at a time: it has no such library without Intel's SVML."
     )
 
 
@@ -247,9 +248,9 @@ def _check_same(walls: Batch, loop: CLoop | None) -> None:
 def _accuracy(found: Section, speeds: dict[tuple[str, bool, int], float], quick: bool) -> None:
     """Compare with OpenSeesPy and SciPy on one CDC wall: per step, and to reach the same error."""
     table = Table(
-        f"One CDC wall over tau = {SAMPLE * SAMPLES:g}: cost to bring the largest error of u/u_ins at {SAMPLES}"
-        f" samples, against rockdamp.solvers.event_driven, down to {WANTED:g}. Rockdamp's step is one of {MOST}"
-        " histories' on one core; the others run one at a time.",
+        f"Cost of one CDC wall over tau = {SAMPLE * SAMPLES:g}, with an error of u/u_ins of at most {WANTED:g} at"
+        f" {SAMPLES} samples, against rockdamp.solvers.event_driven. rockdamp's step is that of one of {MOST} histories"
+        " on one core; the others run one history at a time.",
         [
             "load",
             "solver",

@@ -99,10 +99,9 @@ def section(quick: bool) -> Section:
             chain.append(tree.timed(tree.command(FIGURES, config), "results"))
         where, chain_busy, floor_busy = _where(tree.place, floor, jobs)
     table = Table(
-        f"Figs 1 to 8 from nothing on {CORES} cores, {len(jobs)} jobs, and the same graph of jobs that only import"
+        f"Figs 1 to 8 from nothing on {CORES} cores, {len(jobs)} jobs; and the same jobs, empty: they only import"
         " rockdamp.storage.dataset, numba, xarray and, for a figure, matplotlib. The first build compiles the kernel;"
-        " the"
-        " others find it compiled.",
+        " the others find it compiled.",
         ["build", "best [s]", "median [s]"],
     )
     table.rows += [
@@ -111,12 +110,14 @@ def section(quick: bool) -> Section:
         ["the same jobs, empty", number(min(empty)), number(median(empty))],
     ]
     found.tables.append(table)
-    found.target("Rebuild of the paper's chain over the same jobs, empty", min(chain) / min(empty), 1.5, " times")
+    found.target(
+        "Rebuild of the paper's chain, over that of the same jobs, empty", min(chain) / min(empty), 1.5, " times"
+    )
     found.target("First build of the paper's chain, with the kernel's compilation", first, 90, " s")
     found.tables.append(where)
     found.notes.append(
-        f"Of the chain's {chain_busy:.0f} s of jobs, two at a time, {floor_busy:.0f} s are what the same jobs take"
-        " empty; the rest computes and draws."
+        f"The chain's jobs take {chain_busy:.0f} s together, two at a time. Empty, the same jobs take"
+        f" {floor_busy:.0f} s; the rest computes and draws."
     )
     found.tables.append(_matching(found, quick))
     return found
@@ -144,7 +145,7 @@ def _where(place: Path, floor: Path, names: dict[str, str]) -> tuple[Table, floa
         rule = names[name.removeprefix("job_")]
         theirs[rule] = theirs.get(rule, 0.0) + sum(seconds)
     table = Table(
-        "Where the chain's time goes, with two jobs at once: seconds of each rule's jobs, and of the empty ones.",
+        "Where the chain's time goes: seconds of each rule's jobs, and of the empty ones, with two jobs at once.",
         ["rule", "jobs", "s", "empty [s]"],
     )
     for rule in sorted(ours, key=lambda rule: -ours[rule]):
@@ -265,8 +266,8 @@ def natural(quick: bool) -> Section:
             raise RuntimeError(f"snakemake natural ended with status {code}")
         records, histories = _counts(tree, config)
     table = Table(
-        f"`snakemake -c{CORES} natural` from nothing, the kernel compiled; memory is resident, sampled ten times a"
-        " second.",
+        f"`snakemake -c{CORES} natural` from nothing, with the kernel compiled before. Memory is resident, sampled"
+        " ten times a second.",
         ["records", "histories", "s", "s per record", "largest process [MiB]", "all processes at once [MiB]"],
     )
     table.rows.append(

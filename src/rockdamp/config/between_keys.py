@@ -20,7 +20,7 @@ from rockdamp.vocabulary import DEFAULT_WINDOW, PRESETS, STUDIES
 
 Config = Mapping[str, Any]
 
-WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, in parts of the number of steps
+WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, as a fraction of the number of steps
 STANDARD_GRAVITY = 9.80665  # [m s-2]
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 

@@ -24,8 +24,8 @@ SCAN = Scan(smallest=0.3, largest=3.0, points=200)
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
-RESOLUTION = 3e-5  # of the minimiser, in parts of xi
-NEARBY = 0.001  # first bracket around a damping ratio that is known already, in parts of it
+RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
+NEARBY = 0.001  # first bracket around a damping ratio that is known already, as a fraction of it
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def title_of(model: str) -> str:
-    """Return a model's name, told apart where it is not the paper's."""
+    """Return a model's name, marked where it is not the paper's."""
     return f"{model} (beyond the paper)" if model in BEYOND_PAPER else model
 
 

@@ -1,4 +1,4 @@
-"""Walls under natural ground motions: what is run, the bound of its error, and what is made of it."""
+"""Walls under earthquakes: what is run, the bound of its error, and what is made of it."""
 
 import copy
 

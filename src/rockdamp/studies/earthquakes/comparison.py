@@ -1,4 +1,4 @@
-"""What the natural ground motions say of each damper: peaks against CR's, collapses, fragilities, and CR's own floor.
+"""What earthquakes say of each damper: peaks against CR's, collapses, fragilities, and CR's own sensitivity.
 
 Every headline number is bootstrapped over the stations of the records, both components of a station together.
 """
@@ -97,7 +97,7 @@ def _complete(natural: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def _uncertainty(natural: xr.Dataset) -> Array:
-    """Fractiles of the bound of the peaks' error, in parts of the peak."""
+    """Fractiles of the bound of the peaks' error, as a fraction of the peak."""
     bound = (natural["peak_displacement_uncertainty"] / natural["peak_displacement"]).values
     known = bound[np.isfinite(bound)]
     return np.quantile(known, [0.5, 0.9, 0.99, 1.0]) if known.size else np.full(4, np.nan)
@@ -159,7 +159,7 @@ class _Alternatives:
         return self._each(values, dims)
 
     def collapses(self, weights: Array, prefix: str) -> xr.Dataset:
-        """Collapses that only one of both has, in parts of CR's collapses and survivals."""
+        """Collapses that only one of both has, as a fraction of CR's collapses and survivals."""
         _, fell, _, collapsed = (array.values for array in self._arrays())
 
         def values(e: int, *alternative: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Walls under natural ground motions: incremental dynamic analyses with restitution and with every damper.
+"""Walls under earthquakes: incremental dynamic analyses with restitution and with every damper.
 
 Each record is scaled to the same intensities of each wall, `scale` = lambda PGV/(p u_ins): the velocity that the
 motion gives the wall over the one that carries a rigid wall to its instability, so that one set of scales takes every
@@ -363,7 +363,7 @@ class _Case:
 
     @property
     def roughness(self) -> float:
-        """(w1 h)^2/3 at the finest step: what a halving may hide by chance, in parts of the peak.
+        """(w1 h)^2/3 at the finest step: what a halving may hide by chance, as a fraction of the peak.
 
         Three times the median error of 8000 histories, whose changes, plus this, bounded 99.97 % of their errors.
         """
