@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.figures.natural import dampers
-from rockdamp.report.earthquake_captions import fraction, known, span
+from rockdamp.report.earthquake_captions import DASH, fraction, known, span
 from rockdamp.report.numbers import listed, percent, plain
 from rockdamp.studies.earthquakes.comparison import best
 
@@ -78,7 +79,7 @@ def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> Markup:
     return Markup("{} <small>({} to {})</small>").format(show(cell[name]), *(show(bound) for bound in bounds))
 
 
-def _e(one: xr.Dataset) -> str:
+def _e(one: xr.Dataset | xr.DataArray) -> str:
     return plain(one["restitution"])
 
 
@@ -144,22 +145,27 @@ def _exceptions(histories: xr.Dataset | None) -> list[dict[str, Any]]:
     """Histories whose peak has a bound larger than itself, the largest first; none without the histories."""
     if histories is None:
         return []
-    over = histories["peak_displacement_uncertainty"] / histories["peak_displacement"]
+    peak = histories["peak_displacement"]
+    over = histories["peak_displacement_uncertainty"] / peak
     again = (over["damping_model"] == "CR") & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
-    large = over.where(~again).to_series().loc[lambda values: values > 1].sort_values(ascending=False)
-    peaks = histories["peak_displacement"].to_series()
-    return [
-        {
-            **{
-                name: label if isinstance(label, str) else known(label)
-                for name, label in zip(over.dims, at, strict=True)
-            },
-            "source": "–" if "CR" in at else SOURCES.get(at[-1], at[-1]),
-            "peak": known(peaks[at], 2),
-            "bound": known(bound, 2),
-        }
-        for at, bound in large.items()
-    ]
+    named = []
+    for index in np.argwhere((over.where(~again) > 1).values):
+        one = over[tuple(index)]
+        source = str(one["damping_ratio_source"].values)
+        named.append(
+            {
+                "record": str(one["record"].values),
+                "wall": str(one["wall"].values),
+                "scale": known(one["scale"]),
+                "restitution": _e(one),
+                "model": str(one["damping_model"].values),
+                "source": DASH if one["damping_model"] == "CR" else SOURCES.get(source, source),
+                "peak": known(peak[tuple(index)], 2),
+                "bound": known(one, 2),
+                "order": -float(one),
+            }
+        )
+    return sorted(named, key=itemgetter("order"))
 
 
 def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
