@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
-from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +15,9 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.figures.natural import dampers
-from rockdamp.report.earthquake_captions import DASH, fraction, known, span
-from rockdamp.report.numbers import listed, percent, plain
+from rockdamp.report import earthquake_histories as histories
+from rockdamp.report.earthquake_captions import fraction, known, span
+from rockdamp.report.numbers import listed, plain
 from rockdamp.studies.earthquakes.comparison import best
 
 TEMPLATE = "earthquakes.html.j2"
@@ -33,7 +33,6 @@ VARIATIONS = {
 # could tell, or where it is a tenth, finer than what is known of any wall.
 MULTIPLE = 2.0  # of CR's own sensitivity
 TOLERANCE = 0.10
-ENOUGH = 10  # stations; intervals over fewer mean nothing
 
 
 class Choice(NamedTuple):
@@ -52,9 +51,9 @@ def section(data: Mapping[str, xr.Dataset], config: Mapping[str, Any]) -> Markup
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     change = plain(config["natural"]["restitution_change"])
     values = {
-        **_run(compared, walls),
-        "check": _check(data.get("natural/check")),
-        "exceptions": _exceptions(data.get("natural")),
+        **histories.run(compared, walls),
+        "check": histories.check(data.get("natural/check")),
+        "exceptions": histories.exceptions(data.get("natural"), SOURCES),
         **_sensitivity(compared, change),
         **_recommendation(compared),
         **_walls(compared, walls),
@@ -79,7 +78,7 @@ def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> Markup:
     return Markup("{} <small>({} to {})</small>").format(show(cell[name]), *(show(bound) for bound in bounds))
 
 
-def _e(one: xr.Dataset | xr.DataArray) -> str:
+def _e(one: xr.Dataset) -> str:
     return plain(one["restitution"])
 
 
@@ -100,72 +99,6 @@ def grouped(choices: Sequence[Choice]) -> Markup:
 
 
 # --- what was run, and each e -----------------------------------------------------------------------------------------
-
-
-def _run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
-    each = int(np.isfinite(walls["damping_ratio"].values).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
-    uncertainty = compared["relative_uncertainty"]
-    return {
-        "records": int(compared["records"]),
-        "stations": int(compared["stations"]),
-        "few": int(compared["stations"]) < ENOUGH,
-        "wall_count": walls.sizes["wall"],
-        "scale_count": compared.sizes["scale"],
-        "scale_low": plain(compared["scale"].min()),
-        "scale_high": plain(compared["scale"].max()),
-        "restitutions": listed(plain(value) for value in compared["restitution"].values),
-        "histories": f"{int(compared['records']) * compared.sizes['scale'] * each:,}".replace(",", "\u202f"),
-        "settled": f"{100 * float(compared['settled_share']):.2f}",
-        "uncertainty": [
-            (percent(part, 3), fraction(value))
-            for part, value in zip(uncertainty["share"], uncertainty, strict=True)
-            if part < 1
-        ],
-    }
-
-
-def _check(sample: xr.Dataset | None) -> dict[str, Any] | None:
-    """How a sample of the histories compares with the event-driven solution; none without one."""
-    if sample is None:
-        return None
-    same = sample["collapsed"] == sample["exact_collapsed"]
-    bound = sample["peak_displacement_uncertainty"]
-    judged = same & (sample["collapsed"] == 0) & np.isfinite(bound)
-    off = abs(sample["peak_displacement"] - sample["exact_peak"])
-    return {
-        "histories": sample.sizes["history"],
-        "same": int(same.sum()),
-        "judged": int(judged.sum()),
-        "within": int((off <= bound).where(judged, False).sum()),
-        "largest": fraction((off / sample["exact_peak"]).where(judged).max()),
-    }
-
-
-def _exceptions(histories: xr.Dataset | None) -> list[dict[str, Any]]:
-    """Histories whose peak has a bound larger than itself, the largest first; none without the histories."""
-    if histories is None:
-        return []
-    peak = histories["peak_displacement"]
-    over = histories["peak_displacement_uncertainty"] / peak
-    again = (over["damping_model"] == "CR") & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
-    named = []
-    for index in np.argwhere((over.where(~again) > 1).values):
-        one = over[tuple(index)]
-        source = str(one["damping_ratio_source"].values)
-        named.append(
-            {
-                "record": str(one["record"].values),
-                "wall": str(one["wall"].values),
-                "scale": known(one["scale"]),
-                "restitution": _e(one),
-                "model": str(one["damping_model"].values),
-                "source": DASH if one["damping_model"] == "CR" else SOURCES.get(source, source),
-                "peak": known(peak[tuple(index)], 2),
-                "bound": known(one, 2),
-                "order": -float(one),
-            }
-        )
-    return sorted(named, key=itemgetter("order"))
 
 
 def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
