@@ -6,6 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import SCAN, Cases, follow, match_cases, refined
+from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -105,7 +106,7 @@ def test_a_window_before_the_first_impact_has_no_damping_ratio():
 def test_a_minimum_at_the_edge_of_the_scan_is_an_error(smallest, largest):
     cases = cases_from(Damping.cr([0.85]), 0.85)
     with pytest.raises(InputError, match="edge of the scan"):
-        match_cases(cases, "CDR", [1600], {"smallest": smallest, "largest": largest, "points": 50})
+        match_cases(cases, "CDR", [1600], Scan(smallest, largest, points=50))
 
 
 def test_without_loss_the_damping_ratio_is_zero_beside_cases_with_loss():
@@ -135,5 +136,5 @@ def test_of_equal_minima_the_smaller_damping_ratio_is_taken(monkeypatch):
     cases = cases_from(Damping.cr([0.85]), 0.85)
     best = match_cases(cases, "CDR", [1600])
     guess = damping_ratio_energy(CURVE, "CDR", 0.85, 0.5)
-    assert best.damping_ratio[0, 0] == pytest.approx(float(guess * np.geomspace(0.3, 3.0, SCAN["points"])[10]))
+    assert best.damping_ratio[0, 0] == pytest.approx(float(guess * np.geomspace(0.3, 3.0, SCAN.points)[10]))
     assert best.local_minima[0, 0] == 2

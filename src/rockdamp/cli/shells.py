@@ -21,8 +21,7 @@ def completion(ctx: click.Context, shell: str) -> None:
     zsh:  add  eval "$(rockdamp completion zsh)"    to ~/.zshrc
     fish: rockdamp completion fish > ~/.config/fish/completions/rockdamp.fish
     """
-    from click.shell_completion import get_completion_class
+    from click.shell_completion import BashComplete, FishComplete, ZshComplete
 
-    made = get_completion_class(shell)
-    assert made is not None
-    click.echo(made(ctx.find_root().command, {}, "rockdamp", VARIABLE).source())
+    completion_of = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
+    click.echo(completion_of[shell](ctx.find_root().command, {}, "rockdamp", VARIABLE).source())

@@ -146,13 +146,12 @@ def respond(
     motion = followed_by_rest(record.ground_acceleration, record.step, tail)
     batch = _Batch(wall, curve, damping, {"scale": scale})
     substeps = batch.steps_within(record.step, step)
-    assert batch.wall is not None
     response = solve(
         batch.curve,
         batch.damping,
         step=batch.frequency * record.step / substeps,
         steps=substeps * (motion.size - 1),
-        load_factor=batch.wall.load_factor * batch.values["scale"],
+        load_factor=batch.load_factor * batch.values["scale"],
         ground_acceleration=motion,
         substeps=substeps,
         store_every=substeps,
@@ -177,6 +176,8 @@ class _Batch:
         The further parameters, an element for each lane.
     frequency, u_ins : ndarray
         p and u_ins, an element for each lane; 1 without a wall. [rad s-1], [m]
+    load_factor : ndarray
+        The wall's, an element for each lane; 0 without a wall. [s2 m-1]
     """
 
     def __init__(
@@ -200,6 +201,7 @@ class _Batch:
         self.values = {name: lanes[name] for name in others}
         self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
+        self.load_factor = np.zeros(()) if self.wall is None else np.asarray(self.wall.load_factor)
 
     def steps_within(self, spacing: float, step: float | None) -> int:
         """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau."""

@@ -275,10 +275,10 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
 
 def sum_of(counts: Iterable[xr.DataArray]) -> xr.DataArray:
     """Add arrays one after the other, so that no more than two are in memory."""
-    total: xr.DataArray | None = None
-    for one in counts:
-        total = one.load() if total is None else total + one.load()
-    assert total is not None
+    arrays = iter(counts)
+    total = next(arrays).load()
+    for count in arrays:
+        total = total + count.load()
     return total
 
 
