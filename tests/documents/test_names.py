@@ -8,7 +8,9 @@ from repository import ROOT
 
 PAGES = [
     str(path.relative_to(ROOT))
-    for path in sorted((*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "data/README.md"))
+    for path in sorted(
+        (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "data/README.md", ROOT / "data/sources.csv")
+    )
 ]
 OF_THE_TREE = [page for page in PAGES if "/add-a-" not in page]  # those name what their readers make, and are executed
 FOLDERS = "src|tests|tools|docs|data|config|workflow|profiles|examples|benchmarks"
