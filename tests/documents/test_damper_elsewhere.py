@@ -93,7 +93,8 @@ def of_compiler(name, language, ending, main, libraries, tmp_path, h):
         pytest.skip(f"there is no {name}")
     source, program = tmp_path / f"damper.{ending}", tmp_path / "damper"
     source.write_text(listing(language) + main, encoding="utf-8")
-    subprocess.run([compiler, "-O2", "-Wall", "-Werror", str(source), "-o", str(program), *libraries], check=True)
+    command = [compiler, "-O2", "-Wall", "-Werror", str(source), "-o", str(program), *libraries]
+    subprocess.run(command, check=True, cwd=tmp_path)  # Fortran writes its module beside
     printed = subprocess.run([str(program), str(h)], check=True, capture_output=True, text=True).stdout
     return np.reshape(np.array(printed.split(), dtype=float), (2, -1))
 
