@@ -27,10 +27,14 @@ PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers o
 
 
 def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> Array:
-    """g(x0; a1, b1, a3) of the closed form, for the model and exponent of `damping` (its xi is not used).
+    r"""Return the factor g of the closed form, for the model and exponent of `damping` (its xi is not used).
 
-    The integral is taken branch by branch in s = sqrt(x0 - x), in which the integrand is smooth up to the turning
-    point, by Gauss and Legendre's rule.
+    .. math::
+        g(x_0; a_1, b_1, a_3) = \frac{V(x_0)}{\int_0^{x_0} \hat{c}(x) \sqrt{2 \, (V(x_0) - V(x))} \, \mathrm{d}x},
+        \qquad C = \xi \, \hat{c}
+
+    Derived in docs/theory.md, section 2. The integral is taken branch by branch in s = sqrt(x0 - x), in which the
+    integrand is smooth up to the turning point, by Gauss and Legendre's rule.
 
     Parameters
     ----------
@@ -43,7 +47,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
 
     Returns
     -------
-    ndarray
+    ndarray, of the shape that the arguments broadcast to
         g. [-]
 
     Raises
@@ -88,9 +92,31 @@ def damping_ratio_energy(
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
 ) -> Array:
-    """Damping ratio by the closed form; for ECD the exact one, which reproduces every peak. [-]
+    r"""Return the damping ratio by the closed form; for ECD the exact one, which reproduces every peak. [-]
 
-    The exponent is used by the general exponent's model, ``"POWER"``, alone.
+    .. math::
+        \xi = g(x_0; a_1, b_1, a_3) \, \delta, \qquad \delta = -\ln e; \qquad
+        \text{ECD:} \quad \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}
+
+    Derived in docs/theory.md, sections 2 and 4; g is `equivalence_factor`.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Broadcasts.
+    damping_model : str
+        A viscous model, or ``"POWER"`` for the general exponent.
+    restitution : float or ndarray
+        e, in (0, 1], broadcasts. [-]
+    release_amplitude : float or ndarray
+        u0/u_ins, in (0, a3), broadcasts. [-]
+    exponent : float or ndarray
+        n of the general exponent, unused by the other models; broadcasts. [-]
+
+    Returns
+    -------
+    ndarray, of the shape that the arguments broadcast to
+        xi. [-]
 
     Raises
     ------
@@ -120,14 +146,14 @@ def damping_ratio_middle(
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
 ) -> Array:
-    """Damping ratio by the closed form at the half cycle's middle energy, second order in the loss. [-]
+    r"""Return the damping ratio by the closed form at the half cycle's middle energy, second order in the loss. [-]
 
     A half cycle from x0 runs from V(x0) to e^2 V(x0). With g at their geometric mean, V(xm) = e V(x0), in place of
     g(x0), the terms of first order cancel, as reversing time turns -xi into xi and exchanges the two peaks:
 
-        xi = pi g(xm) delta/sqrt(pi^2 + delta^2),
+    .. math:: \xi = \pi \, g(x_m) \, \frac{\delta}{\sqrt{\pi^2 + \delta^2}},
 
-    exact for ECD, and for every model on the first branch.
+    exact for ECD, and for every model on the first branch. Parameters as for `damping_ratio_energy`.
 
     Raises
     ------
@@ -142,13 +168,38 @@ def damping_ratio_middle(
 
 
 def exact_ratio(restitution: ArrayLike) -> Array:
-    """xi = delta/sqrt(pi^2 + delta^2): the linear oscillator with one impact per crossing, and ECD on any curve. [-]"""
+    r"""Return the damping ratio of ECD on any curve, and of a linear oscillator with one impact per crossing. [-]
+
+    .. math:: \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}, \qquad \delta = -\ln e
+
+    Parameters
+    ----------
+    restitution : float or ndarray
+        e, in (0, 1]. [-]
+
+    Raises
+    ------
+    InputError
+        If e lies outside (0, 1].
+    """
     delta = 0.0 - np.log(check_restitution(restitution))
     return delta / np.hypot(np.pi, delta)
 
 
 def giannini_masiani(restitution: ArrayLike) -> Array:
-    """xi = 2 (1 - e)/(pi (1 + e)), Eq. (15). [-]
+    r"""Return the damping ratio of Giannini and Masiani, Eq. (15), which knows neither curve nor amplitude. [-]
+
+    .. math:: \xi = \frac{2 \, (1 - e)}{\pi \, (1 + e)}
+
+    Parameters
+    ----------
+    restitution : float or ndarray
+        e, in (0, 1]. [-]
+
+    Returns
+    -------
+    ndarray, shape of `restitution`
+        xi. [-]
 
     Raises
     ------

@@ -19,9 +19,17 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class TrilinearCurve:
-    """Odd tri-linear law f(x), with f = F/(K0 u_ins) and x = u/u_ins (Section 3, Fig. 2).
+    r"""Odd tri-linear law f(x), with f = F/(K0 u_ins) and x = u/u_ins (Section 3, Fig. 2).
 
-    Rises to the plateau at x = a1, leaves it at x = a2 and is zero from x = a3 on. Parameters may be arrays that
+    .. math::
+        f(x) = \begin{cases}
+            b_1 \, x/a_1 & 0 \le x \le a_1 \\
+            b_1 & a_1 \le x \le a_2 \\
+            b_1 \, (a_3 - x)/(a_3 - a_2) & a_2 \le x \le a_3 \\
+            0 & x \ge a_3
+        \end{cases}
+
+    Parameters may be arrays that
     broadcast against each other; every method broadcasts against them too.
 
     Parameters
@@ -146,17 +154,20 @@ class TrilinearCurve:
         return kernels.tangent(np.abs(x), k1, ks, a1, a2, a3)
 
     def secant(self, x: ArrayLike) -> Array:
-        """f(x)/x, and k1 at x = 0 (Eq. 9 holds its square root). [-]"""
+        """f(x)/x, the square of the frequency w(x) of Eq. (9); k1 at x = 0. [-]"""
         k1, b1, ks, _, _, a3 = self.parameters()
         z = np.maximum(np.abs(x), kernels.TINY)
         return kernels.force(z, k1, b1, ks, a3) / z
 
     def energy(self, x: ArrayLike) -> Array:
-        """V(x), the integral of f from 0 to x; constant beyond a3. [-]"""
+        r"""Return the energy that the wall stores at `x`, constant beyond a3. [-]
+
+        .. math:: V(x) = \int_0^x f(s) \, \mathrm{d}s
+        """
         return 0.5 * kernels.double_energy(np.abs(x), *self.parameters())
 
     def amplitude(self, energy: ArrayLike) -> Array:
-        """The x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3].
+        """Return the x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3]. [-]
 
         Raises
         ------
@@ -178,7 +189,19 @@ class TrilinearCurve:
         return np.where(energy <= at_a1, rising, np.where(energy <= at_a2, plateau, falling))
 
     def period(self, x0: ArrayLike) -> Array:
-        """Period of the undamped free vibration of amplitude `x0`, in tau, by closed form on each branch. [-]
+        r"""Return the period of the undamped free vibration of amplitude `x0`, by closed form on each branch. [-]
+
+        .. math:: T(x_0) = 4 \int_0^{x_0} \frac{\mathrm{d}x}{\sqrt{2 \, (V(x_0) - V(x))}}
+
+        Parameters
+        ----------
+        x0 : float or ndarray
+            u0/u_ins, in (0, a3), broadcasts. [-]
+
+        Returns
+        -------
+        ndarray
+            In tau = p t. [-]
 
         Raises
         ------

@@ -113,9 +113,16 @@ class _Mechanism:
         return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
 
     def rigid_period(self, release_amplitude: ArrayLike) -> Array:
-        """Period of free rocking without loss under the rigid law, T = 4 arccosh(1/(1 - u0/u_ins))/p. [s]
+        r"""Return the period of free rocking without loss under the rigid law. [s]
+
+        .. math:: T = \frac{4}{p} \operatorname{arcosh} \frac{1}{1 - u_0/u_\mathrm{ins}}
 
         Housner's result for one block (doi:10.1785/BSSA0530020403), in terms of the wall's own p.
+
+        Parameters
+        ----------
+        release_amplitude : float or ndarray
+            u0/u_ins, in (0, 1), broadcasts. [-]
 
         Raises
         ------
@@ -128,7 +135,15 @@ class _Mechanism:
         return 4 * np.arccosh(1 / (1 - x0)) / self.frequency_parameter
 
     def rigid_force(self, u: ArrayLike) -> Array:
-        """The rigid bi-linear law f_bi(u) = F0 - K0 u for u > 0, odd in u, zero beyond u_ins. [N]"""
+        r"""Return the force of the rigid bi-linear law, which is odd in u. [N]
+
+        .. math:: f_\mathrm{bi}(u) = \max(F_0 - K_0 \, u, \; 0), \qquad u > 0
+
+        Parameters
+        ----------
+        u : float or ndarray
+            Displacement, broadcasts. [m]
+        """
         magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(u), 0.0)
         return np.sign(u) * magnitude
 
@@ -196,7 +211,10 @@ class Wall(_Mechanism):
 
     @property
     def rigid_strength(self) -> Array:
-        """F0, Eq. (5). [N]"""
+        r"""Strength of the rigid wall, Eq. (5), with the overburden O at the eccentricity d. [N]
+
+        .. math:: F_0 = \frac{2 \, (W + O) \, t}{h_1} + \frac{O \, (t + 2 d)}{h_2}
+        """
         t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
         return (
             2 * (self.weight + self.overburden) * t / self.lower_height
@@ -205,18 +223,31 @@ class Wall(_Mechanism):
 
     @property
     def rigid_stiffness(self) -> Array:
-        """K0, the denominator of Eq. (6). [N m-1]"""
+        r"""Negative stiffness of the rigid wall, taken positive: the denominator of Eq. (6). [N m-1]
+
+        .. math:: K_0 = \frac{2 \, (W + O)}{h_1} + \frac{2 \, O}{h_2}
+        """
         return 2 * (self.weight + self.overburden) / self.lower_height + 2 * self.overburden / self.upper_height
 
     @property
     def restitution(self) -> Array:
-        """e_an of Eq. (7), total angular momentum about the new base pivot kept; ignores the top support's impulse."""
+        r"""Restitution that keeps the total angular momentum about the new base pivot, Eq. (7). [-]
+
+        .. math:: e_\mathrm{an} = \frac{h_1 (h_1 + h) - 3 t^2}{h_1 (h_1 + h) + 3 t^2}
+
+        It ignores the top support's impulse.
+        """
         product = self.lower_height * (self.lower_height + self.height)
         return (product - 3 * np.square(self.thickness)) / (product + 3 * np.square(self.thickness))
 
     @property
     def restitution_impulsive(self) -> Array:
-        """e with the impulse of every support: momentum before projected on the motion admissible after."""
+        r"""Restitution with the impulse of every support, for r = h1/h and q = t^2/h^2. [-]
+
+        .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)}
+
+        The momentum before the impact is projected on the motion that is admissible after it.
+        """
         r = np.asarray(self.hinge_ratio)
         q = 1 / self.slenderness**2
         return (2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * (r**2 * (1 - r) + (3 - 2 * r) * q))
@@ -247,21 +278,30 @@ class Parapet(_Mechanism):
 
     @property
     def rigid_strength(self) -> Array:
-        """F0 = [W t + O (t + 2 ecc)]/h. [N]"""
+        r"""Strength of the rigid parapet, with the overburden O at the eccentricity d. [N]
+
+        .. math:: F_0 = \frac{W t + O \, (t + 2 d)}{h}
+        """
         t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
         return (self.weight * t + self.overburden * (t + 2 * ecc)) / self.height
 
     @property
     def rigid_stiffness(self) -> Array:
-        """K0 = (W + 2 O)/h. [N m-1]"""
+        r"""Negative stiffness of the rigid parapet, taken positive. [N m-1]
+
+        .. math:: K_0 = \frac{W + 2 \, O}{h}
+        """
         return (self.weight + 2 * self.overburden) / self.height
 
     @property
     def restitution(self) -> Array:
-        """Housner's e = 1 - 3/2 sin^2(alpha), tan(alpha) = t/h (doi:10.1785/BSSA0530020403)."""
+        r"""Housner's restitution of one block (doi:10.1785/BSSA0530020403). [-]
+
+        .. math:: e = 1 - \frac{3}{2} \sin^2 \alpha, \qquad \tan \alpha = \frac{t}{h}
+        """
         return 1 - 1.5 / (1 + self.slenderness**2)
 
     @property
     def restitution_impulsive(self) -> Array:
-        """The same as `restitution`: with one body and one contact the two principles coincide."""
+        """The same as `restitution`: with one body and one contact the two principles coincide. [-]"""
         return self.restitution
