@@ -102,10 +102,14 @@ def solve(
     scheme: str = "newmark",
     threads: int | None = None,
 ) -> Response:
-    """Integrate Eq. (16), or its undamped form with Eq. (8), for every lane of a batch.
+    r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for every lane of a batch.
 
-    Everything is dimensionless: displacements over u_ins, times tau = p t. Arguments that say so broadcast together;
-    what they broadcast to is the batch.
+    .. math::
+        \ddot{x} + C(x, \dot{x}) \, \dot{x} + f(x) = \gamma \, \ddot{u}_g(\tau); \qquad
+        \text{CR:} \quad C = 0, \quad \dot{x}^+ = e \, \dot{x}^- \quad \text{at} \quad x = 0
+
+    with the `load_factor` :math:`\gamma`. Everything is dimensionless: displacements over u_ins, times tau = p t.
+    Arguments that say so broadcast together; what they broadcast to is the batch.
 
     Parameters
     ----------
