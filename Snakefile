@@ -8,10 +8,11 @@ from snakemake.utils import min_version
 
 from rockdamp.motions import catalogue
 
-from rockdamp.storage import yaml_file
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.between_keys import require_writable, subset, validate
 from rockdamp.errors import InputError, warnings_as_lines
-from rockdamp.storage.provenance import ROOT, code_version, files_of
+from rockdamp.storage.provenance import code_version, files_of
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
 
@@ -50,48 +51,28 @@ onstart:
         raise WorkflowError(str(error)) from None
 
 
-wildcard_constraints:
-    study="|".join(STUDIES),
-
-
 include: "workflow/rules/common.smk"
-include: "workflow/rules/equivalence.smk"
-include: "workflow/rules/validation.smk"
+include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
-include: "workflow/rules/accuracy.smk"
-include: "workflow/rules/natural.smk"
-include: "workflow/rules/population.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 
 
 localrules:
     all,
-    decay,
-    match,
-    equivalence,
-    natural,
 
 
 rule all:
     default_target: True
     input:
-        rules.decay.input,
-        rules.match.input,
-        rules.windows.output,
-        rules.equivalence.input,
-        rules.loops.output,
-        rules.mechanism.output,
-        rules.orders.output,
-        rules.accuracy.output,
-        rules.dispersion.output,
-        rules.pulses.output,
-        rules.validation.output,
-        rules.calibration.output,
-        rules.natural.input,
-        rules.population.output,
+        built(stage.dataset for stage in STAGES.values() if stage.dataset),
+        rules.coefficients.output,
         rules.claims.output,
-        [getattr(rules, figure).output for figure in FIGURES],
+        [drawn(figure) for figure in FIGURES.values()],
         rules.report.output,
     message:
         "Every dataset, every figure and the report are up to date"
+
+
+for each in workflow.rules:  # what `snakemake --list` says of them
+    each.docstring = each.message.replace("{wildcards.", "{")

@@ -6,9 +6,9 @@ with job(snakemake):
     from rockdamp.motions.records import read_record
     from rockdamp.storage import dataset
 
-    unread = {*snakemake.input.code, *snakemake.input.get("watched", [])}
+    unread = {*snakemake.input.code, *snakemake.input.watched}
     paths = [path for path in snakemake.input if path not in unread]
-    opened = dataset.connect if snakemake.params.get("lazy") else dataset.open
+    opened = dataset.connect if snakemake.params.lazy else dataset.open
     inputs = [opened(path) if path.endswith(".nc") else read_record(path) for path in paths]
     config = snakemake.params.config
     with about(paths):

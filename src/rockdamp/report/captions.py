@@ -1,24 +1,16 @@
-"""Captions of the figures. The words are in captions.yaml; every number is computed here, from the dataset drawn."""
+"""Captions of the figures. The words are in the table of figures; every number is computed here, from datasets."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache
-from importlib.resources import files
 from typing import Any, NamedTuple
 
-import numpy as np
 import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS
-from rockdamp.figures.style import nearest, numbers, present
-from rockdamp.figures.validation import is_synthetic
-from rockdamp.report import further
-from rockdamp.report.numbers import listed, number, of_models, percent, plain, ranges
-from rockdamp.storage import yaml_file
-from rockdamp.vocabulary import PAPER_MODELS
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.report import earthquake_captions, further_captions, paper_captions
 
 Data = Mapping[str, xr.Dataset]
 
@@ -31,11 +23,13 @@ class Caption(NamedTuple):
     text: str
 
 
-@cache
-def words() -> dict[str, dict[str, str]]:
-    """Return title, alternative text and caption of each figure, as templates."""
-    text = files("rockdamp.report").joinpath("captions.yaml").read_text(encoding="utf-8")
-    return dict(yaml_file.load(text))
+# A figure's numbers are a function of its name in one of these; a caption without numbers has none.
+NUMBERS: dict[str, Callable[[Data], dict[str, Any]]] = {
+    name: getattr(module, name)
+    for module in (paper_captions, further_captions, earthquake_captions)
+    for name in FIGURES
+    if hasattr(module, name)
+}
 
 
 def caption(name: str, data: Data) -> Caption:
@@ -44,201 +38,10 @@ def caption(name: str, data: Data) -> Caption:
     Raises
     ------
     KeyError
-        If the figure has no caption, or a dataset that it needs is not given.
+        If there is no such figure, or a dataset that its numbers need is not given.
     """
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    values = VARIABLES[name](data)
-    entry = words()[name]
-    parts = [environment.from_string(entry[key]).render(values).strip() for key in ("title", "alternative", "caption")]
+    figure, values = FIGURES[name], NUMBERS[name](data) if name in NUMBERS else {}
+    words = (figure.title, figure.alternative, figure.caption)
+    parts = [environment.from_string(text).render(values).strip() for text in words]
     return Caption(parts[0], Markup(parts[1]).striptags(), Markup(parts[2]))
-
-
-def _per_model(values: xr.DataArray, show: Callable[[Any], str] = number) -> Markup:
-    return of_models({str(model): show(values.sel(damping_model=model)) for model in values["damping_model"].values})
-
-
-def _at(data: xr.DataArray, **wanted: float) -> xr.DataArray:
-    return data.isel({name: nearest(numbers(data.to_dataset(name="_"), name), value) for name, value in wanted.items()})
-
-
-def _fig1(data: Data) -> dict[str, Any]:
-    wall = data["mechanism"]
-    return {
-        "thickness": plain(wall["thickness"]),
-        "height": plain(wall["height"]),
-        "hinge_ratio": plain(wall["hinge_ratio"]),
-        "u_ins": number(1000 * wall["instability_displacement"]),
-    }
-
-
-def _fig2(data: Data) -> dict[str, Any]:
-    curves = data["mechanism"]
-    study, softer = curves.sel(curve_name="tri-linear"), curves.sel(curve_name="steeper")
-    stages = [
-        f"{name}: {plain(one['cracked_stiffness_ratio'])}, {plain(one['plateau_ratio'])}"
-        for name in ("new", "moderate", "severe")
-        for one in [curves.sel(curve_name=name)]
-    ]
-    return {
-        "a1": plain(study["cracked_stiffness_ratio"]),
-        "b1": plain(study["plateau_ratio"]),
-        "a3": plain(softer["ultimate_ratio"]),
-        "stages": "; ".join(stages),
-    }
-
-
-def _fig3(data: Data) -> dict[str, Any]:
-    loops = data["loops"]
-    peak = abs(loops["damping_force"]).max("tau")
-    return {
-        "restitution": plain(loops["restitution"]),
-        "release": plain(loops["release_amplitude"]),
-        "ratios": _per_model(loops["damping_ratio"].dropna("damping_model")),
-        "forces": _per_model(peak.sel(damping_model=loops["viscous_model"].values.tolist()), percent),
-    }
-
-
-def _fig4(data: Data) -> dict[str, Any]:
-    loops = data["loops"]
-    rocking, both = loops["rocking_displacement"], loops["displacement"].sel(damping_model=["CR", "CDR"])
-    difference = ((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau") ** 0.5
-    apart = (both.diff("damping_model") ** 2).mean() ** 0.5
-    return {
-        "rocking_restitution": plain(loops["rocking_restitution"]),
-        "slender": number(difference.sel(rocking_model="slender"), 2),
-        "large": number(difference.sel(rocking_model="large rotation"), 2),
-        "length": plain(loops["tau"].max()),
-        "restitution": plain(loops["restitution"]),
-        "ratio": number(loops["damping_ratio"].sel(damping_model="CDR")),
-        "apart": number(apart, 2),
-    }
-
-
-def _fig5(data: Data) -> dict[str, Any]:
-    ratio = data["match/amplitude"]["damping_ratio"]
-    values = numbers(data["match/amplitude"], "release_amplitude")
-    chosen = sorted(values[index] for index in present(values, PAPER_AMPLITUDES))
-    at = _at(ratio, restitution=float(data["loops"]["restitution"]))
-    low, high = (at.sel(release_amplitude=value) for value in (chosen[0], chosen[-1]))
-    changes = {
-        str(model): f"{number(low.sel(damping_model=model))} to {number(high.sel(damping_model=model))}"
-        for model in ratio["damping_model"].values
-    }
-    return {
-        "restitution": plain(at["restitution"]),
-        "low": plain(chosen[0]),
-        "high": plain(chosen[-1]),
-        "changes": of_models({model: Markup(text) for model, text in changes.items()}),
-        "window": plain(data["match/amplitude"]["window"]),
-    }
-
-
-def _spread(values: xr.DataArray, dim: str) -> xr.DataArray:
-    return (values.max(dim) - values.min(dim)) / values.mean(dim)
-
-
-def _fig6(data: Data) -> dict[str, Any]:
-    slenderness, overburden, cracked = (
-        data[f"match/{name}"] for name in ("slenderness", "overburden", "cracked_stiffness")
-    )
-    walls = ((slenderness, "slenderness"), (overburden, "overburden_ratio"))
-    alike = max(float(_spread(one["damping_ratio"], dim).max()) for one, dim in walls)
-    seconds = max(float(_spread(one["damping_ratio_fixed_seconds"], dim).max()) for one, dim in walls)
-    b1 = cracked["plateau_ratio"].values
-    shown = cracked["damping_ratio"].isel(cracked_stiffness_ratio=np.isclose(b1, b1[0]))
-    a1 = numbers(shown.to_dataset(name="_"), "cracked_stiffness_ratio")
-    at = _at(shown, restitution=float(data["loops"]["restitution"]))
-    ends = (at.isel(cracked_stiffness_ratio=index) for index in (0, -1))
-    first, last = ends
-    changes = {
-        str(model): Markup("{} to {}").format(
-            number(first.sel(damping_model=model)), number(last.sel(damping_model=model))
-        )
-        for model in shown["damping_model"].values
-    }
-    return {
-        "alike": percent(alike),
-        "seconds": percent(seconds),
-        "slenderness": f"{plain(slenderness['slenderness'].min())} to {plain(slenderness['slenderness'].max())}",
-        "overburden": f"{plain(overburden['overburden_ratio'].min())} to {plain(overburden['overburden_ratio'].max())}",
-        "a1_low": plain(a1[0]),
-        "a1_high": plain(a1[-1]),
-        "restitution": plain(at["restitution"]),
-        "changes": of_models(changes),
-    }
-
-
-def _fig6_error(data: Data) -> dict[str, Any]:
-    one = data["match/amplitude"]
-    release = numbers(one, "release_amplitude")
-    one = one.isel(release_amplitude=nearest(release, REFERENCE_AMPLITUDE))
-    error = one["error"].sel(damping_model=list(PAPER_MODELS))
-    lowest = error["damping_model"].values[error.argmin("damping_model").values]
-    e = numbers(one, "restitution")
-    return {
-        "release": plain(one["release_amplitude"]),
-        "lowest": listed(
-            Markup("{} at e = {}").format(model, ranges(e, lowest == model))
-            for model in PAPER_MODELS
-            if (lowest == model).any()
-        ),
-        "window": plain(one["window"]),
-        "largest": _per_model(one["rms_error"].max("restitution"), lambda value: number(value, 2)),
-    }
-
-
-def _fig7(data: Data) -> dict[str, Any]:
-    fits = data["equivalence"]
-    index = nearest(numbers(fits, "cracked_stiffness_ratio"), REFERENCE_CRACKED_STIFFNESS)
-    at = fits.isel(
-        cracked_stiffness_ratio=index,
-        restitution=nearest(numbers(fits, "restitution"), float(data["loops"]["restitution"])),
-    )
-    return {
-        "r_squared": f"{np.floor(1e4 * float(fits['r_squared'].min())) / 1e4:.4f}",
-        "residual": number(fits["largest_residual"].max(), 2),
-        "restitution": plain(at["restitution"]),
-        "a1": plain(at["cracked_stiffness_ratio"]),
-        "fits": _per_model(at["damping_ratio_fit"]),
-        "giannini_masiani": number(at["giannini_masiani"]),
-    }
-
-
-def _fig8(data: Data) -> dict[str, Any]:
-    test = data["validation"]
-    return {
-        "synthetic": is_synthetic(test),
-        "specimen": str(test.attrs.get("record_specimen", "not stated")),
-        "restitution": plain(test["restitution"]),
-        "peak": number(1000 * test["measured_peak_displacement"]),
-        "peak_ratios": _per_model(test["peak_ratio_to_measured"], lambda value: number(value, 2)),
-        "half_cycles": int(test.sizes["half_cycle"]),
-        "decay_misfits": _per_model(1000 * test["decay_peak_misfit"], lambda value: number(value, 2)),
-    }
-
-
-def _fig_orders(data: Data) -> dict[str, Any]:
-    orders = data["orders"]
-    own, printed = (orders.sel(scheme=name) for name in ("newmark", "paper"))
-    frozen = printed["finest_order"].sel(damping_model=["CR", "CDR", "SDR", "ECD"])
-    constant = printed["finest_order"].sel(damping_model="CDC")
-    span = {
-        name: f"{float(values.min()):.2f} to {float(values.max()):.2f}"
-        for name, values in (("own", own["order"]), ("frozen", frozen), ("constant", constant))
-    }
-    return {**span, "finest": plain(orders["step"].min())}
-
-
-VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
-    "fig1": _fig1,
-    "fig2": _fig2,
-    "fig3": _fig3,
-    "fig4": _fig4,
-    "fig5": _fig5,
-    "fig6": _fig6,
-    "fig6_error": _fig6_error,
-    "fig7": _fig7,
-    "fig8": _fig8,
-    "fig_orders": _fig_orders,
-    **further.VARIABLES,
-}

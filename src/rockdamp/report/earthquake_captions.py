@@ -41,7 +41,7 @@ def _by_damper(one: xr.Dataset, show: Callable[[xr.Dataset], Markup]) -> Markup:
     return of_models({model: show(one.sel(damping_model=model)) for model in dampers(one)})
 
 
-def _natural(data: Data) -> dict[str, Any]:
+def fig_natural(data: Data) -> dict[str, Any]:
     one = _drawn(data)
     return {
         "records": int(one["records"]),
@@ -57,7 +57,7 @@ def _natural(data: Data) -> dict[str, Any]:
     }
 
 
-def _ratio(data: Data) -> dict[str, Any]:
+def fig_natural_ratio(data: Data) -> dict[str, Any]:
     one = _drawn(data).isel(band=0)
     return {
         "restitution": plain(one["restitution"]),
@@ -66,7 +66,7 @@ def _ratio(data: Data) -> dict[str, Any]:
     }
 
 
-def _ida(data: Data) -> dict[str, Any]:
+def fig_ida(data: Data) -> dict[str, Any]:
     one = _drawn(data)
     medians = one["fractile"].isel(probability=one.sizes["probability"] // 2)
     apart = abs(medians / medians.sel(damping_model="CR") - 1)
@@ -83,7 +83,7 @@ def _ida(data: Data) -> dict[str, Any]:
     }
 
 
-def _fragility(data: Data) -> dict[str, Any]:
+def fig_fragility(data: Data) -> dict[str, Any]:
     one = _drawn(data)
     cr = one.sel(damping_model="CR")
     return {
@@ -94,7 +94,7 @@ def _fragility(data: Data) -> dict[str, Any]:
     }
 
 
-def _population(data: Data) -> dict[str, Any]:
+def fig_population(data: Data) -> dict[str, Any]:
     one = data["population"]
     index = one["sensitivity"].sel(damping_model="CR")
     order = np.argsort(-np.nan_to_num(index.values))[:3]
@@ -116,12 +116,3 @@ def _population(data: Data) -> dict[str, Any]:
             for i in order
         ),
     }
-
-
-VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
-    "fig_natural": _natural,
-    "fig_natural_ratio": _ratio,
-    "fig_ida": _ida,
-    "fig_fragility": _fragility,
-    "fig_population": _population,
-}

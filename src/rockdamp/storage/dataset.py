@@ -1,7 +1,4 @@
-"""Check datasets against the registry, and write and open them as NetCDF.
-
-`python -m rockdamp.storage.dataset` prints the data dictionary.
-"""
+"""Check datasets against the registry, and write and open them as NetCDF."""
 
 from __future__ import annotations
 
@@ -205,40 +202,6 @@ def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
     return found
 
 
-def dictionary() -> Iterator[str]:
-    """Yield the lines of the data dictionary, results/README.md."""
-    yield from (
-        "# Data dictionary",
-        "",
-        "Generated from `src/rockdamp/storage/variables.yaml` by `python -m rockdamp.storage.dataset`. Files are",
-        f"NetCDF-4 under {CONVENTIONS}; each opens with `xarray.open_dataset`. `STUDY` stands for the",
-        "dimension that a study varies:",
-        "",
-        "| `{study}` | dimension |",
-        "|---|---|",
-        *(f"| `{study}` | `{parameter}` |" for study, parameter in STUDIES.items()),
-        "",
-        "Every file also has the attributes `title`, `source`, `references`, `Conventions`, `config_sha256` (digest",
-        "of the part of the config that it depends on) and `code_version` (version and digest of the modules that it",
-        "depends on).",
-    )
-    for entry in registry()["datasets"].values():
-        used = f" Used by {entry['used_by']}." if entry["used_by"] else ""
-        used += f" Not built: `{entry['written_by']}` writes such a file." if "written_by" in entry else ""
-        yield from ("", f"## `{entry['file']}`", "", f"{entry['title']}.{used}", "")
-        yield from ("| variable | dimensions | units | meaning | symbol |", "|---|---|---|---|---|")
-        for name, variable in entry["variables"].items():
-            dims = ", ".join(f"`{dim}`" for dim in variable["dims"]) or "(none)"
-            some = " (some studies)" if variable.get("optional") else ""
-            meaning = "the study's parameter" if name == "STUDY" else variable["long_name"] + some
-            symbol = variable.get("symbol", "")
-            yield f"| `{name}` | {dims} | {variable.get('units', '')} | {meaning} | {symbol} |"
-
-
 def text_values(dataset: xr.Dataset, name: str) -> list[str]:
     """Return a text coordinate as Python strings."""
     return [str(value) for value in np.asarray(dataset[name].values)]
-
-
-if __name__ == "__main__":
-    print("\n".join(dictionary()))

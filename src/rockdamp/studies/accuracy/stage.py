@@ -21,29 +21,20 @@ from rockdamp.studies.settings import AccuracySettings
 from rockdamp.vocabulary import MODELS, STUDIES
 
 
-def accuracy(
-    config: Config,
-    amplitude: xr.Dataset,
-    slenderness: xr.Dataset,
-    overburden: xr.Dataset,
-    cracked_stiffness: xr.Dataset,
-    loops: xr.Dataset,
-    *decays: xr.Dataset,
-) -> xr.Dataset:
+def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.Dataset:
     """Measure how accurate the published numbers are.
 
     Parameters
     ----------
     config : dict
         Has the keys of `AccuracySettings`.
-    amplitude, slenderness, overburden, cracked_stiffness : xarray.Dataset
-        What `matching_studies.match` returned for each study.
     loops : xarray.Dataset
-        What `loops.loops` returned.
-    *decays : xarray.Dataset
-        What `decay.study` returned for each study, in the order of `STUDIES`.
+        What `damping_loops.loops` returned.
+    *of_studies : xarray.Dataset
+        What `matches.match` returned for each study, in the order of `STUDIES`, then what `decays.study` did.
     """
-    matches = dict(zip(STUDIES, (amplitude, slenderness, overburden, cracked_stiffness), strict=True))
+    matches = dict(zip(STUDIES, of_studies[: len(STUDIES)], strict=True))
+    decays = dict(zip(STUDIES, of_studies[len(STUDIES) :], strict=True))
     given = AccuracySettings.of(config)
     step, scheme, seed, rigid = given.solver.step, given.solver.scheme, given.accuracy.seed, given.accuracy.rigid
     studies = {name: given.study(name) for name in STUDIES}
@@ -72,7 +63,7 @@ def accuracy(
             peaks=rigid.peaks,
         ),
         energy_audit.residuals(ensemble, step),
-        energy_audit.stored(audited["reference"], dict(zip(STUDIES, decays, strict=True)), studies, step),
+        energy_audit.stored(audited["reference"], decays, studies, step),
         energy_audit.losses(audited, given.release_amplitude, step),
     ]
     return xr.merge(parts, compat="no_conflicts", join="exact")

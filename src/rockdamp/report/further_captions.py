@@ -11,7 +11,6 @@ from markupsafe import Markup
 
 from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
 from rockdamp.figures.style import nearest, numbers
-from rockdamp.report import earthquake_captions
 from rockdamp.report.earthquake_captions import known
 from rockdamp.report.numbers import number, of_models, percent, plain
 
@@ -31,7 +30,7 @@ def _by_model(values: xr.DataArray, show: Callable[[xr.DataArray], str], dim: st
     )
 
 
-def _dispersion(data: Data) -> dict[str, Any]:
+def fig_dispersion(data: Data) -> dict[str, Any]:
     dispersion = data["dispersion"]
     one = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
     return {
@@ -43,7 +42,7 @@ def _dispersion(data: Data) -> dict[str, Any]:
     }
 
 
-def _exponent(data: Data) -> dict[str, Any]:
+def fig_exponent(data: Data) -> dict[str, Any]:
     dispersion = data["dispersion"]
     best, spread = dispersion["map_best_exponent"], dispersion["map_spread"]
     return {
@@ -56,7 +55,7 @@ def _exponent(data: Data) -> dict[str, Any]:
     }
 
 
-def _closed_form(data: Data) -> dict[str, Any]:
+def fig_closed_form(data: Data) -> dict[str, Any]:
     dispersion = data["dispersion"]
     one = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
     closed = one["damping_ratio_energy"]
@@ -73,7 +72,7 @@ def _closed_form(data: Data) -> dict[str, Any]:
     }
 
 
-def _pulses(data: Data) -> dict[str, Any]:
+def fig_pulses(data: Data) -> dict[str, Any]:
     pulses = data["pulses"]
     one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
     medians = {
@@ -95,7 +94,7 @@ def _pulses(data: Data) -> dict[str, Any]:
     }
 
 
-def _spectra(data: Data) -> dict[str, Any]:
+def fig_spectra(data: Data) -> dict[str, Any]:
     pulses = data["pulses"]
     one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
     fell = one["reference_collapsed"] == 1
@@ -111,7 +110,7 @@ def _spectra(data: Data) -> dict[str, Any]:
     }
 
 
-def _accuracy(data: Data) -> dict[str, Any]:
+def fig_accuracy(data: Data) -> dict[str, Any]:
     accuracy = data["accuracy"]
     orders = accuracy["order"]
     shares = accuracy["share_within_thousandth"]
@@ -128,7 +127,7 @@ def _accuracy(data: Data) -> dict[str, Any]:
     }
 
 
-def _rigid(data: Data) -> dict[str, Any]:
+def fig_rigid(data: Data) -> dict[str, Any]:
     accuracy = data["accuracy"]
     away = abs(accuracy["rocking_difference"]).max(["hinge_ratio", "rocking_release_amplitude"])
     slenderness = accuracy["slenderness"].values
@@ -141,15 +140,3 @@ def _rigid(data: Data) -> dict[str, Any]:
         told[f"{name}_peaks"] = percent(one.sel(rocking_feature="peaks"))
         told[f"{name}_p"] = percent(one.sel(rocking_feature="p"))
     return told
-
-
-VARIABLES: dict[str, Callable[[Data], dict[str, Any]]] = {
-    "fig_dispersion": _dispersion,
-    "fig_exponent": _exponent,
-    "fig_closed_form": _closed_form,
-    "fig_pulses": _pulses,
-    "fig_accuracy": _accuracy,
-    "fig_rigid": _rigid,
-    "fig_spectra": _spectra,
-    **earthquake_captions.VARIABLES,
-}

@@ -1,0 +1,39 @@
+"""The table of figures, figures.yaml; cheap to read, as stages.py is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+from rockdamp.storage import yaml_file
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """What a figure shows and what is said of it; figures.yaml says what each entry means."""
+
+    name: str
+    module: str
+    inputs: Sequence[str]
+    title: str
+    alternative: str
+    caption: str
+
+    @property
+    def function(self) -> str:
+        """Full name of the function that draws it."""
+        return f"rockdamp.figures.{self.module}.{self.name}"
+
+    @property
+    def number(self) -> str:
+        """Its name in the paper, ``Fig. 7``; empty for a figure beyond the paper."""
+        return self.title.rpartition(": ")[0] if "Fig. " in self.title else ""
+
+
+FIGURES = {
+    name: Drawing(name=name, **entry)
+    for name, entry in yaml_file.load(
+        files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8")
+    ).items()
+}

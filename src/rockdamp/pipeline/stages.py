@@ -1,0 +1,74 @@
+"""The table of stages, stages.yaml, with the titles of their datasets from storage/variables.yaml.
+
+The Snakefile reads it at every start, so it imports nothing that takes long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+from rockdamp.storage import yaml_file
+from rockdamp.vocabulary import STUDIES
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """What is computed, by which function, from what; stages.yaml says what each entry means."""
+
+    name: str
+    title: str
+    file: str
+    rule: str
+    function: str = ""
+    inputs: Sequence[str] = ()
+    config: Sequence[str] = ()
+    threads: int = 1
+    record: str = ""
+    motions: str = ""
+    lazy: bool = False
+    intermediate: bool = False
+
+    @property
+    def module(self) -> str:
+        """Full name of the module of its function."""
+        return self.function.rpartition(".")[0]
+
+    @property
+    def dataset(self) -> str:
+        """Its file without suffix, ``match/{study}``; empty where it writes no dataset."""
+        return self.file.removesuffix(".nc") if self.file.endswith(".nc") else ""
+
+
+def _read() -> dict[str, Stage]:
+    table, registry = (
+        yaml_file.load(files("rockdamp").joinpath(name).read_text(encoding="utf-8"))
+        for name in ("pipeline/stages.yaml", "storage/variables.yaml")
+    )
+
+    def stage(name: str, entry: dict[str, Any]) -> Stage:
+        title = registry["datasets"][name]["title"] if entry["file"].endswith(".nc") else entry["title"]
+        return Stage(**{"rule": name, "title": title, **entry, "name": name})
+
+    return {name: stage(name, entry) for name, entry in table.items()}
+
+
+STAGES = _read()
+
+
+def each_study(dataset: str) -> list[str]:
+    """Return the names that ``match/{study}`` stands for; any other name stands for itself."""
+    return [dataset.replace("{study}", study) for study in STUDIES] if "{study}" in dataset else [dataset]
+
+
+def writes(stage: Stage, dataset: str) -> bool:
+    """Say whether a stage writes a dataset, named as an input is: ``match/amplitude`` or ``match/{study}``."""
+    return dataset in (stage.dataset, *each_study(stage.dataset))
+
+
+def reported() -> list[str]:
+    """Return the names of the datasets that the report is given, in the order of the table."""
+    given = [stage.dataset for stage in STAGES.values() if stage.dataset and not stage.intermediate]
+    return [name for dataset in given for name in each_study(dataset)]

@@ -1,0 +1,88 @@
+"""A rule for each dataset, from the table of stages: src/rockdamp/pipeline/stages.yaml."""
+
+
+wildcard_constraints:
+    study="|".join(STUDIES),
+    share=r"\d+",
+
+
+for stage in STAGES.values():
+    if stage.dataset:
+
+        rule:
+            name:
+                stage.rule
+            input:
+                [stated(stage.record)] if stage.record else [],
+                built(stage.inputs, stage),
+                watched=motions(stage),
+                code=code(stage.module),
+            output:
+                f"{RESULTS}/{stage.file}",
+            log:
+                f"{LOGS}/{stage.dataset}.log",
+            threads: stage.threads
+            params:
+                function=stage.function,
+                kind=stage.name,
+                lazy=stage.lazy,
+                version=version(stage.module),
+                config=part(*stage.config),
+            message:
+                said(stage)
+            script:
+                "../scripts/dataset.py"
+
+
+rule coefficients:
+    input:
+        built(STAGES["coefficients"].inputs),
+        code=code(STAGES["coefficients"].module),
+    output:
+        f"{RESULTS}/{STAGES['coefficients'].file}",
+    log:
+        f"{LOGS}/coefficients.log",
+    params:
+        function=STAGES["coefficients"].function,
+        version=version(STAGES["coefficients"].module),
+    message:
+        said(STAGES["coefficients"])
+    script:
+        "../scripts/table.py"
+
+
+# Targets that stand for several files.
+localrules:
+    decay,
+    match,
+    equivalence,
+    natural,
+
+
+rule decay:
+    input:
+        built(["decay/{study}"]),
+    message:
+        "The free decays of every study"
+
+
+rule match:
+    input:
+        built(["match/{study}"]),
+    message:
+        "The matched damping ratios of every study"
+
+
+rule equivalence:
+    input:
+        built(["equivalence"]),
+        rules.coefficients.output,
+    message:
+        "The polynomials, as a dataset and as a table"
+
+
+rule natural:
+    input:
+        built(["natural", "natural/check", "comparison"]),
+    message:
+        "The study of earthquakes"
