@@ -4,10 +4,10 @@ import made_up_earthquakes as earthquakes
 import made_up_studies
 import numpy as np
 import pytest
+from figure_functions import FIGURES
 from matplotlib.colors import to_rgb
 from scipy.special import ndtr
 
-from rockdamp.figures import FIGURES
 from rockdamp.figures.collapse import envelope
 from rockdamp.figures.style import MODELS
 

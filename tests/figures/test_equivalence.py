@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from figure_functions import FIGURES
 from figure_reading import all_text, drawn, labelled, lines, shows
 from made_up_studies import STEPS, VISCOUS, E, equivalence, made_up, match
 
-from rockdamp.figures import FIGURES
 from rockdamp.figures.equivalence import PAPER_RANGE
 from rockdamp.figures.style import MODELS
 
 
 def test_fig5_shows_the_papers_amplitudes_and_no_others_with_the_closed_form():
-    data = made_up()["amplitude"]
+    data = made_up()["match/amplitude"]
     for model, axes in zip(VISCOUS, drawn("fig5").axes, strict=True):
         assert axes.get_title().startswith(model)
         assert len(lines(axes)) == 6
@@ -34,7 +34,7 @@ def test_fig6_shows_every_wall_and_what_a_length_in_seconds_changes():
         (panels[0], panels[1], "slenderness", "slenderness"),
         (panels[2], panels[3], "overburden", "overburden_ratio"),
     ):
-        data = made_up()[name]
+        data = made_up()[f"match/{name}"]
         for column, model in enumerate(VISCOUS):
             for value in data[parameter].values:
                 one = data.sel({"damping_model": model, parameter: value})
@@ -45,7 +45,7 @@ def test_fig6_shows_every_wall_and_what_a_length_in_seconds_changes():
 
 
 def test_fig6_shows_a1_only_where_the_plateau_is_the_first_ones():
-    row, data = np.reshape(drawn("fig6").axes, (5, 4))[4], made_up()["cracked_stiffness"]
+    row, data = np.reshape(drawn("fig6").axes, (5, 4))[4], made_up()["match/cracked_stiffness"]
     for axes, model in zip(row, VISCOUS, strict=True):
         assert len(lines(axes)) == 3
         for a1 in (0.02, 0.04, 0.14):
@@ -56,7 +56,7 @@ def test_fig6_shows_a1_only_where_the_plateau_is_the_first_ones():
 
 
 def test_fig6_error_shows_the_root_of_err_and_the_papers_range():
-    axes, data = drawn("fig6_error").axes[0], made_up()["amplitude"].sel(release_amplitude=0.5)
+    axes, data = drawn("fig6_error").axes[0], made_up()["match/amplitude"].sel(release_amplitude=0.5)
     for model in VISCOUS:
         assert labelled(axes, model).get_ydata() == pytest.approx(
             np.sqrt(data["error"].sel(damping_model=model).values)

@@ -9,18 +9,12 @@ from figure_reading import INPUTS, all_text, drawn, texts
 from made_up_studies import ALL, VISCOUS
 from matplotlib.colors import to_rgb
 
-from rockdamp.figures import FIGURES
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, MODELS, SINGLE_COLUMN, shades
 
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
 
 
 # --- every figure ----------------------------------------------------------------------------------------------------
-
-
-def test_every_figure_of_the_paper_is_there():
-    elsewhere = ["fig_accuracy", "fig_rigid"]  # in studies/accuracy/test_stage.py, beside what makes their dataset
-    assert sorted(FIGURES) == sorted([*INPUTS, *elsewhere])
 
 
 @pytest.mark.parametrize("name", INPUTS)

@@ -10,7 +10,7 @@ import pytest
 from figure_reading import draw
 from matplotlib.figure import Figure
 
-from rockdamp.figures import save
+from rockdamp.figures.output import save
 from rockdamp.figures.style import INCH, SINGLE_COLUMN
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from figure_functions import FIGURES
 from figure_reading import all_text, drawn, panel_titled, shows
 from made_up_studies import ALL, made_up, validation
 
-from rockdamp.figures import FIGURES
 from rockdamp.figures.validation import shown
 
 

@@ -6,11 +6,11 @@ import re
 import numpy as np
 import pytest
 import yaml
+from figure_functions import FIGURES
 from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy, exact_ratio
 from rockdamp.errors import InputError
-from rockdamp.figures import FIGURES
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from figure_functions import FIGURES
 from repository import ROOT
 
 from rockdamp.config.between_keys import check
 from rockdamp.equivalence.closed_form import equivalence_factor, exact_ratio
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.errors import InputError
-from rockdamp.figures import FIGURES
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven

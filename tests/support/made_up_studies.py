@@ -271,10 +271,10 @@ def made_up():
     return {
         "mechanism": mechanism(),
         "loops": loops(),
-        "amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),
-        "slenderness": match("slenderness", [10, 15, 30], fixed=True),
-        "overburden": match("overburden_ratio", [0, 1, 8], fixed=True),
-        "cracked_stiffness": match(
+        "match/amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),
+        "match/slenderness": match("slenderness", [10, 15, 30], fixed=True),
+        "match/overburden": match("overburden_ratio", [0, 1, 8], fixed=True),
+        "match/cracked_stiffness": match(
             "cracked_stiffness_ratio", [0.02, 0.04, 0.14, 0.17], plateau=[0.85, 0.85, 0.85, 0.75]
         ),
         "equivalence": equivalence(),

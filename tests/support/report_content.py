@@ -9,26 +9,11 @@ import yaml
 from PIL import Image
 from repository import ROOT
 
-from rockdamp.figures import FIGURES
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.stages import STAGES, reported, writes
 from rockdamp.report import Content
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
-
-KINDS = (
-    "mechanism",
-    "loops",
-    "equivalence",
-    "validation",
-    "calibration",
-    "windows",
-    "orders",
-    "accuracy",
-    "dispersion",
-    "pulses",
-    "explorer",
-    "comparison",
-    "population",
-)
 
 COORDINATES = {
     "damping_model": list(MODELS),
@@ -91,6 +76,12 @@ def made_up(kind, parameter=None):
     return made.assign_attrs(attributes | record, code_version=f"0.0.0+{kind}")
 
 
+def of_name(name):
+    """A dataset by the name that it has as an input: ``match/amplitude``."""
+    (kind,) = [stage.name for stage in STAGES.values() if stage.dataset and writes(stage, name)]
+    return made_up(kind, STUDIES.get(name.rpartition("/")[2]))
+
+
 def coordinate(kind, dim):
     if dim == "damping_model" and kind in WITHOUT_CR:
         return [*VISCOUS_MODELS, "POWER"] if kind == "dispersion" else list(VISCOUS_MODELS)
@@ -104,9 +95,6 @@ def png(width, height):
 
 
 def content():
-    datasets = {kind: made_up(kind) for kind in KINDS}
-    datasets |= {f"match/{study}": made_up("match", parameter) for study, parameter in STUDIES.items()}
-    datasets |= {f"natural/{name}": made_up(f"natural_{name}") for name in ("walls", "check")}
     verdicts = ("reproduced", "reproduced under conditions", "not reproduced")
     claims = [
         {
@@ -134,7 +122,7 @@ def content():
         claims=claims,
         errata=errata,
         figures={name: png(300 if index % 2 else 150, 100 + index) for index, name in enumerate(FIGURES)},
-        datasets=datasets,
+        datasets={name: of_name(name) for name in reported()},
         assumptions=(ROOT / "docs/assumptions.md").read_text(encoding="utf-8"),
         citation=(ROOT / "CITATION.cff").read_text(encoding="utf-8"),
         config=yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")),

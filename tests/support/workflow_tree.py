@@ -38,7 +38,7 @@ class Tree:
         return subprocess.run(command, cwd=self.place, env=self.environment, capture_output=True, text=True)
 
     def planned(self, overlay=None):
-        """Jobs that a run would execute: rules with the number of their jobs."""
+        """Jobs that a run would execute: rules with the number of their jobs, without `all`."""
         run = self.snakemake("--dry-run", overlay=overlay)
         assert run.returncode == 0, run.stdout + run.stderr
         text = run.stdout + run.stderr
@@ -46,7 +46,7 @@ class Tree:
             return {}
         table = text.partition("Job stats:")[2].partition("total")[0]
         jobs = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE)}
-        return jobs
+        return {name: count for name, count in jobs.items() if name != "all"}
 
     def digests(self, folder="results"):
         files = sorted(path for path in (self.place / folder).rglob("*") if path.is_file())

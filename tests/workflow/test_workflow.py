@@ -10,44 +10,25 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from pipeline_graph import jobs_after
 from repository import ROOT
 from workflow_tree import Tree
 
-from rockdamp import figures
-from rockdamp.storage import dataset
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.stages import STAGES, each_study
 from rockdamp.vocabulary import STUDIES
 
 pytestmark = pytest.mark.workflow
 
 RESULTS = "results/minimal"
-# The chain from a wall to Fig. 8; what goes beyond it is held by the registry and the list of figures.
-FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8", "fig_orders"]
-DATASETS = [
-    *(f"{kind}/{study}.nc" for kind in ("decay", "match") for study in STUDIES),
-    *(f"{name}.nc" for name in ("windows", "equivalence", "loops", "mechanism", "orders", "validation", "calibration")),
-]
+WHOLE = [stage for stage in STAGES.values() if "{share}" not in stage.file]
+DATASETS = [f"{name}.nc" for stage in WHOLE if stage.dataset for name in each_study(stage.dataset)]
 OUTPUTS = [
     *DATASETS,
-    "coefficients.csv",
-    "claims.csv",
+    *(stage.file for stage in WHOLE if not stage.dataset),
     "errata.csv",
     *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
 ]
-RULES = [
-    "decay_study",
-    "match_study",
-    "windows",
-    "equivalence_fit",
-    "coefficients",
-    "loops",
-    "mechanism",
-    "orders",
-    "validation",
-    "calibration",
-    *FIGURES,
-]
-STUDY_JOBS = {"decay_study": len(STUDIES), "match_study": len(STUDIES)}
-STAGES = ["decay", "match", "windows", "equivalence", "validation", "calibration", "orders"]
 
 
 @pytest.fixture(scope="module")
@@ -83,28 +64,19 @@ def edited(tree):
         path.write_text(text, encoding="utf-8")
 
 
-def chain(jobs):
-    """Those of the chain, without the rules that only gather what others build."""
-    return {name: count for name, count in jobs.items() if name in RULES}
-
-
 # --- building -------------------------------------------------------------------------------------------------------
 
 
 def test_the_minimal_config_builds_every_dataset_table_and_figure(tree):
     built = {name.removeprefix(f"{RESULTS}/") for name in tree.digests(RESULTS)}
     assert set(OUTPUTS) <= built
-    assert {Path(name).stem for name in built if name.startswith("figures/")} == set(figures.FIGURES)
+    assert {Path(name).stem for name in built if name.startswith("figures/")} == set(FIGURES)
 
 
-def test_every_dataset_that_is_built_is_in_the_registry(tree):
-    registered = {
-        entry["file"].format(study=study, share="*")
-        for entry in dataset.registry()["datasets"].values()
-        for study in STUDIES
-    }
+def test_every_dataset_that_is_built_is_in_the_table(tree):
+    patterns = [stage.file.format(study=study, share="*") for stage in STAGES.values() for study in STUDIES]
     built = [path.relative_to(tree.place / RESULTS) for path in (tree.place / RESULTS).rglob("*.nc")]
-    assert [path for path in built if not any(path.match(pattern) for pattern in registered)] == []
+    assert [path for path in built if not any(path.match(pattern) for pattern in patterns)] == []
 
 
 def test_the_minimal_config_leaves_the_full_results_alone(tree):
@@ -132,9 +104,18 @@ def test_after_a_build_nothing_is_left_to_do(tree):
 
 
 def test_every_stage_and_figure_can_be_asked_for_by_name(tree):
-    run = tree.snakemake("--dry-run", *STAGES, *FIGURES)
+    run = tree.snakemake("--dry-run", *(stage.name for stage in WHOLE), *FIGURES, "report")
     assert run.returncode == 0, run.stderr
     assert "Nothing to be done" in run.stdout + run.stderr
+
+
+def test_each_rule_is_listed_with_the_sentence_of_its_table(tree):
+    run = tree.snakemake("--list")
+    assert run.returncode == 0, run.stderr
+    listed = set(run.stdout.splitlines())
+    assert {f"{name} ({figure.title})" for name, figure in FIGURES.items()} <= listed
+    assert f"windows ({STAGES['windows'].title})" in listed
+    assert f"match_study ({STAGES['match'].title}: study {{study}})" in listed
 
 
 def test_an_unknown_study_is_no_target(tree):
@@ -166,45 +147,37 @@ def test_snakemakes_own_report_shows_every_figure_with_caption_category_and_labe
     run = tree.snakemake("--report", "own-report.html")
     assert run.returncode == 0, run.stdout + run.stderr
     html = (tree.place / "own-report.html").read_text(encoding="utf-8")
-    for name in figures.FIGURES:
+    for name, figure in FIGURES.items():
         assert f"{RESULTS}/figures/{name}.png" in html
-    for text in ("Figures of the paper", "Beyond the paper", "the mechanism", "Second-order polynomials"):
+        assert figure.alternative in html
+    for text in ("Figures of the paper", "Beyond the paper", "the mechanism", "peak against peak"):
         assert text in html
 
 
 # --- running again --------------------------------------------------------------------------------------------------
 
-CHANGES = [
-    ("figures: {resolution: 90}", dict.fromkeys(FIGURES, 1)),
-    ("validation: {restitution: 0.84}", {"validation": 1, "fig8": 1}),
-    ("studies: {slenderness: {slenderness: [15, 22]}}", {"decay_study": 1, "match_study": 1, "fig6": 1}),
-    (
-        "studies: {cracked_stiffness: {cracked_stiffness_ratio: [0.02, 0.05, 0.17]}}",  # one a1
-        dict.fromkeys(["decay_study", "match_study", "equivalence_fit", "coefficients", "validation"], 1)
-        | dict.fromkeys(["fig6", "fig7", "fig8"], 1),
-    ),
-    (
-        "restitution: {start: 0.70}",
-        {"decay_study": 4, "match_study": 4, "windows": 1, "equivalence_fit": 1, "coefficients": 1, "validation": 1}
-        | dict.fromkeys(["fig5", "fig6", "fig6_error", "fig7", "fig8"], 1),
-    ),
-    (
-        "matching: {window: 9}",
-        {"match_study": 4, "loops": 1, "equivalence_fit": 1, "coefficients": 1, "validation": 1}
-        | dict.fromkeys(["fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8"], 1),
-    ),
-    (
-        "curve: {cracked_stiffness_ratio: 0.05}",
-        {"decay_study": 4, "match_study": 4, "windows": 1, "loops": 1, "mechanism": 1, "equivalence_fit": 1}
-        | {"coefficients": 1, "validation": 1}
-        | dict.fromkeys([name for name in FIGURES if name != "fig_orders"], 1),
-    ),
-]
+STUDIED = ("decay", "match", "accuracy")
+# What reads each of them; what comes after those stands in the tables.
+CHANGES = {
+    "figures: {resolution: 90}": FIGURES,
+    "validation: {restitution: 0.84}": ["validation", "accuracy"],
+    "studies: {slenderness: {slenderness: [15, 22]}}": ["decay/slenderness", "match/slenderness", "accuracy"],
+    "studies: {cracked_stiffness: {cracked_stiffness_ratio: [0.02, 0.05, 0.17]}}": [  # one a1
+        "decay/cracked_stiffness",
+        "match/cracked_stiffness",
+        "accuracy",
+    ],
+    "restitution: {start: 0.70}": ["decay"],
+    "matching: {window: 9}": ["match", "loops", "dispersion", "pulses", "natural_walls", "natural", "accuracy"],
+    "curve: {cracked_stiffness_ratio: 0.05}": [*STUDIED, "windows", "loops", "mechanism", "pulses", "explorer"],
+    "natural: {bootstrap: {replicates: 60}}": ["comparison"],
+    "population: {bootstrap: {replicates: 30}}": ["population"],
+}
 
 
-@pytest.mark.parametrize(("overlay", "expected"), CHANGES, ids=[overlay for overlay, _ in CHANGES])
-def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, overlay, expected):
-    assert chain(tree.planned(overlay)) == expected
+@pytest.mark.parametrize("overlay", CHANGES)
+def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, overlay):
+    assert tree.planned(overlay) == jobs_after(*CHANGES[overlay], "report")  # which shows the config
 
 
 def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
@@ -226,15 +199,15 @@ def test_an_edited_module_runs_what_imports_it_and_nothing_else(tree, edited):
         "src/rockdamp/studies/response_length.py",
         lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
     )
-    assert chain(tree.planned()) == {"windows": 1}
+    assert tree.planned() == jobs_after("windows")
     edited("src/rockdamp/storage/variables.yaml", lambda text: text + "\n# edited\n")  # the attributes of every dataset
     assert {"decay_study", "match_study", "windows", "mechanism", "orders", "calibration"} <= set(tree.planned())
 
 
 EDITS = {
-    "src/rockdamp/figures/style.py": ("#0072B2", "#0072B3", dict.fromkeys(FIGURES, 1)),  # a colour
-    "src/rockdamp/figures/orders.py": ("figure", "figure ", dict.fromkeys(FIGURES, 1)),  # one module for all figures
-    "src/rockdamp/kernels.py": ("TINY = 1e-100", "TINY = 1e-101", dict.fromkeys(RULES, 1) | STUDY_JOBS),
+    "src/rockdamp/figures/style.py": ("#0072B2", "#0072B3", jobs_after(*FIGURES)),  # a colour
+    "src/rockdamp/figures/orders.py": ("figure", "figure ", jobs_after("fig_orders")),
+    "src/rockdamp/kernels.py": ("TINY = 1e-100", "TINY = 1e-101", jobs_after(*STAGES)),
 }
 
 
@@ -242,7 +215,7 @@ EDITS = {
 def test_an_edit_of_the_code_runs_what_uses_it_and_nothing_else(tree, edited, name):
     old, new, expected = EDITS[name]
     edited(name, lambda text: text.replace(old, new, 1))
-    assert chain(tree.planned()) == expected
+    assert tree.planned() == expected
 
 
 def test_contents_count_and_dates_do_not(tree, edited):
@@ -254,21 +227,21 @@ def test_contents_count_and_dates_do_not(tree, edited):
         lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
     )
     os.utime(module, (0, 0))
-    assert chain(tree.planned()) == {"windows": 1}
+    assert tree.planned() == jobs_after("windows")
 
 
 def test_a_result_that_was_deleted_is_built_again_alone(tree):
     path = tree.place / RESULTS / "windows.nc"
     content = path.read_bytes()
     path.unlink()
-    assert chain(tree.planned()) == {"windows": 1}
+    assert tree.planned() == jobs_after("windows")
     assert tree.snakemake().returncode == 0
     assert path.read_bytes() == content
 
 
 def test_an_edited_record_runs_what_reads_it(tree, edited):
     edited("data/sin-03-00-synthetic.csv", lambda text: text.replace("# ", "# edited: yes\n# ", 1))
-    assert chain(tree.planned()) == {"validation": 1, "calibration": 1, "fig8": 1}
+    assert tree.planned() == jobs_after("validation", "calibration")
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from figure_functions import FIGURES
 
-from rockdamp.figures import FIGURES
 from rockdamp.figures.style import MODELS as STYLES
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven

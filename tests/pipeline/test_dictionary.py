@@ -1,0 +1,25 @@
+"""The data dictionary: complete, and in step with the tables."""
+
+from repository import ROOT
+
+from rockdamp.pipeline import dictionary
+from rockdamp.storage import dataset
+
+
+def test_the_data_dictionary_is_in_step_with_the_tables():
+    """After a change of them: `python -m rockdamp.pipeline.dictionary > results/README.md`."""
+    committed = (ROOT / "results/README.md").read_text(encoding="utf-8")
+    assert committed == "\n".join(dictionary.lines()) + "\n"
+
+
+def test_what_uses_a_dataset_is_computed():
+    assert dictionary.used_by("loops") == ["accuracy", "claims", "fig3", "fig4", "report"]
+    assert dictionary.used_by("decay") == ["match", "windows", "accuracy"]
+    assert dictionary.used_by("natural_records") == ["natural"]
+    assert "fig6" in dictionary.used_by("match")
+
+
+def test_every_kind_of_dataset_has_its_section():
+    text = "\n".join(dictionary.lines())
+    assert text.count("\n## `") == len(dataset.kinds())
+    assert "Not built: `rockdamp respond --output` writes such a file." in text

@@ -1,0 +1,41 @@
+"""What the tables say that a run has to do: from what is new, every dataset, figure and page after it."""
+
+from collections import Counter
+
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.stages import STAGES, each_study, reported
+
+SHARES = {"natural_records": 2, "population_share": 2}  # jobs of the minimal config
+
+
+def _graph():
+    """The rule and the inputs of each dataset, figure and page; studies apart."""
+    graph = {}
+    for stage in STAGES.values():
+        for name in each_study(stage.dataset) if stage.dataset else [stage.name]:
+            study = name.rpartition("/")[2]
+            inputs = [one.replace("{study}", study) if "{study}" in stage.file else one for one in stage.inputs]
+            graph[name] = (stage.rule, [each for one in inputs for each in each_study(one)])
+    graph |= {name: (name, figure.inputs) for name, figure in FIGURES.items()}
+    return graph | {"report": ("report", [*reported(), *FIGURES, "claims"])}
+
+
+def jobs_after(*new):
+    """Rules, with the number of their jobs, that run where these are new: datasets, or a stage for all of its own."""
+    graph = _graph()
+    waiting = [
+        each for name in new for each in (each_study(STAGES[name].dataset or name) if name in STAGES else [name])
+    ]
+    after = set()
+    while waiting:
+        name = waiting.pop()
+        if name not in after:
+            after.add(name)
+            waiting += [other for other, (_, inputs) in graph.items() if name in inputs]
+    jobs = Counter(graph[name][0] for name in after)
+    return dict(jobs | {rule: count for rule, count in SHARES.items() if rule in jobs})
+
+
+def every_job():
+    """The jobs of a whole build."""
+    return jobs_after(*STAGES, *FIGURES)
