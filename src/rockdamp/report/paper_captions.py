@@ -12,8 +12,8 @@ from markupsafe import Markup
 from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS
 from rockdamp.figures.style import nearest, numbers, present
 from rockdamp.figures.validation import is_synthetic
-from rockdamp.vocabulary import PAPER_MODELS
 from rockdamp.report.numbers import listed, number, of_models, percent, plain, ranges
+from rockdamp.vocabulary import PAPER_MODELS
 
 Data = Mapping[str, xr.Dataset]
 
