@@ -172,6 +172,10 @@ def equivalent_dampings(
     release_amplitude, window : float
         As for `equivalent`. [-]
 
+    Returns
+    -------
+    list of Damping
+
     Raises
     ------
     InputError

@@ -94,7 +94,19 @@ class TrilinearCurve:
 
     @classmethod
     def preset(cls, name: str, **kwargs: Quantity) -> TrilinearCurve:
-        """Return the curve of Doherty's stage of degradation `name`: new, moderate or severe."""
+        """Return the curve of one of Doherty's stages of degradation, quoted in section 3 of the paper.
+
+        Parameters
+        ----------
+        name : {"new", "moderate", "severe"}
+        **kwargs : float, ndarray or str
+            What else the curve takes: ``ultimate_ratio``, ``softening``.
+
+        Raises
+        ------
+        InputError
+            If there is no such stage.
+        """
         if name not in PRESETS:
             raise InputError(f"preset is {name!r}; it must be one of {', '.join(PRESETS)}")
         b1, a1 = PRESETS[name]
@@ -122,7 +134,13 @@ class TrilinearCurve:
         return np.sqrt(self.initial_stiffness)
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
-        """Return the curve with `function`, which picks or repeats elements, applied to each of its parameters."""
+        """Return the curve with a function applied to each of its parameters.
+
+        Parameters
+        ----------
+        function : callable
+            Picks or repeats elements of an array.
+        """
         parts = np.broadcast_arrays(self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio)
         a1, b1, a3 = map(function, parts)
         return TrilinearCurve(a1, b1, a3, self.softening)
@@ -144,17 +162,35 @@ class TrilinearCurve:
         )
 
     def force(self, x: ArrayLike) -> Array:
-        """f(x), the force over K0 u_ins. [-]"""
+        """Return f(x), the force over K0 u_ins. [-]
+
+        Parameters
+        ----------
+        x : float or ndarray
+            u/u_ins, broadcasts. [-]
+        """
         k1, b1, ks, _, _, a3 = self.parameters()
         return np.sign(x) * kernels.force(np.abs(x), k1, b1, ks, a3)
 
     def tangent(self, x: ArrayLike) -> Array:
-        """df/dx; at a corner that of the branch further out. [-]"""
+        """Return df/dx; at a corner that of the branch further out. [-]
+
+        Parameters
+        ----------
+        x : float or ndarray
+            u/u_ins, broadcasts. [-]
+        """
         k1, _, ks, a1, a2, a3 = self.parameters()
         return kernels.tangent(np.abs(x), k1, ks, a1, a2, a3)
 
     def secant(self, x: ArrayLike) -> Array:
-        """f(x)/x, the square of the frequency w(x) of Eq. (9); k1 at x = 0. [-]"""
+        """Return f(x)/x, the square of the frequency w(x) of Eq. (9); k1 at x = 0. [-]
+
+        Parameters
+        ----------
+        x : float or ndarray
+            u/u_ins, broadcasts. [-]
+        """
         k1, b1, ks, _, _, a3 = self.parameters()
         z = np.maximum(np.abs(x), kernels.TINY)
         return kernels.force(z, k1, b1, ks, a3) / z
@@ -163,11 +199,21 @@ class TrilinearCurve:
         r"""Return the energy that the wall stores at `x`, constant beyond a3. [-]
 
         .. math:: V(x) = \int_0^x f(s) \, \mathrm{d}s
+
+        Parameters
+        ----------
+        x : float or ndarray
+            u/u_ins, broadcasts. [-]
         """
         return 0.5 * kernels.double_energy(np.abs(x), *self.parameters())
 
     def amplitude(self, energy: ArrayLike) -> Array:
         """Return the x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3]. [-]
+
+        Parameters
+        ----------
+        energy : float or ndarray
+            V, broadcasts. [-]
 
         Raises
         ------

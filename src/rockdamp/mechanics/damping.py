@@ -54,6 +54,12 @@ class Damping:
         Whether it takes energy at impacts, by `restitution`, rather than on the way, by `damping_ratio`.
     restitution, damping_ratio, exponent : ndarray
         Its parameters; a model has those of `names` alone. [-]
+    names : tuple of str
+        Names of its parameters.
+    secant_exponent : float, ndarray or None
+        The power of the secant's frequency that C is in proportion to, if it depends on nothing else. [-]
+    same_loss_at_any_amplitude : bool
+        Whether every half cycle of any curve loses the same fraction of its energy.
 
     Raises
     ------
@@ -113,17 +119,41 @@ class Damping:
 
     @classmethod
     def cr(cls, restitution: Quantity) -> Damping:
-        """CR, Eq. (8): the velocity is multiplied by e whenever u changes sign."""
+        """Return CR, Eq. (8): the velocity is multiplied by e whenever u changes sign.
+
+        Parameters
+        ----------
+        restitution : float or ndarray
+            e, in (0, 1]. [-]
+        """
         return Damping("CR", restitution)
 
     @classmethod
     def power(cls, exponent: Quantity, damping_ratio: Quantity) -> Damping:
-        """C = 2 m_eff w1 xi (w/w1)^n, which is CDC, CDR and SDR at n = 0, 1 and 2."""
+        r"""Return the damper of the general exponent, which is CDC, CDR and SDR at n = 0, 1 and 2.
+
+        .. math:: C = 2 \, m_\mathrm{eff} \, \omega_1 \, \xi \left(\frac{\omega(x)}{\omega_1}\right)^n
+
+        Parameters
+        ----------
+        exponent : float or ndarray
+            n, at least 0. [-]
+        damping_ratio : float or ndarray
+            xi, at least 0. [-]
+        """
         return Damping("POWER", damping_ratio, exponent)
 
     @classmethod
     def of(cls, model: str, **values: Quantity) -> Damping:
-        """Return a model with those of the values that are its own: of e and xi, say, the one that it has."""
+        """Return a model with those of the values that are its own: of e and xi, say, the one that it has.
+
+        Parameters
+        ----------
+        model : str
+            As for `Damping`.
+        **values : float or ndarray
+            By name; those that the model does not have are left out. [-]
+        """
         names = _KINDS[model].names if model in _KINDS else ()
         return Damping(model, **{name: values[name] for name in names if name in values})
 
@@ -138,11 +168,23 @@ class Damping:
         return {name: getattr(self, name) for name in self.names}
 
     def changed(self, **named: Quantity) -> Damping:
-        """Return the same model with other values of the parameters that are given."""
+        """Return the same model with other values of the parameters that are given.
+
+        Parameters
+        ----------
+        **named : float or ndarray
+            By name. [-]
+        """
         return Damping(self.model, **(self.own | named))
 
     def map(self, function: Callable[[Array], Quantity]) -> Damping:
-        """Return the same model with `function`, which picks or repeats elements, applied to each parameter."""
+        """Return the same model with a function applied to each of its parameters.
+
+        Parameters
+        ----------
+        function : callable
+            Picks or repeats elements of an array.
+        """
         return self.changed(**{name: function(value) for name, value in self.own.items()})
 
     @property
@@ -151,11 +193,22 @@ class Damping:
         return np.broadcast_shapes(*(np.shape(value) for value in self.own.values()))
 
     def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        """Return what the kernel's step reads of the damper, by row: of shapes that broadcast with the curve's."""
+        """Return what the kernel's step reads of the damper, by row: of shapes that broadcast with the curve's.
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+            The damper is in proportion to its first branch's frequency w1.
+        """
         raise NotImplementedError
 
     def step(self, scheme: str) -> Callable[..., None]:
-        """Return the kernel's step for this model under `scheme`, ``"newmark"`` or ``"paper"``.
+        """Return the kernel's step for this model.
+
+        Parameters
+        ----------
+        scheme : {"newmark", "paper"}
+            As for `rockdamp.solve`.
 
         Raises
         ------
@@ -173,7 +226,15 @@ class Damping:
         raise NotImplementedError
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
-        """C over m_eff p at displacement `x` and velocity `v`, on which not every damper depends. [-]"""
+        """Return the coefficient C over m_eff p, which for CR is zero. [-]
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+            Broadcasts.
+        x, v : float or ndarray
+            u/u_ins and its derivative by tau, broadcast; not every damper depends on the velocity. [-]
+        """
         raise NotImplementedError
 
 

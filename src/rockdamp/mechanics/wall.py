@@ -255,7 +255,25 @@ class Wall(_Mechanism):
 
 @dataclass(frozen=True)
 class Parapet(_Mechanism):
-    """One block that rocks on its base; the displacement u is at its top. Parameters as for `Wall`.
+    """One block that rocks on its base, such as a parapet. The displacement u is at its top.
+
+    Parameters
+    ----------
+    thickness, height : float or ndarray
+        t and h. [m]
+    width : float or ndarray
+        Length of the parapet. [m]
+    density : float or ndarray
+        Of the masonry. [kg m-3]
+    overburden_ratio : float or ndarray
+        O/W, >= 0. [-]
+    eccentricity : float or ndarray
+        Of the overburden from mid-thickness, positive towards the top contact corner; reverses with u. [m]
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range.
 
     Examples
     --------

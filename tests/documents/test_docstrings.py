@@ -1,0 +1,68 @@
+"""The public docstrings: every argument and field is described, every number has its unit."""
+
+import inspect
+import re
+
+import pytest
+
+import rockdamp as rd
+
+PUBLIC = {name: getattr(rd, name) for name in rd._HOME}
+CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
+
+
+def own_classes(owner):
+    """Return a class and those of the package that it is made from, which come first."""
+    return [base for base in reversed(owner.__mro__) if base.__module__.startswith("rockdamp")]
+
+
+MEMBERS = {
+    f"{name}.{attribute}": value
+    for name, owner in CLASSES.items()
+    for base in own_classes(owner)
+    for attribute, value in vars(base).items()
+    if not attribute.startswith("_")
+}
+PROPERTIES = {name: member for name, member in MEMBERS.items() if isinstance(member, property)}
+FUNCTIONS = {
+    name: getattr(thing, "__func__", thing)
+    for name, thing in (PUBLIC | MEMBERS).items()
+    if inspect.isfunction(getattr(thing, "__func__", thing))
+}
+
+
+def parameters(docstring):
+    """Return what the section of parameters lists: by name, what stands behind its colon."""
+    section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w+\n-+\n|\Z)", docstring, re.MULTILINE | re.DOTALL)
+    heads = [line.partition(" : ") for line in re.findall(r"^\S.*$", section[1] if section else "", re.MULTILINE)]
+    return {name.strip(" *"): kind for names, _, kind in heads for name in names.split(",")}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_argument_of_a_public_function_is_listed(name):
+    arguments = set(inspect.signature(FUNCTIONS[name]).parameters) - {"self", "cls"}
+    assert set(parameters(inspect.getdoc(FUNCTIONS[name]))) == arguments
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_an_argument_that_is_listed_has_a_type(name):
+    classes = {"record": "Record", "wall": "Wall", "curve": "TrilinearCurve"}  # named after their type
+    kinds = parameters(inspect.getdoc(FUNCTIONS[name]))
+    assert {argument for argument, kind in kinds.items() if not kind} <= set(classes)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_every_field_of_a_public_class_is_described(name):
+    bases = own_classes(CLASSES[name])
+    fields = {field for base in bases for field in base.__annotations__ if not field.startswith("_")}
+    text = "\n".join(inspect.getdoc(base) or "" for base in bases)
+    assert {field for field in fields if not re.search(rf"\b{field}\b", text)} == set()
+
+
+@pytest.mark.parametrize("name", PROPERTIES)
+def test_a_property_that_is_a_number_states_its_unit(name):
+    kind = inspect.signature(PROPERTIES[name].fget).return_annotation
+    if kind in ("Array", "float"):
+        assert re.search(r"\[(?:-|[\w -]+)\]", inspect.getdoc(PROPERTIES[name]).split("\n\n")[0])
+    else:
+        assert kind in ("bool", "str", "tuple[int, ...]", "dict[str, Quantity]")
