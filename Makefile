@@ -51,8 +51,8 @@ docs: setup ## Build the documents as a site, build/docs/index.html, and check w
 docs-links: setup ## Check the documents' links to other sites too; needs the network
 	$(bin)/python -m sphinx -W --keep-going --quiet -b linkcheck -d build/doctrees docs build/docs-links
 
-rulegraph: setup ## Draw the graph of the rules in README.md anew
-	$(bin)/python docs/rulegraph.py
+rulegraph: setup ## Draw the graph of the rules anew, docs/figures/rules.svg
+	$(bin)/python tools/rulegraph.py
 
 peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with it (OpenSeesPy, CF checker)
 
