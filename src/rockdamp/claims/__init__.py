@@ -53,8 +53,8 @@ def judge(claims: Sequence[Claim], datasets: Datasets) -> pd.DataFrame:
         judge uses.
     """
     ids = [claim["id"] for claim in claims]
-    for found, wanted, text in ((ids, JUDGES, "has no judge"), (JUDGES, ids, "is judged, but not in the data file")):
-        for name in (name for name in found if name not in wanted):
+    for names, known, text in ((ids, JUDGES, "has no judge"), (JUDGES, ids, "is judged, but not in the data file")):
+        for name in (name for name in names if name not in known):
             raise InputError(f"claim {name} {text}")
     return pd.DataFrame([_row(claim, datasets) for claim in claims], columns=list(COLUMNS))
 
@@ -65,24 +65,24 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
             raise InputError(f"claim {claim['id']}: there is no dataset {name!r}")
     # A judge sees only the datasets that its claim names.
     data, limits = {name: datasets[name] for name in claim["datasets"]}, Limits(claim)
-    found = JUDGES[claim["id"]](limits, data)
+    judgements = JUDGES[claim["id"]](limits, data)
     for problem, names in (
         ("limits that decide nothing", set(limits) - limits.used),
-        ("parts that are not judged", set(claim["parts"]) - set(found)),
-        ("parts without words", set(found) - set(claim["parts"])),
+        ("parts that are not judged", set(claim["parts"]) - set(judgements)),
+        ("parts without words", set(judgements) - set(claim["parts"])),
     ):
         if names:
             raise InputError(f"claim {claim['id']} has {problem}: {', '.join(sorted(names))}")
-    parts = {name: found[name] for name in claim["parts"]}
+    parts = {name: judgements[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
-    told = [part.measured for part in parts.values() if part.measured] + ["the record is synthetic"] * synthetic
+    measured = [part.measured for part in parts.values() if part.measured] + ["the record is synthetic"] * synthetic
     verdict, condition = combine(claim, parts, capped=synthetic or bool(claim.get("inferred")))
     return {
         "id": claim["id"],
         "section": claim["section"],
         "claim": claim["claim"],
         "verdict": verdict,
-        "measured": "; ".join(told),
+        "measured": "; ".join(measured),
         "threshold": claim["threshold"].format_map(claim["limits"]),
         "condition": condition,
     }
@@ -90,26 +90,26 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
 
 def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]]:
     """What the schema cannot say: names within a claim that must agree."""
-    found: list[tuple[tuple[str | int, ...], str]] = []
+    problems: list[tuple[tuple[str | int, ...], str]] = []
     for index, claim in enumerate(claims):
         needed = claim["needed"]
         names = needed["of"] if isinstance(needed, Mapping) else needed
         for name in (name for name in names if name not in claim["parts"]):
-            found.append(
+            problems.append(
                 (("claims", index, "needed"), f"names {name!r}; it must be one of {', '.join(claim['parts'])}")
             )
         if isinstance(needed, Mapping) and needed["count"] > len(names):
             text = f"is {needed['count']}; it must be at most {len(names)}, the number of parts named"
-            found.append((("claims", index, "needed", "count"), text))
+            problems.append((("claims", index, "needed", "count"), text))
         if "condition" not in claim and (claim.get("inferred") or "validation" in claim["datasets"]):
             text = "has no condition; it must say what holds the verdict back"
-            found.append((("claims", index), text))
+            problems.append((("claims", index), text))
         try:
             claim["threshold"].format_map(claim["limits"])
         except (LookupError, ValueError, TypeError) as error:
             text = f"names {error}; it must name limits, which are {', '.join(claim['limits'])}"
-            found.append((("claims", index, "threshold"), text))
-    return found
+            problems.append((("claims", index, "threshold"), text))
+    return problems
 
 
 __all__ = ["COLUMNS", "JUDGES", "judge", "read"]

@@ -47,8 +47,8 @@ def table(errata: Sequence[Mapping[str, str]], datasets: Datasets) -> pd.DataFra
         If an erratum has no evidence here or the other way round, or its sentence has other gaps than are filled.
     """
     ids = [entry["id"] for entry in errata]
-    for found, wanted, text in ((ids, EVIDENCE, "has no evidence"), (EVIDENCE, ids, "is not in the data file")):
-        for name in (name for name in found if name not in wanted):
+    for names, known, text in ((ids, EVIDENCE, "has no evidence"), (EVIDENCE, ids, "is not in the data file")):
+        for name in (name for name in names if name not in known):
             raise InputError(f"erratum {name} {text}")
     rows = []
     for entry in errata:

@@ -63,10 +63,10 @@ def impact_losses(loops: xr.Dataset, window: float) -> Array:
 def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Areas of the loops, half cycle by half cycle."""
     loops, window = data["loops"], float(data["match/amplitude"]["window"])
-    found = {model: areas(loops, model, window) for model in PAPER_MODELS}
+    loop_areas = {model: areas(loops, model, window) for model in PAPER_MODELS}
     losses = impact_losses(loops, window)
-    count = min(losses.size, *(values.size for values in found.values()))
-    table, losses = np.stack([values[:count] for values in found.values()]), losses[:count]
+    count = min(losses.size, *(values.size for values in loop_areas.values()))
+    table, losses = np.stack([values[:count] for values in loop_areas.values()]), losses[:count]
     mean = table.mean(axis=0)
     totals = ", ".join(
         f"{model} {percent(row.sum() / losses.sum())}" for model, row in zip(PAPER_MODELS, table, strict=True)
@@ -113,9 +113,9 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
     model, release = rocking.sel(rocking_model="tri-linear").values, abs(float(rocking[0, 0]))
     parts = {}
     for name, reference in (("slender", "slender"), ("exact", "large rotation")):
-        other = rocking.sel(rocking_model=reference).values
-        apart = rms(model - other) / release
-        ours, theirs = (peaks(history, int(limits["peaks"])) for history in (model, other))
+        rigid = rocking.sel(rocking_model=reference).values
+        apart = rms(model - rigid) / release
+        ours, theirs = (peaks(history, int(limits["peaks"])) for history in (model, rigid))
         count = min(ours.size, theirs.size)
         largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
         parts[f"{name}-history"] = Part(

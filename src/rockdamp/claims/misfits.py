@@ -27,8 +27,8 @@ def mean_errors(data: Datasets) -> tuple[xr.DataArray, str]:
 
 def lengths(held: xr.DataArray, claim: str) -> Part:
     """Whether something holds at every length of the response, and at which."""
-    found = held.astype(bool)
-    return judged(found, f"{claim} at {int(found.sum())} of {found.size} lengths: {spans(found, 'tau')}", "tau")
+    holds = held.astype(bool)
+    return judged(holds, f"{claim} at {int(holds.sum())} of {holds.size} lengths: {spans(holds, 'tau')}", "tau")
 
 
 def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -69,7 +69,7 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
     steps = (error.diff("restitution") < 0).sum("restitution")
     count = error.sizes["restitution"] - 1
     correlation = xr.DataArray(
-        [spearmanr(error["restitution"], one).statistic for one in error.transpose("damping_model", ...).values],
+        [spearmanr(error["restitution"], errors).statistic for errors in error.transpose("damping_model", ...).values],
         coords={"damping_model": MODELS},
     )
     parts = {}
@@ -81,9 +81,9 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
         bool((correlation <= limits["correlation"]).all()), f"rank correlation {per_model(correlation)}"
     )
     flag = data["windows"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
-    told = ", ".join(f"{model} {spans(flag.sel(damping_model=model), 'tau')}" for model in MODELS)
+    by_model = ", ".join(f"{model} {spans(flag.sel(damping_model=model), 'tau')}" for model in MODELS)
     together = lengths(flag.all("damping_model"), "all rise at every step")
-    parts["lengths"] = Part(together.holds, f"{together.measured} ({told})", together.where)
+    parts["lengths"] = Part(together.holds, f"{together.measured} ({by_model})", together.where)
     return parts
 
 

@@ -23,8 +23,8 @@ def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray
 
 def papers(xi: xr.DataArray, amplitudes: list[float]) -> xr.DataArray:
     """Only the release amplitudes of the paper; all of them in a study that holds fewer than two of those."""
-    found = [i for i, x0 in enumerate(xi["release_amplitude"].values) if np.isclose(x0, amplitudes).any()]
-    return xi.isel(release_amplitude=found) if len(found) > 1 else xi
+    in_paper = [i for i, x0 in enumerate(xi["release_amplitude"].values) if np.isclose(x0, amplitudes).any()]
+    return xi.isel(release_amplitude=in_paper) if len(in_paper) > 1 else xi
 
 
 def spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
@@ -76,9 +76,9 @@ def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     """CDR over amplitude."""
-    found = {name: _spread_over_amplitude(xi) for name, xi in _amplitude_sets(limits, data).items()}
-    values, measured = found["paper"]
-    widest, measured_wide = found["wide"]
+    spreads = {name: _spread_over_amplitude(xi) for name, xi in _amplitude_sets(limits, data).items()}
+    values, measured = spreads["paper"]
+    widest, measured_wide = spreads["wide"]
     return {
         "slight": Part(bool(values.sel(damping_model="CDR") <= limits["slight"]), measured),
         "least": Part(bool(is_smallest(values, "CDR")), ""),
@@ -136,11 +136,11 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
     low = xi.isel(release_amplitude=0)
     reference = xi.sel(release_amplitude=float(data["loops"]["release_amplitude"]), method="nearest")
     gap, gap_reference = (
-        float(np.abs(one.sel(damping_model="SDR") / one.sel(damping_model="CDR") - 1).mean())
-        for one in (low, reference)
+        float(np.abs(ratio.sel(damping_model="SDR") / ratio.sel(damping_model="CDR") - 1).mean())
+        for ratio in (low, reference)
     )
     excess = (reference / low).sel(damping_model="SDR") - 1
-    names = [f"u0/u_ins {number(one['release_amplitude'])}" for one in (low, reference)]
+    names = [f"u0/u_ins {number(ratio['release_amplitude'])}" for ratio in (low, reference)]
     mean = float(excess.mean())
     return {
         "together": Part(
@@ -180,9 +180,9 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
         others = {dim: mean_spread(ratios(data[f"match/{study}"], variable), dim) for dim, study in OTHERS.items()}
         held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
-        told = "; ".join(f"{dim.split('_')[0]} {per_model(values, percent)}" for dim, values in others.items())
+        spreads = "; ".join(f"{dim.split('_')[0]} {per_model(values, percent)}" for dim, values in others.items())
         of_a1 = "" if parts else f"spread: a1 {per_model(a1, percent)}; "
-        parts[name] = judged(held, f"{of_a1}equal {name}: {told}", "models", limits["enough"])
+        parts[name] = judged(held, f"{of_a1}equal {name}: {spreads}", "models", limits["enough"])
     return parts
 
 
@@ -221,9 +221,9 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
     relative = xi / fits["giannini_masiani"] - 1
     parts = {}
     for name, model, sign in (("cdc", "CDC", -1), ("sdr", "SDR", 1), ("cdr", "CDR", -1)):
-        one = relative.sel(damping_model=model)
-        held = sign * one > 0
-        measured = f"{model} {percent(one.min())} to {percent(one.max())} against (15)"
+        of_model = relative.sel(damping_model=model)
+        held = sign * of_model > 0
+        measured = f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)"
         partly = f"{percent(held.mean())} of e and a1" if float(held.mean()) >= enough else ""
         parts[name] = Part(bool(held.all()), measured, "" if held.all() else partly)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())

@@ -78,9 +78,9 @@ def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str,
     holds = [words[name] for name, part in parts.items() if part.holds]
     partly = [f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where]
     fails = [words[name] for name, part in parts.items() if not part.holds and not part.where]
-    for label, found in (("holds", holds), ("holds in part", partly), ("does not hold", fails)):
-        if found:
-            conditions.append(f"{label}: {', '.join(found)}")
+    for label, listed in (("holds", holds), ("holds in part", partly), ("does not hold", fails)):
+        if listed:
+            conditions.append(f"{label}: {', '.join(listed)}")
     return CONDITIONAL, "; ".join(conditions)
 
 

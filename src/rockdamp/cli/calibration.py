@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
 from rockdamp.cli.options import json_option, make_wall, record_option, softening_options, wall_options
 from rockdamp.cli.types import OutputFile
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @click.command(
@@ -34,20 +37,20 @@ def calibrate(
     By least squares, with a standard error for each. The record must hold the ground acceleration and the measured
     displacement, with rest before the motion. The wall is taken as known.
     """
-    made = make_wall(**options)
+    wall = make_wall(**options)
     from rockdamp.motions.records import read_record
     from rockdamp.studies.calibration import calibrate as compute
 
     measured = read_record(record)
     with concerning(record):
-        found = compute(measured, made, ultimate_ratio=a3, softening=softening)
+        fit = compute(measured, wall, ultimate_ratio=a3, softening=softening)
     if output is not None:
-        write_dataset(found, output, "calibration", "rockdamp.studies.calibration")
+        write_dataset(fit, output, "calibration", "rockdamp.studies.calibration")
     if plot is not None:
         from rockdamp.figures.single import calibration_figure
 
-        write_figure(calibration_figure(found), plot)
-    rows = [_row(found.sel(parameter=name)) for name in map(str, found["parameter"].values)]
+        write_figure(calibration_figure(fit), plot)
+    rows = [_row(fit.sel(parameter=name)) for name in map(str, fit["parameter"].values)]
     if as_json:
         print_json(rows)
         return
@@ -56,11 +59,11 @@ def calibrate(
     print_table(rows)
 
 
-def _row(one: Any) -> dict[str, Any]:
-    true = float(one["true_value"])
+def _row(fitted: xr.Dataset) -> dict[str, Any]:
+    true = float(fitted["true_value"])
     return {
-        "parameter": str(one["parameter"].item()),
-        "estimate": float(one["estimate"]),
-        "standard_error": float(one["standard_error"]),
+        "parameter": str(fitted["parameter"].item()),
+        "estimate": float(fitted["estimate"]),
+        "standard_error": float(fitted["standard_error"]),
         "true_value": None if math.isnan(true) else true,
     }

@@ -7,9 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 BAD_INPUT = 2
 
@@ -77,7 +81,7 @@ def writing(path: Path) -> Iterator[None]:
         raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
 
 
-def write_dataset(dataset: Any, path: Path, kind: str, module: str) -> None:
+def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str) -> None:
     """Write what a command computed; the options that it was given stand for the config."""
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
@@ -97,7 +101,7 @@ def _content(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def write_figure(figure: Any, path: Path) -> None:
+def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure as the suffix of the path says."""
     from rockdamp.figures.output import save
 

@@ -105,20 +105,20 @@ def decay(
 
     The wall is released at rest. With --thickness and --height of a wall also in seconds and metres.
     """
-    made = _optional_wall(**options)
-    tau = _in_tau(length, made)
+    wall = _optional_wall(**options)
+    tau = _in_tau(length, wall)
     curve = make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve, release_amplitude=release)
     from rockdamp.histories.side_by_side import decays, peaks
 
-    found = decays(curve, dampings, release_amplitude=release, length=tau, wall=made)
-    rows = peaks(found)
+    histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
+    rows = peaks(histories)
     if output is not None:
-        write_dataset(found, output, "free_decay", "rockdamp.histories.side_by_side")
+        write_dataset(histories, output, "free_decay", "rockdamp.histories.side_by_side")
     if plot is not None:
         from rockdamp.figures.single import decay_figure
 
-        write_figure(decay_figure(found), plot)
+        write_figure(decay_figure(histories), plot)
     if as_json:
         print_json(rows)
     elif rows:
@@ -199,7 +199,7 @@ def respond(
     """
     if animation is not None and compare:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
-    made, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
+    wall, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve)
     from rockdamp.errors import warnings_as_lines
     from rockdamp.histories.side_by_side import responses
@@ -208,28 +208,28 @@ def respond(
     with warnings_as_lines():
         motion = from_file(record).record
     with concerning(record):
-        found = responses(motion, made, curve, dampings, scale=scale, tail=tail)
+        histories = responses(motion, wall, curve, dampings, scale=scale, tail=tail)
     if output is not None:
-        write_dataset(found, output, "response", "rockdamp.histories.side_by_side")
+        write_dataset(histories, output, "response", "rockdamp.histories.side_by_side")
     if plot is not None:
         from rockdamp.figures.single import response_figure
 
-        write_figure(response_figure(found), plot)
+        write_figure(response_figure(histories), plot)
     if animation is not None:
         from rockdamp.figures.rocking import animate
 
         with writing(animation):
-            animate(found, animation)
+            animate(histories, animation)
         click.echo(f"{animation} written", err=True)
-    _print_response(found, compare, as_json)
+    _print_response(histories, compare, as_json)
 
 
-def _print_response(found: xr.Dataset, compare: bool, as_json: bool) -> None:
+def _print_response(histories: xr.Dataset, compare: bool, as_json: bool) -> None:
     rows = []
-    for model in map(str, found["damping_model"].values):
-        one = found.sel(damping_model=model)
-        values = {key: one[key].item() for key in RESULTS}
-        xi = one["damping_ratio"].item()
+    for model in map(str, histories["damping_model"].values):
+        history = histories.sel(damping_model=model)
+        values = {key: history[key].item() for key in RESULTS}
+        xi = history["damping_ratio"].item()
         ratio = {"damping_model": model, "damping_ratio": None if isnan(xi) else xi}
         rows.append(ratio | values if compare else values)
     if as_json:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rockdamp.cli.command import Command, print_json, print_table, print_values
 from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
 from rockdamp.cli.types import Numbers
+
+if TYPE_CHECKING:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.wall import Parapet, Wall
 
 KEYS = (
     "weight",
@@ -64,23 +69,23 @@ def wall(
     the periods of the cracked wall stand beside those of the rigid one. The JSON holds the constants; with --amplitude
     also the periods.
     """
-    made = make_wall(**options)
-    values = {key: float(getattr(made, key)) for key in KEYS}
+    built = make_wall(**options)
+    values = {key: float(getattr(built, key)) for key in KEYS}
     curve = None
     if (a1, b1, preset) != (None, None, None):
         curve = make_curve(a1, b1, preset, a3, softening)
     else:
         refuse_unused(("a3", "softening"), "--a1 and --b1, or --preset")
-    rows = _periods(made, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
+    rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     if as_json:
         print_json(values if amplitude is None else {**values, "periods": rows})
         return
-    _print_wall(made, values)
+    _print_wall(built, values)
     click.echo()
     print_table(rows, UNITS)
 
 
-def _print_wall(made: Any, values: dict[str, float]) -> None:
+def _print_wall(wall: Wall | Parapet, values: dict[str, float]) -> None:
     from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet
 
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
@@ -91,13 +96,15 @@ def _print_wall(made: Any, values: dict[str, float]) -> None:
         {"restitution": values["restitution_impulsive"], "": "with the impulse of every support"},
         {"restitution": SORRENTINO_RATIO * values["restitution"], "": "as measured: 0.90 of Eq. (7)"},
     ]
-    if isinstance(made, Parapet):
+    if isinstance(wall, Parapet):
         rows = [{"restitution": values["restitution"], "": "Housner"}]
     for row in rows:
         click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['']}")
 
 
-def _periods(made: Any, curve: Any, amplitudes: Any, strict: bool) -> list[dict[str, float]]:
+def _periods(
+    wall: Wall | Parapet, curve: TrilinearCurve | None, amplitudes: Iterable[float], strict: bool
+) -> list[dict[str, float]]:
     """Rows of the table; amplitudes that the user did not ask for are left out where the curve does not reach."""
     rows = []
     for x0 in amplitudes:
@@ -105,11 +112,11 @@ def _periods(made: Any, curve: Any, amplitudes: Any, strict: bool) -> list[dict[
             continue
         row = {
             "amplitude": x0,
-            "displacement": x0 * float(made.instability_displacement),
-            "rigid_period": float(made.rigid_period(x0)),
+            "displacement": x0 * float(wall.instability_displacement),
+            "rigid_period": float(wall.rigid_period(x0)),
         }
         if curve is not None:
-            row["period"] = float(curve.period(x0) / made.frequency_parameter)
+            row["period"] = float(curve.period(x0) / wall.frequency_parameter)
         rows.append(row)
     return rows
 

@@ -69,16 +69,16 @@ class Quantity(click.ParamType):
 
 def _factors(text: str) -> Iterator[tuple[str, int]]:
     """Yield the units of a product and their powers; nothing where the text is none."""
-    found: list[tuple[str, int]] = []
+    factors: list[tuple[str, int]] = []
     place = 0
     while place < len(text):
         match = _FACTOR.match(text, place)
-        if match is None or bool(match["slash"]) != bool(found) and match["slash"]:
+        if match is None or bool(match["slash"]) != bool(factors) and match["slash"]:
             return
         power = int(match["power"] or 1)
-        found.append((match["name"], -power if match["slash"] == "/" else power))
+        factors.append((match["name"], -power if match["slash"] == "/" else power))
         place = match.end()
-    yield from found
+    yield from factors
 
 
 @cache
@@ -104,14 +104,14 @@ class Numbers(click.ParamType):
         if not isinstance(value, str):
             return [float(number) for number in value]
         try:
-            found = [number for part in value.split(",") for number in _range(part)]
+            numbers = [number for part in value.split(",") for number in _range(part)]
         except (ValueError, ArithmeticError) as error:
             reason = str(error) if isinstance(error, _RangeError) else f"{value!r} is no number or range"
             allowed = "it must be numbers divided by commas, or start:stop:step, as 0.80:0.95:0.01"
             self.fail(f"{reason}; {allowed}", param, ctx)
-        if len(found) > MOST_VALUES:
-            self.fail(f"{value!r} has {len(found)} values; it must have at most {MOST_VALUES}", param, ctx)
-        return found
+        if len(numbers) > MOST_VALUES:
+            self.fail(f"{value!r} has {len(numbers)} values; it must have at most {MOST_VALUES}", param, ctx)
+        return numbers
 
 
 class _RangeError(ValueError):

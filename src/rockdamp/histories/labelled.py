@@ -156,9 +156,9 @@ def respond(
         substeps=substeps,
         store_every=substeps,
     )
-    found = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
+    history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     scaled = batch.given["scale"].variable * xr.Variable("elapsed", motion)
-    return found.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
+    return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
 
 
 class _Batch:
@@ -235,8 +235,8 @@ class _Batch:
 
 def _parameters(owner: Wall | Parapet | TrilinearCurve | None) -> dict[str, Quantity]:
     """Return the numbers that make a wall or a curve, by name."""
-    found = {field.name: getattr(owner, field.name) for field in fields(owner)} if owner is not None else {}
-    return {name: value for name, value in found.items() if not isinstance(value, str)}
+    values = {field.name: getattr(owner, field.name) for field in fields(owner)} if owner is not None else {}
+    return {name: value for name, value in values.items() if not isinstance(value, str)}
 
 
 def _names(values: Mapping[str, Quantity]) -> dict[str, xr.DataArray]:

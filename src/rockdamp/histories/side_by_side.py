@@ -75,12 +75,12 @@ def decays(
         free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=steps + 1)
         for damping in dampings
     ]
-    found = _side_by_side(runs, dampings, DECAY, curve).assign(release_amplitude=float(release_amplitude))
+    histories = _side_by_side(runs, dampings, DECAY, curve).assign(release_amplitude=float(release_amplitude))
     if wall is None:
-        return found
+        return histories
     p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
-    found = found.assign(frequency_parameter=p, instability_displacement=u_ins)
-    return found.assign_coords(elapsed=("tau", found["tau"].values / p))
+    histories = histories.assign(frequency_parameter=p, instability_displacement=u_ins)
+    return histories.assign_coords(elapsed=("tau", histories["tau"].values / p))
 
 
 def responses(
@@ -122,11 +122,11 @@ def responses(
     duration = float(record.elapsed[-1] - record.elapsed[0]) + max(float(tail), 0.0)
     _affordable("tail", float(tail), float(wall.frequency_parameter) * duration, curve)
     runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
-    found = _side_by_side(runs, dampings, RESPONSE, curve)
+    histories = _side_by_side(runs, dampings, RESPONSE, curve)
     shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
     if isinstance(wall, Wall):
         shape["hinge_ratio"] = float(wall.hinge_ratio)
-    return found.assign(
+    return histories.assign(
         ground_acceleration=("elapsed", runs[0]["ground_acceleration"].values),
         frequency_parameter=float(wall.frequency_parameter),
         instability_displacement=float(wall.instability_displacement),
@@ -146,9 +146,9 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
     rows = []
     with_wall = "elapsed" in decay.coords
     for model in map(str, decay["damping_model"].values):
-        found = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
-        ended = np.isfinite(found.end)
-        for number, (peak, tau) in enumerate(zip(np.abs(found.peak[ended]), found.peak_elapsed[ended], strict=True)):
+        cycles = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
+        ended = np.isfinite(cycles.end)
+        for number, (peak, tau) in enumerate(zip(np.abs(cycles.peak[ended]), cycles.peak_elapsed[ended], strict=True)):
             row: dict[str, Any] = {
                 "damping_model": model,
                 "half_cycle": number,

@@ -21,8 +21,8 @@ SHORTEST_REST = 10  # samples
 
 def record_attributes(record: Record) -> dict[str, str]:
     """Return what a dataset, and with it each figure, must say of the record that it stands on."""
-    told = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
-    return {**told, "record_synthetic": "yes" if record.synthetic else "no"}
+    stated = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
+    return {**stated, "record_synthetic": "yes" if record.synthetic else "no"}
 
 
 def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Histories:

@@ -215,8 +215,8 @@ def _newton(delta: Array, m: Array) -> Array:
     w = highest
     for _ in range(STEPS):
         xi = w**-0.5
-        found, slope = _decrement_and_slope(xi, m)
-        step = (goal - (np.pi / found) ** 2) / (np.pi**2 * (xi / found) ** 3 * slope)
+        decrement, slope = _decrement_and_slope(xi, m)
+        step = (goal - (np.pi / decrement) ** 2) / (np.pi**2 * (xi / decrement) ** 3 * slope)
         w = np.clip(w + step, 0.5 * (lowest + w), highest)
         if np.all(np.abs(step) <= CLOSE * w):
             break

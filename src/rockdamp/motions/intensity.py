@@ -153,7 +153,7 @@ def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: floa
     periods = np.asarray(period, dtype=float)
     require(periods > 0, "period", periods, "greater than 0 [s]")
     require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, "at least 0 and less than 1")
-    return np.vectorize(lambda one: _pseudo_acceleration(record, one, damping_ratio), otypes=[float])(periods)
+    return np.vectorize(lambda seconds: _pseudo_acceleration(record, seconds, damping_ratio), otypes=[float])(periods)
 
 
 def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) -> float:
@@ -206,8 +206,8 @@ def _unit_doubts(record: Record, unit: str) -> list[str]:
     if SMALLEST <= pga <= LARGEST:
         return []
     beyond = f"over {LARGEST:g}" if pga > LARGEST else f"under {SMALLEST:g}"
-    others = {other: pga * factor / UNITS[unit] for other, factor in UNITS.items()}
-    likely = [f"{other} ({value:.3g} m s-2)" for other, value in others.items() if SMALLEST <= value <= LARGEST]
+    elsewhere = {name: pga * factor / UNITS[unit] for name, factor in UNITS.items()}
+    likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if SMALLEST <= value <= LARGEST]
     cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
     return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
 

@@ -235,9 +235,9 @@ def _read_csv(lines: Sequence[str]) -> Record:
     if first == len(lines):
         raise InputError(f"has no rows; at least 2 must follow the columns on line {first}")
     for number, line in enumerate(lines[first:], first + 1):
-        found = line.count(",") + 1 if line.strip() else 0
-        if found != len(names):
-            raise InputError(f"line {number} has {found} values; it must have {len(names)}, one for each column")
+        count = line.count(",") + 1 if line.strip() else 0
+        if count != len(names):
+            raise InputError(f"line {number} has {count} values; it must have {len(names)}, one for each column")
     # Read as text and converted below: so a bad cell can be named, and the conversion is exact.
     frame = pd.read_csv(
         io.StringIO("\n".join(lines[first:])),

@@ -130,8 +130,8 @@ def weighted_quantile(values: Array, weights: Array, probability: float) -> Arra
     target = probability * cumulative[:, -1]
     low = np.minimum((cumulative < target[:, None] * (1 - 1e-12)).sum(axis=1), values.size - 1)
     high = np.minimum((cumulative <= target[:, None] * (1 + 1e-12)).sum(axis=1), values.size - 1)
-    found = 0.5 * (ordered[low] + ordered[high])
-    return np.where(cumulative[:, -1] > 0, found, np.nan)
+    middle = 0.5 * (ordered[low] + ordered[high])
+    return np.where(cumulative[:, -1] > 0, middle, np.nan)
 
 
 def interval(drawn: Array) -> Array:

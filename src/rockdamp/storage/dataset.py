@@ -49,7 +49,7 @@ def variables(kind: str, parameter: str | None = None) -> dict[str, dict[str, An
     """Return the registered variables of `kind`; `parameter` takes the place of STUDY."""
     if kind not in kinds():
         raise DatasetError(f"dataset kind is {kind!r}; it must be one of {', '.join(kinds())}")
-    found = {}
+    registered = {}
     for name, entry in registry()["datasets"][kind]["variables"].items():
         if "STUDY" in (name, *entry["dims"]):
             if parameter is None:
@@ -57,8 +57,8 @@ def variables(kind: str, parameter: str | None = None) -> dict[str, dict[str, An
             entry = {**entry, "dims": [parameter if dim == "STUDY" else dim for dim in entry["dims"]]}
             if name == "STUDY":
                 name, entry = parameter, {**registry()["common"][parameter], **entry}
-        found[name] = entry
-    return found
+        registered[name] = entry
+    return registered
 
 
 def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
@@ -191,15 +191,15 @@ def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
     DatasetError
         If there is no such folder, it holds no dataset, or a file in it cannot be read.
     """
-    found = []
+    datasets = []
     for path in sorted(Path(folder).rglob("[!.]*.nc")):
         with _opened(path) as dataset:
             sizes = {str(dim): size for dim, size in dataset.sizes.items()}
             name = path.relative_to(folder).as_posix()
-            found.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
-    if not found:
+            datasets.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
+    if not datasets:
         raise DatasetError(f"{os.fspath(folder)} has no dataset; it must be a folder with NetCDF files in it")
-    return found
+    return datasets
 
 
 def text_values(dataset: xr.Dataset, name: str) -> list[str]:

@@ -41,18 +41,18 @@ def modules_of(*names: str) -> dict[str, Path]:
     ModuleNotFoundError
         If the package has no such module.
     """
-    found: dict[str, Path] = {}
+    modules: dict[str, Path] = {}
     waiting = list(names)
     while waiting:
         name = waiting.pop()
-        if name in found:
+        if name in modules:
             continue
         path = _file_of(name)
         if path is None:
             raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
-        found[name] = path
+        modules[name] = path
         waiting += [*_parents(name), *_imports(name, path)]  # the packages on the way to a module are run too
-    return dict(sorted(found.items()))
+    return dict(sorted(modules.items()))
 
 
 def files_of(*names: str) -> list[Path]:
@@ -102,7 +102,7 @@ def _file_of(name: str) -> Path | None:
 def _imports(name: str, path: Path) -> frozenset[str]:
     """The package's modules that one module imports."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    found = set()
+    imported = set()
     for node in _nodes(path):
         if isinstance(node, ast.Import):
             wanted = [alias.name for alias in node.names]
@@ -115,8 +115,8 @@ def _imports(name: str, path: Path) -> frozenset[str]:
             continue
         for target in wanted:
             if target.split(".")[0] == PACKAGE and _file_of(target):
-                found.add(target)
-    return frozenset(found)
+                imported.add(target)
+    return frozenset(imported)
 
 
 def _module_or_owner(base: str, name: str) -> str:
