@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from scipy.special import ndtr
 
 from rockdamp.figures.collapse import envelope
-from rockdamp.figures.style import MODELS
+from rockdamp.figures.style import style_of
 
 VISCOUS = earthquakes.MODELS[1:]
 
@@ -25,7 +25,7 @@ def panel(figure, start):
 
 
 def coloured(axes, model):
-    colour = pytest.approx(to_rgb(MODELS[model].colour))
+    colour = pytest.approx(to_rgb(style_of(model).colour))
     return [line for line in axes.get_lines() if to_rgb(line.get_color()) == colour]
 
 
@@ -64,7 +64,7 @@ def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(compariso
             ends = [
                 [segment[:, 1] for segment in lines.get_segments()]
                 for lines in axes.collections
-                if to_rgb(lines.get_color()[0][:3]) == pytest.approx(to_rgb(MODELS[model].colour))
+                if to_rgb(lines.get_color()[0][:3]) == pytest.approx(to_rgb(style_of(model).colour))
             ]
             assert np.array(ends[0]) == pytest.approx(values[f"{name}_interval"].values)
         tops = [patch.get_y() + patch.get_height() for patch in axes.patches]
@@ -87,7 +87,7 @@ def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(co
         for model in earthquakes.MODELS:
             peaks = one.sel(damping_model=model).values
             (median,) = (
-                line for line in coloured(panel(figure, wall), model) if line.get_marker() == MODELS[model].marker
+                line for line in coloured(panel(figure, wall), model) if line.get_marker() == style_of(model).marker
             )
             assert median.get_ydata() == pytest.approx(earthquakes.SCALE)
             assert median.get_xdata() == pytest.approx(peaks, nan_ok=True)

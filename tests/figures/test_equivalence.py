@@ -7,7 +7,7 @@ from figure_reading import all_text, drawn, labelled, lines, shows
 from made_up_studies import STEPS, VISCOUS, E, equivalence, made_up, match
 
 from rockdamp.figures.equivalence import PAPER_RANGE
-from rockdamp.figures.style import MODELS
+from rockdamp.figures.style import style_of
 
 
 def test_fig5_shows_the_papers_amplitudes_and_no_others_with_the_closed_form():
@@ -73,10 +73,10 @@ def test_fig6_error_shows_the_root_of_err_and_the_papers_range():
 def test_fig6_error_names_the_papers_model_with_the_lowest_error():
     axes = drawn("fig6_error").axes[0]
     rows = {line.get_marker(): line.get_xdata() for line in axes.get_lines() if line.get_linestyle() == "None"}
-    assert rows[MODELS["SDR"].marker] == pytest.approx(E[E < 0.795])
-    assert rows[MODELS["CDR"].marker] == pytest.approx(E[E > 0.795])
-    assert rows[MODELS["CDC"].marker].size == 0
-    assert MODELS["ECD"].marker not in rows
+    assert rows[style_of("SDR").marker] == pytest.approx(E[E < 0.795])
+    assert rows[style_of("CDR").marker] == pytest.approx(E[E > 0.795])
+    assert rows[style_of("CDC").marker].size == 0
+    assert style_of("ECD").marker not in rows
 
 
 def test_fig7_shows_polynomials_matched_points_and_equation_15():

@@ -9,7 +9,8 @@ from figure_reading import INPUTS, all_text, drawn, texts
 from made_up_studies import ALL, VISCOUS
 from matplotlib.colors import to_rgb
 
-from rockdamp.figures.style import DOUBLE_COLUMN, INCH, MODELS, SINGLE_COLUMN, shades
+from rockdamp.figures import style
+from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, shades, style_of
 
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
 
@@ -86,22 +87,23 @@ def test_a_model_has_one_colour_line_and_marker_everywhere(name):
             model = re.match(r"(CR|CDC|CDR|SDR|ECD)\b", str(line.get_label()))
             model = model[1] if model else title if line.get_label() == "computed" else None
             if model:
-                assert to_rgb(line.get_color()) == to_rgb(MODELS[model].colour)
-                assert line.get_marker() in ("None", MODELS[model].marker)
+                assert to_rgb(line.get_color()) == to_rgb(style_of(model).colour)
+                assert line.get_marker() in ("None", style_of(model).marker)
                 seen.add(model)
     assert seen == {"fig4": {"CR", "CDR"}, "fig8": set(ALL), "fig_orders": set(ALL)}.get(name, set(VISCOUS))
 
 
-def test_models_are_told_apart_without_colour():
-    assert list(MODELS) == ALL
-    for one, other in combinations(MODELS.values(), 2):
+def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
+    spare = ["one more", "another", "a third"]
+    monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
+    for one, other in combinations([style_of(model) for model in (*ALL, "POWER", *spare)], 2):
         assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour
 
 
 def test_shades_of_a_model_run_from_light_to_dark_through_its_colour():
     luminance = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in shades("CDR", 5)]
     assert np.all(np.diff(luminance) < 0)
-    assert shades("CDR", 5)[2] == pytest.approx(to_rgb(MODELS["CDR"].colour), abs=0.01)
+    assert shades("CDR", 5)[2] == pytest.approx(to_rgb(style_of("CDR").colour), abs=0.01)
     assert len(shades("SDR", 1)) == 1
 
 

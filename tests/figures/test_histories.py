@@ -5,7 +5,7 @@ import pytest
 from figure_reading import drawn, labelled, lines, shows
 from made_up_studies import VISCOUS, made_up
 
-from rockdamp.figures.style import MODELS
+from rockdamp.figures.style import style_of
 
 
 def test_fig3_shows_the_laws_and_says_that_ecd_has_none():
@@ -19,7 +19,7 @@ def test_fig3_shows_the_whole_loop_of_every_model_with_its_damping_ratio():
     axes, data = drawn("fig3").axes[1], made_up()["loops"]
     for model in VISCOUS:
         one = data.sel(damping_model=model)
-        pale, strong = lines(axes, MODELS[model].colour)
+        pale, strong = lines(axes, style_of(model).colour)
         assert f"{float(one['damping_ratio']):.4f}" in strong.get_label()
         together = np.concatenate([strong.get_xdata()[:-1], pale.get_xdata()])
         assert together == pytest.approx(one["displacement"].values)
@@ -28,7 +28,7 @@ def test_fig3_shows_the_whole_loop_of_every_model_with_its_damping_ratio():
 
 
 def test_the_strong_loop_of_fig3_ends_at_the_second_peak_after_the_release():
-    strong = lines(drawn("fig3").axes[1], MODELS["CDC"].colour)[1].get_xdata()
+    strong = lines(drawn("fig3").axes[1], style_of("CDC").colour)[1].get_xdata()
     # The made-up decay has its peaks every pi/1.3 in tau, a little early for its damping.
     assert strong.size * 0.01 == pytest.approx(2 * np.pi / 1.3, rel=0.02)
 

@@ -11,17 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    MODELS,
-    PALE,
-    ModelStyle,
-    line_of,
-    new_figure,
-    numbers,
-    styled,
-)
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, ModelStyle, line_of, new_figure, numbers, style_of, styled
 
 TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
 LEAST, LARGEST = 1e-6, 4e-3  # smaller uncertainties are drawn at the least: some are zero, and the axis is logarithmic
@@ -68,8 +58,8 @@ def _errors(axes: Axes, one: xr.Dataset) -> None:
             step,
             curve["largest_solver_error"],
             linestyle="none",
-            marker=MODELS[model].marker,
-            color=MODELS[model].colour,
+            marker=style_of(model).marker,
+            color=style_of(model).colour,
             markerfacecolor="none",
         )
     for name in ("solver_step", "published_step"):
@@ -104,7 +94,7 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
     """True errors of the sample against their uncertainties: on the line they are equal."""
     axes.plot([LEAST, LARGEST], [LEAST, LARGEST], color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
-        one, style = accuracy.sel(viscous_model=model), MODELS[model]
+        one, style = accuracy.sel(viscous_model=model), style_of(model)
         bound, error = (np.maximum(np.abs(one[name].values), LEAST) for name in ("sample_bound", "sample_difference"))
         axes.plot(
             bound,

@@ -14,18 +14,20 @@ from matplotlib.patches import Patch
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
-from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, dampers, middle, plain_logarithmic
+from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, middle, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
     GREY,
-    MODELS,
     PALE,
+    dampers,
     line_of,
     new_figure,
+    style_of,
     styled,
     title_of,
 )
+from rockdamp.vocabulary import REFERENCE
 
 COLUMNS = 4
 SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
@@ -60,8 +62,8 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
         *(
-            Line2D([], [], marker=MODELS[model].marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
-            for model in ("CR", *dampers(one))
+            Line2D([], [], marker=style_of(model).marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
+            for model in (REFERENCE, *dampers(one))
         ),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
     ]
@@ -99,18 +101,18 @@ def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
     # A fractile that has collapsed is beyond any displacement: the band is open there.
     axes.fill_betweenx(
         scale,
-        low["CR"],
-        np.where(np.isfinite(high["CR"]), high["CR"], 1.0),
-        where=np.isfinite(low["CR"]).tolist(),
+        low[REFERENCE],
+        np.where(np.isfinite(high[REFERENCE]), high[REFERENCE], 1.0),
+        where=np.isfinite(low[REFERENCE]).tolist(),
         color=BAND,
         linewidth=0,
     )
-    for model in ("CR", *dampers(wall)):
-        if model != "CR":
+    for model in (REFERENCE, *dampers(wall)):
+        if model != REFERENCE:
             for values in (low[model], high[model]):
-                axes.plot(values, scale, color=MODELS[model].colour, linewidth=0.4)
+                axes.plot(values, scale, color=style_of(model).colour, linewidth=0.4)
         last = np.flatnonzero(np.isfinite(centre[model]))[-1:]
-        axes.plot(centre[model], scale, marker=MODELS[model].marker, markevery=last.tolist(), **line_of(model))
+        axes.plot(centre[model], scale, marker=style_of(model).marker, markevery=last.tolist(), **line_of(model))
 
 
 # --- fragility --------------------------------------------------------------------------------------------------------
@@ -162,10 +164,10 @@ def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array,
 
 def _curves(axes: Axes, wall: xr.Dataset) -> None:
     intensity = np.geomspace(float(wall["scale"][0]), float(wall["scale"][-1]), 201)
-    cr = wall.sel(damping_model="CR")
+    cr = wall.sel(damping_model=REFERENCE)
     low, high = envelope(intensity, cr["wall_median_intensity_interval"].values, cr["wall_dispersion_interval"].values)
     axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
-    for model in (*dampers(wall), "CR"):
+    for model in (*dampers(wall), REFERENCE):
         fragility = wall.sel(damping_model=model)
         beta = float(fragility["wall_dispersion"])
         probability = ndtr(np.log(intensity / float(fragility["wall_median_intensity"])) / beta)
@@ -175,7 +177,7 @@ def _curves(axes: Axes, wall: xr.Dataset) -> None:
         cr["collapse_fraction"],
         linestyle="none",
         marker="o",
-        color=MODELS["CR"].colour,
+        color=style_of(REFERENCE).colour,
         markerfacecolor="white",
         markersize=2.8,
         zorder=4,
@@ -204,13 +206,13 @@ def _forest(axes: Axes, one: xr.Dataset) -> None:
             cell = one.sel(damping_model=model, damping_ratio_source=source)
             y = row + 0.24 * (shift - (len(sources) - 1) / 2)
             ends = cell["median_intensity_ratio_interval"].values
-            axes.plot(ends, [y, y], color=MODELS[model].colour, linewidth=1.1)
+            axes.plot(ends, [y, y], color=style_of(model).colour, linewidth=1.1)
             axes.plot(
                 float(cell["median_intensity_ratio"]),
                 y,
                 marker=SOURCE_MARKS.get(source, "o"),
                 markersize=3.6,
-                color=MODELS[model].colour,
+                color=style_of(model).colour,
             )
     axes.axvline(1.0, color="black", linewidth=0.6)
     for row in range(1, len(models)):
@@ -222,7 +224,7 @@ def _forest(axes: Axes, one: xr.Dataset) -> None:
 
 def _handles(one: xr.Dataset) -> list[Line2D | Patch]:
     found: list[Line2D | Patch] = [
-        Line2D([], [], label="CR", **line_of("CR")),
+        Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
         Line2D(
             [],
@@ -230,7 +232,7 @@ def _handles(one: xr.Dataset) -> list[Line2D | Patch]:
             linestyle="none",
             marker="o",
             markerfacecolor="white",
-            color=MODELS["CR"].colour,
+            color=style_of(REFERENCE).colour,
             label="CR, share of the records",
         ),
     ]

@@ -14,20 +14,18 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
-    MODELS,
     PALE,
-    ModelStyle,
     few_ticks,
     nearest,
     new_figure,
     numbers,
     ramp,
+    style_of,
     styled,
     texts,
 )
 
 BEST = "POWER"  # as the dataset names the general exponent at its best n
-STYLES = {**MODELS, BEST: ModelStyle("#8C6D1F", (0, (6.0, 1.2, 1.0, 1.2)), "P")}
 NAMES = {BEST: "best $n$", "ECD": "ECD"}
 REFERENCE_RESTITUTION = 0.85
 REFERENCE = {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85, "ultimate_ratio": 1.0}
@@ -76,7 +74,7 @@ def _fan(axes: Axes, one: xr.Dataset) -> None:
     reference = reference_case(one)
     ends = []
     for model in map(str, one["damping_model"].values):
-        curves, style = relative.sel(damping_model=model), STYLES[model]
+        curves, style = relative.sel(damping_model=model), style_of(model)
         low, high = curves.min("case").values, curves.max("case").values
         axes.fill_between(share, low, high, color=style.colour, alpha=0.2, linewidth=0)
         width = 2.2 if model == "ECD" else 1.3
@@ -94,7 +92,7 @@ def _fan(axes: Axes, one: xr.Dataset) -> None:
             (share[-1], height),
             xytext=(4, 0),
             textcoords="offset points",
-            color=STYLES[model].colour,
+            color=style_of(model).colour,
             fontweight="bold",
             va="center",
             fontsize=8,
@@ -111,7 +109,7 @@ def _bars(axes: Axes, one: xr.Dataset) -> None:
     reference = reference_case(one)
     models = [str(model) for model in one["damping_model"].values]
     for row, model in enumerate(models):
-        values, style = spread.sel(damping_model=model).values, STYLES[model]
+        values, style = spread.sel(damping_model=model).values, style_of(model)
         axes.barh(row, values.max(), height=0.62, color=style.colour, alpha=0.25, linewidth=0)
         axes.plot(values, np.full(values.size, row), "|", color=style.colour, markersize=9)
         axes.plot(values[reference], row, marker=style.marker, color=style.colour, markersize=5, linestyle="none")
@@ -168,7 +166,7 @@ def fig_exponent(dispersion: xr.Dataset) -> Figure:
 
 
 def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[float]) -> None:
-    colours = ramp(STYLES[BEST].colour, len(b1))
+    colours = ramp(style_of(BEST).colour, len(b1))
     handles = []
     for colour, value, text in zip(colours, b1, texts(b1), strict=True):
         for variant in map(str, dispersion["map_softening"].values):
@@ -188,13 +186,13 @@ def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[flo
     low, high = float(best.min()), float(best.max())
     axes.set_ylim(min(0.98, low - 0.05), max(2.02, high + 0.05))
     for order, model in ((1.0, "CDR"), (2.0, "SDR")):
-        axes.axhline(order, color=MODELS[model].colour, linewidth=0.8, linestyle=MODELS[model].linestyle)
+        axes.axhline(order, color=style_of(model).colour, linewidth=0.8, linestyle=style_of(model).linestyle)
         axes.text(
             0.02,
             order,
             f"{model}, $n = {order:g}$",
             transform=axes.get_yaxis_transform(),
-            color=MODELS[model].colour,
+            color=style_of(model).colour,
             fontsize=7,
             ha="left",
             va="top" if order > 1.5 else "bottom",
@@ -209,7 +207,7 @@ def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
     for model in map(str, dispersion["damping_model"].values):
         if model == "ECD":
             continue  # zero: no place on a logarithmic axis
-        one, style = spread.sel(damping_model=model), STYLES[model]
+        one, style = spread.sel(damping_model=model), style_of(model)
         over = ("map_softening", "map_plateau_ratio")
         axes.fill_between(a1, one.min(over), one.max(over), color=style.colour, alpha=0.18, linewidth=0)
         line = one.sel(map_softening="none").isel(map_plateau_ratio=plain)
@@ -244,7 +242,7 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
             _differences(axes, dispersion.sel(damping_model=model), measure, model)
         row[0].set_ylabel(f"closed form less {name} [%]")
     for axes, model in zip(grid[0], models, strict=True):
-        axes.set_title(name_of(model), color=STYLES[model].colour, fontweight="bold")
+        axes.set_title(name_of(model), color=style_of(model).colour, fontweight="bold")
     for axes in grid[-1]:
         axes.set_xlabel(r"$u_0/u_3$ [-]")
         axes.set_xticks([0, 0.5, 1])
@@ -260,7 +258,7 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
 
 def _differences(axes: Axes, one: xr.Dataset, measure: str, model: str) -> None:
     share, reference = one["release_share"].values, reference_case(one)
-    colours = ramp(STYLES[model].colour, one.sizes["restitution"])
+    colours = ramp(style_of(model).colour, one.sizes["restitution"])
     for index, colour in enumerate(colours):
         here = one.isel(restitution=index)
         first = PERCENT * (here["damping_ratio_energy"] / here[measure] - 1)

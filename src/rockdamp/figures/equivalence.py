@@ -13,15 +13,14 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
-    BEYOND_PAPER,
     DAMPING_RATIO,
     DOUBLE_COLUMN,
     GREY,
-    MODELS,
     PALE,
     RESTITUTION,
     SINGLE_COLUMN,
     few_ticks,
+    is_beyond_paper,
     line_of,
     nearest,
     new_figure,
@@ -29,6 +28,7 @@ from rockdamp.figures.style import (
     present,
     scaling,
     shades,
+    style_of,
     styled,
     texts,
     title_of,
@@ -56,7 +56,7 @@ def models_of(dataset: xr.Dataset) -> list[str]:
 
 
 def _title(axes: Axes, model: str) -> None:
-    axes.set_title(title_of(model), color=MODELS[model].colour, fontweight="bold")
+    axes.set_title(title_of(model), color=style_of(model).colour, fontweight="bold")
 
 
 def _every(e: xr.DataArray) -> int:
@@ -224,7 +224,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     figure = new_figure(SINGLE_COLUMN, 82.0)
     axes = figure.subplots()
     for model in models:
-        marker = MODELS[model].marker
+        marker = style_of(model).marker
         axes.plot(
             e,
             root.sel(damping_model=model),
@@ -245,7 +245,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
         va="top",
         fontsize=7,
     )
-    _lowest(axes, root.sel(damping_model=[model for model in models if model not in BEYOND_PAPER]), 0.8 * top)
+    _lowest(axes, root.sel(damping_model=[model for model in models if not is_beyond_paper(model)]), 0.8 * top)
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
     # Err is a sum over the response: its root over the number of samples does not depend on the step.
@@ -264,7 +264,8 @@ def _lowest(axes: Axes, root: xr.DataArray, height: float) -> None:
     best = root["damping_model"].values[root.argmin("damping_model").values]
     for model in map(str, root["damping_model"].values):
         e = root["restitution"].values[best == model]
-        axes.plot(e, np.full(e.size, height), linestyle="none", marker=MODELS[model].marker, color=MODELS[model].colour)
+        style = style_of(model)
+        axes.plot(e, np.full(e.size, height), linestyle="none", marker=style.marker, color=style.colour)
     names = ", ".join(map(str, root["damping_model"].values))
     axes.text(
         float(root["restitution"][0]), height * 1.02, f" lowest of {names} here:", fontsize=7, ha="left", va="bottom"
@@ -317,7 +318,7 @@ def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     for model in models_of(equivalence):
         band = fits.sel(damping_model=model)
         low, high = band.min("cracked_stiffness_ratio"), band.max("cracked_stiffness_ratio")
-        axes.fill_between(e, low, high, color=MODELS[model].colour, alpha=0.18, linewidth=0)
+        axes.fill_between(e, low, high, color=style_of(model).colour, alpha=0.18, linewidth=0)
         axes.plot(e, band.isel(cracked_stiffness_ratio=index), label=title_of(model), **line_of(model))
     axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)", **EQUATION_15)
     axes.set_title(f"all models at $a_1 = {values[index]:g}$, bands: ${min(values):g} \\leq a_1 \\leq {max(values):g}$")

@@ -8,19 +8,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import (
-    BEYOND_PAPER,
     DISPLACEMENT,
     DOUBLE_COLUMN,
     GREY,
-    MODELS,
     PALE,
     TAU,
+    is_beyond_paper,
     line_of,
     new_figure,
     scaling,
+    style_of,
     styled,
 )
 from rockdamp.histories.half_cycles import excursion_peaks, passes_zero
+from rockdamp.vocabulary import REFERENCE
 
 LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
 LOOP_HALF_CYCLES = 2  # drawn strong, the later ones pale
@@ -70,9 +71,9 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
         one = loops.sel(damping_model=model)
         u, force = one["displacement"].values, one["damping_force"].values
         end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
-        axes.plot(u[end - 1 :], force[end - 1 :], color=MODELS[model].colour, linewidth=0.4, alpha=0.35, zorder=1)
+        axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
         label = f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
-        label += "\n(beyond the paper)" if model in BEYOND_PAPER else ""
+        label += "\n(beyond the paper)" if is_beyond_paper(model) else ""
         axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
@@ -119,15 +120,15 @@ def _rocking(axes: Axes, loops: xr.Dataset) -> None:
 
 
 def _matched(upper: Axes, lower: Axes, loops: xr.Dataset) -> None:
-    reference = loops.sel(damping_model="CR")
+    reference = loops.sel(damping_model=REFERENCE)
     at = 1 + np.flatnonzero(passes_zero(reference["displacement"].values))
     end = at[min(SHOWN_HALF_CYCLES, at.size) - 1]
     shown = loops.isel(tau=slice(0, int(end) + 1))
-    for model in ("CR", "CDR"):
+    for model in (REFERENCE, "CDR"):
         one = shown.sel(damping_model=model)
         label = (
             f"CR, $e = {float(loops['restitution']):g}$"
-            if model == "CR"
+            if model == REFERENCE
             else f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
         )
         upper.plot(shown["tau"], one["displacement"], label=label, **line_of(model))
@@ -151,7 +152,7 @@ def _jump(axes: Axes, shown: xr.Dataset, impact: int) -> None:
     axes.set_ylim(low - 1.1 * (high - low) / 2, high + 0.1 * (high - low))
     axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
     inset = axes.inset_axes((0.38, 0.11, 0.55, 0.26))
-    for model in ("CR", "CDR"):
+    for model in (REFERENCE, "CDR"):
         velocity = shown["velocity"].sel(damping_model=model).values
         inset.plot(tau[near], velocity[near], **line_of(model))
     inset.spines[:].set_visible(True)

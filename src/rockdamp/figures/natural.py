@@ -16,7 +16,20 @@ from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, PALE, line_of, new_figure, ramp, styled, title_of
+from rockdamp.figures.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    PALE,
+    dampers,
+    grid_of,
+    line_of,
+    new_figure,
+    ramp,
+    style_of,
+    styled,
+    title_of,
+)
+from rockdamp.vocabulary import REFERENCE
 
 SOURCE = "error"  # of the damping ratio, where a figure shows one: the least error at that wall
 SOURCE_NAMES = {
@@ -38,11 +51,6 @@ PEAK_OF_CR = r"peak under CR, $u/u_\mathrm{ins}$ [-]"
 def middle(data: xr.Dataset) -> xr.Dataset:
     """Return the middle one of the coefficients of restitution."""
     return data.isel(restitution=data.sizes["restitution"] // 2)
-
-
-def dampers(data: xr.Dataset) -> list[str]:
-    """Return the damping models but CR."""
-    return [str(model) for model in data["damping_model"].values if model != "CR"]
 
 
 def pale_to_dark(colour: str) -> LinearSegmentedColormap:
@@ -75,17 +83,18 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
         As `rockdamp.studies.earthquakes.comparison.compare` returns it: which walls are taken together, and the bands.
     """
     one = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
-    figure = new_figure(DOUBLE_COLUMN, 180.0)
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    models = dampers(one)
+    figure = new_figure(DOUBLE_COLUMN, 20.0 + 80.0 * -(-len(models) // 2))
+    panels = grid_of(figure, len(models), 2)
     low = float(comparison["band_start"].min()) / 2
     norm = LogNorm(1, _busiest(one))
-    for axes, model in zip(grid.flat, dampers(one), strict=True):
+    for axes, model in zip(panels, models, strict=True):
         _peaks(axes, one, model, low, norm)
-    for axes in grid[-1]:
+    for axes in panels[-2:]:
         axes.set_xlabel(PEAK_OF_CR)
-    for axes in grid[:, 0]:
+    for axes in panels[::2]:
         axes.set_ylabel(r"peak with the damper, $u/u_\mathrm{ins}$ [-]")
-    _count_bar(figure, grid.ravel().tolist(), norm)
+    _count_bar(figure, panels, norm)
     figure.legend(
         handles=[
             Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
@@ -102,7 +111,7 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
 
 def _outcomes(one: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Peaks of CR and of the damper, and which collapse; of the histories that have a damping ratio."""
-    by = [one.sel(damping_model=name) for name in ("CR", model)]
+    by = [one.sel(damping_model=name) for name in (REFERENCE, model)]
     order = by[0]["peak_displacement"].dims
     run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
     peaks = [each["peak_displacement"].transpose(*order).values.ravel()[run] for each in by]
@@ -112,12 +121,12 @@ def _outcomes(one: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.boo
 
 def _busiest(one: xr.Dataset) -> float:
     """The count at which the shades end: a hundredth of the histories of a panel."""
-    return max(one["peak_displacement"].sel(damping_model="CR").size / 100, 10.0)
+    return max(one["peak_displacement"].sel(damping_model=REFERENCE).size / 100, 10.0)
 
 
 def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:
     reference, peak, fell, collapsed = _outcomes(one, model)
-    colour, stand = MODELS[model].colour, ~fell & ~collapsed
+    colour, stand = style_of(model).colour, ~fell & ~collapsed
     ends = (np.log10(low), 0.0, np.log10(low), 0.0)
     axes.hexbin(
         np.clip(reference[stand], low, 1),
@@ -242,15 +251,15 @@ def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
             x := place + 0.18 * (row - (len(models) - 1) / 2),
             bounds.sel(bound="lower"),
             bounds.sel(bound="upper"),
-            color=MODELS[model].colour,
+            color=style_of(model).colour,
             linewidth=1.0,
         )
         axes.plot(
             x,
             values[name],
             linestyle="none",
-            marker=MODELS[model].marker,
-            color=MODELS[model].colour,
+            marker=style_of(model).marker,
+            color=style_of(model).colour,
             markersize=3.2,
             label=model,
         )
@@ -264,7 +273,7 @@ def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
 
 def _misfits(axes: Axes, one: xr.Dataset) -> None:
     for model in dampers(one):
-        style = MODELS[model]
+        style = style_of(model)
         axes.plot(
             one["scale"],
             one["median_decay_misfit"].sel(damping_model=model),
@@ -280,7 +289,7 @@ def _misfits(axes: Axes, one: xr.Dataset) -> None:
 
 def _handles(one: xr.Dataset) -> list[Line2D]:
     found = [
-        Line2D([], [], marker=MODELS[model].marker, label=title_of(model), **line_of(model)) for model in dampers(one)
+        Line2D([], [], marker=style_of(model).marker, label=title_of(model), **line_of(model)) for model in dampers(one)
     ]
     return found + [
         Line2D(

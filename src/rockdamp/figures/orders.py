@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, line_of, new_figure, styled
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
 
 SCHEMES = {"newmark": "explicit Newmark, located impacts", "paper": "linear acceleration, as printed"}
 
@@ -46,7 +46,7 @@ def _panel(axes: Axes, one: xr.Dataset) -> None:
     for model in map(str, one["damping_model"].values):
         curve = one.sel(damping_model=model)
         label = f"{model}: {float(curve['order']):.2f} ({float(curve['finest_order']):.2f})"
-        axes.plot(step, curve["solver_error"], marker=MODELS[model].marker, label=label, **line_of(model))
+        axes.plot(step, curve["solver_error"], marker=style_of(model).marker, label=label, **line_of(model))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())

@@ -11,8 +11,9 @@ from matplotlib.patches import Patch
 from scipy.special import ndtr
 
 from rockdamp.figures.collapse import BAND, envelope
-from rockdamp.figures.natural import dampers, plain_logarithmic
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, line_of, new_figure, styled, title_of
+from rockdamp.figures.natural import plain_logarithmic
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, dampers, line_of, new_figure, style_of, styled, title_of
+from rockdamp.vocabulary import REFERENCE
 
 NAMES = {  # of the parameters, as the axes show them
     "thickness": "thickness $t$",
@@ -41,10 +42,10 @@ def fig_population(population: xr.Dataset) -> Figure:
     _ratios(middle, population)
     _sensitivity(right, population)
     handles = [
-        Line2D([], [], label="CR", **line_of("CR")),
+        Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
         *(
-            Line2D([], [], label=title_of(model), marker=MODELS[model].marker, markersize=3.5, **line_of(model))
+            Line2D([], [], label=title_of(model), marker=style_of(model).marker, markersize=3.5, **line_of(model))
             for model in dampers(population)
         ),
         Line2D(
@@ -53,7 +54,7 @@ def fig_population(population: xr.Dataset) -> Figure:
             linestyle="none",
             marker="o",
             markerfacecolor="white",
-            color=MODELS["CR"].colour,
+            color=style_of(REFERENCE).colour,
             label="CR, share of the runs",
         ),
     ]
@@ -70,10 +71,10 @@ def fig_population(population: xr.Dataset) -> Figure:
 def _fragility(axes: Axes, population: xr.Dataset) -> None:
     low, high = map(float, population["intensity"].values[[0, -1]])
     intensity = np.geomspace(low, high, 201)
-    cr = population.sel(damping_model="CR")
+    cr = population.sel(damping_model=REFERENCE)
     least, most = envelope(intensity, cr["median_intensity_interval"].values, cr["dispersion_interval"].values)
     axes.fill_between(intensity, least, most, color=BAND, linewidth=0)
-    for model in (*dampers(population), "CR"):
+    for model in (*dampers(population), REFERENCE):
         one = population.sel(damping_model=model)
         probability = ndtr(np.log(intensity / float(one["median_intensity"])) / float(one["dispersion"]))
         axes.plot(intensity, probability, label=model, **line_of(model))
@@ -83,7 +84,7 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
         linestyle="none",
         marker="o",
         markersize=2.8,
-        color=MODELS["CR"].colour,
+        color=style_of(REFERENCE).colour,
         markerfacecolor="white",
         zorder=4,
     )
@@ -98,7 +99,7 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
 def _ratios(axes: Axes, population: xr.Dataset) -> None:
     models = dampers(population)
     for row, model in enumerate(models):
-        one, style = population.sel(damping_model=model), MODELS[model]
+        one, style = population.sel(damping_model=model), style_of(model)
         axes.plot(one["median_intensity_ratio_interval"], [row, row], color=style.colour, linewidth=1.1)
         axes.plot(float(one["median_intensity_ratio"]), row, marker=style.marker, markersize=4, color=style.colour)
     axes.axvline(1.0, color="black", linewidth=0.6)
@@ -112,7 +113,7 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
 
 def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     names = [str(name) for name in population["parameter"].values]
-    rows, cr = np.arange(len(names)), population.sel(damping_model="CR")
+    rows, cr = np.arange(len(names)), population.sel(damping_model=REFERENCE)
     axes.barh(
         rows,
         cr["sensitivity"],
@@ -121,10 +122,10 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
         edgecolor=GREY,
         linewidth=0.5,
         xerr=cr["sensitivity_confidence"],
-        error_kw={"linewidth": 0.7, "ecolor": MODELS["CR"].colour},
+        error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
     )
     for model in dampers(population):
-        one, style = population.sel(damping_model=model), MODELS[model]
+        one, style = population.sel(damping_model=model), style_of(model)
         axes.plot(one["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour)
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()

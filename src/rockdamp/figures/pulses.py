@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, MODELS, new_figure, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, new_figure, style_of, styled, title_of
 
 COLLAPSED = "#3A3A3A"
 PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FDE3B0", "#D98B2B", "#7A2E0E"])
@@ -55,7 +55,7 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
             first = axes
         else:
             axes.tick_params(labelleft=False)
-    _legend(figure, shapes, float(one["restitution"]), float(one["release_amplitude"]))
+    _legend(figure, shapes, models, float(one["restitution"]), float(one["release_amplitude"]))
     return figure
 
 
@@ -71,7 +71,7 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
     for model in map(str, one["damping_model"].values):
         other = (one["collapsed"].sel(damping_model=model) == 1).transpose("load_ratio", "pulse_frequency").values
         rows, columns = np.nonzero(other != fell)
-        style = MODELS[model]
+        style = style_of(model)
         axes.plot(
             frequency[columns],
             load[rows],
@@ -102,7 +102,7 @@ def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
     """Every pair of peaks where neither collapses, and the median and dispersion of each band."""
     stands = (one["reference_collapsed"] == 0) & (one["collapsed"] == 0)
     ratio = (one["peak_displacement"] / one["reference_peak"]).where(stands)
-    style = MODELS[model]
+    style = style_of(model)
     for shape in map(str, one["pulse"].values):
         x, y = one["reference_peak"].sel(pulse=shape).values.ravel(), ratio.sel(pulse=shape).values.ravel()
         marks = MARKS.get(shape, "s")
@@ -142,20 +142,19 @@ def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
     )
 
 
-def _legend(figure: Figure, shapes: list[str], e: float, amplitude: float) -> None:
+def _legend(figure: Figure, shapes: list[str], models: list[str], e: float, amplitude: float) -> None:
     handles: list[Line2D | Patch] = [Patch(facecolor=COLLAPSED, label="CR collapses")]
     handles += [
         Line2D(
             [],
             [],
             linestyle="none",
-            marker=style.marker,
-            color=style.colour,
+            marker=style_of(model).marker,
+            color=style_of(model).colour,
             markerfacecolor="none",
             label=f"{model} judges otherwise",
         )
-        for model, style in MODELS.items()
-        if model != "CR"
+        for model in models
     ]
     handles += [
         Line2D([], [], linestyle="none", marker=MARKS.get(shape, "s"), color=GREY, markersize=2.5, label=shape)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.figures.single import TIME, label_of, record_title
-from rockdamp.figures.style import GREY, MODELS, PALE, STYLE, line_of, new_figure
+from rockdamp.figures.style import GREY, PALE, STYLE, line_of, new_figure, style_of
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.progress import track
 
@@ -142,13 +142,13 @@ class _Stage:
         axes.set(xlim=(-half, half), ylim=(-margin, 1.05 * self.height + margin), aspect="equal", xticks=[], yticks=[])
         axes.spines[:].set_visible(False)
         enlarged = "displacements to scale" if self.factor == 1 else f"displacements drawn {self.factor:g} times"
-        axes.set_title(enlarged, color="black" if self.factor == 1 else MODELS["CDR"].colour)
+        axes.set_title(enlarged, color="black" if self.factor == 1 else style_of("CDR").colour)
 
     def _draw_history(self, axes: Axes, response: xr.Dataset) -> None:
         mm = MILLIMETRES * self.displacement
         axes.plot(self.elapsed, mm, color=PALE, linewidth=0.8)
         (self.line,) = axes.plot([], [], **line_of(self.model))
-        (self.dot,) = axes.plot([], [], "o", color=MODELS[self.model].colour, markersize=5)
+        (self.dot,) = axes.plot([], [], "o", color=style_of(self.model).colour, markersize=5)
         axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
         axes.set(xlabel=TIME, ylabel="$u$ [mm]")
         where = "at the top" if math.isnan(self.hinge_ratio) else "at the hinge"

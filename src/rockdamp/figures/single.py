@@ -13,16 +13,17 @@ from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
     GREY,
-    MODELS,
     PALE,
     TAU,
     line_of,
     new_figure,
     scaling,
+    style_of,
     styled,
     title_of,
 )
 from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
+from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
 ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"
@@ -36,7 +37,7 @@ PARAMETERS = {
 def label_of(history: xr.Dataset, model: str) -> str:
     """Name of a model with its parameter."""
     one = history.sel(damping_model=model)
-    if model == "CR":
+    if model == REFERENCE:
         return f"CR, $e = {float(one['restitution']):g}$"
     return f"{title_of(model)}, $\\xi = {float(one['damping_ratio']):.4f}$"
 
@@ -119,7 +120,7 @@ def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
     if collapsed:
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])
         axes.plot(
-            one["elapsed"][last], displacement[last], "x", color=MODELS[model].colour, markersize=6, clip_on=False
+            one["elapsed"][last], displacement[last], "x", color=style_of(model).colour, markersize=6, clip_on=False
         )
 
 
@@ -141,7 +142,7 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
     axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
     measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
     axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
-    axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of("CR"))
+    axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of(REFERENCE))
     axes.set_ylabel("$u$ [mm]")
     axes.set_title(_estimates(calibration))
     axes.legend(loc="upper right")

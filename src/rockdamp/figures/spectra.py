@@ -13,7 +13,8 @@ from matplotlib.patches import Patch
 
 from rockdamp.figures.natural import plain_logarithmic
 from rockdamp.figures.pulses import COLLAPSED, NAMES, PEAKS
-from rockdamp.figures.style import DOUBLE_COLUMN, MODELS, new_figure, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, new_figure, style_of, styled, title_of
+from rockdamp.vocabulary import REFERENCE
 
 BEYOND = (
     1.6  # u/u_ins that stands for a collapse, so that its contour lies between a wall that stands and one that falls
@@ -31,7 +32,7 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
         As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
     """
     one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
-    models = ["CR", *map(str, one["damping_model"].values)]
+    models = [REFERENCE, *map(str, one["damping_model"].values)]
     shapes = [str(shape) for shape in one["pulse"].values]
     levels = [0.0, *one["band_start"].values, float(one["band_end"][-1])]
     figure = new_figure(DOUBLE_COLUMN, 130.0)
@@ -41,8 +42,8 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
             _spectrum(axes, one.sel(pulse=shape), model, levels)
         row[0].set_ylabel(f"{NAMES.get(shape, shape)}\nload over plateau [-]")
     for axes, model in zip(grid[0], models, strict=True):
-        ratio = "" if model == "CR" else f"\n$\\xi = {float(one['damping_ratio'].sel(damping_model=model)):.3f}$"
-        axes.set_title(f"{title_of(model).replace(' (', chr(10) + '(')}{ratio}", color=MODELS[model].colour)
+        ratio = "" if model == REFERENCE else f"\n$\\xi = {float(one['damping_ratio'].sel(damping_model=model)):.3f}$"
+        axes.set_title(f"{title_of(model).replace(' (', chr(10) + '(')}{ratio}", color=style_of(model).colour)
     for axes in grid[-1]:
         axes.set_xlabel(r"frequency $\omega/p$ [-]")
     _bar(figure, grid.ravel().tolist(), levels)
@@ -61,7 +62,7 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
 
 def _peak(one: xr.Dataset, model: str) -> xr.DataArray:
     """Peaks (load_ratio, pulse_frequency) of a model; of what overturns, the same value beyond 1."""
-    if model == "CR":
+    if model == REFERENCE:
         peak, fell = one["reference_peak"], one["reference_collapsed"]
     else:
         peak, fell = (one[name].sel(damping_model=model) for name in ("peak_displacement", "collapsed"))
@@ -75,7 +76,7 @@ def _spectrum(axes: Axes, one: xr.Dataset, model: str, levels: list[float]) -> N
     bounds = np.log([max(level, 1e-9) for level in levels])
     height = np.log(np.clip(_peak(one, model).values, 2e-9, None))
     axes.contourf(frequency, load, height, [*bounds, np.log(2 * BEYOND)], colors=[*colours, COLLAPSED])
-    border = np.log(np.clip(_peak(one, "CR").values, 2e-9, None))
+    border = np.log(np.clip(_peak(one, REFERENCE).values, 2e-9, None))
     if border.min() < 0 < border.max():
         axes.contour(frequency, load, border, [0.0], colors=[BORDER], linewidths=1.2)
     plain_logarithmic(axes, [0.5, 1, 2, 4, 8], [0.5, 1, 2, 4, 8, 16])

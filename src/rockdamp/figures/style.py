@@ -15,8 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rockdamp.vocabulary import MODELS as ALL_MODELS
-from rockdamp.vocabulary import PAPER_MODELS
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
@@ -40,11 +39,16 @@ CHOSEN = {
     "CDR": ModelStyle("#D55E00", (0, (8.0, 1.6)), "^"),
     "SDR": ModelStyle("#009E73", "dashdot", "D"),
     "ECD": ModelStyle("#9A4C95", "dotted", "v"),
+    "POWER": ModelStyle("#8C6D1F", (0, (6.0, 1.2, 1.0, 1.2)), "P"),
 }
-SPARE = (ModelStyle("#E69F00", (0, (5.0, 1.2, 1.0, 1.2)), "P"), ModelStyle("#56B4E9", (0, (1.0, 1.0, 4.0, 1.0)), "X"))
-NEW = [model for model in ALL_MODELS if model not in CHOSEN]  # drawn all the same
-MODELS = CHOSEN | {model: SPARE[index % len(SPARE)] for index, model in enumerate(NEW)}
-BEYOND_PAPER = tuple(model for model in ALL_MODELS if model not in ("CR", *PAPER_MODELS))
+# Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ.
+SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A")
+SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
+    (0, (5.0, 1.2, 1.0, 1.2)),
+    (0, (1.0, 1.0, 4.0, 1.0)),
+    (0, (10.0, 2.0)),
+)
+SPARE_MARKERS = ("X", "<", ">", "p", "h")
 GREY, PALE = "#6E6E6E", "#B5B5B5"
 
 # Symbols and units of the axes; "-" is dimensionless.
@@ -70,19 +74,50 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width / INCH, height / INCH))
 
 
+def grid_of(figure: Figure, count: int, columns: int) -> list[Axes]:
+    """Return `count` panels that share their axes, row by row; the lowest of each column has its ticks labelled."""
+    grid = figure.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
+    panels = grid.ravel().tolist()
+    for spare in panels[count:]:
+        spare.remove()
+    for axes in panels[max(count - columns, 0) : count]:
+        axes.tick_params(labelbottom=True)
+    return panels[:count]
+
+
+def style_of(model: str) -> ModelStyle:
+    """Return how a model is drawn; of one without a style that is chosen for it, a spare one, the same everywhere."""
+    if model in CHOSEN:
+        return CHOSEN[model]
+    others = [name for name in MODELS if name not in CHOSEN]
+    index = others.index(model) if model in others else len(others)
+    colours, lines, markers = len(SPARE_COLOURS), len(SPARE_LINES), len(SPARE_MARKERS)
+    return ModelStyle(SPARE_COLOURS[index % colours], SPARE_LINES[index % lines], SPARE_MARKERS[index % markers])
+
+
+def is_beyond_paper(model: str) -> bool:
+    """Whether a model is none of the paper's."""
+    return model not in (REFERENCE, *PAPER_MODELS)
+
+
+def dampers(data: xr.Dataset) -> list[str]:
+    """Return the damping models of a dataset but the reference, CR."""
+    return [str(model) for model in data["damping_model"].values if model != REFERENCE]
+
+
 def title_of(model: str) -> str:
     """Return a model's name, marked where it is not the paper's."""
-    return f"{model} (beyond the paper)" if model in BEYOND_PAPER else model
+    return f"{model} (beyond the paper)" if is_beyond_paper(model) else model
 
 
 def line_of(model: str) -> dict[str, Any]:
     """Return the keyword arguments that draw a model's line."""
-    return {"color": MODELS[model].colour, "linestyle": MODELS[model].linestyle}
+    return {"color": style_of(model).colour, "linestyle": style_of(model).linestyle}
 
 
 def shades(model: str, count: int) -> list[Colour]:
     """Return `count` shades of a model's colour, light to dark, for the values of a parameter."""
-    return ramp(MODELS[model].colour, count)
+    return ramp(style_of(model).colour, count)
 
 
 def ramp(name: str, count: int) -> list[Colour]:

@@ -11,16 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    MODELS,
-    PALE,
-    line_of,
-    new_figure,
-    styled,
-    title_of,
-)
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, style_of, styled, title_of
+from rockdamp.vocabulary import REFERENCE
 
 MILLIMETRES = 1000.0
 SHOWN_FROM = 0.1  # of the table's peak: what is drawn starts shortly before the motion exceeds it
@@ -82,7 +74,7 @@ def shown(validation: xr.Dataset) -> tuple[float, float]:
 
 def _legend(figure: Figure, name: str) -> None:
     hollow: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "markeredgewidth": 0.6}
-    full: dict[str, Any] = {"marker": MODELS["CR"].marker, **line_of("CR")}
+    full: dict[str, Any] = {"marker": style_of(REFERENCE).marker, **line_of(REFERENCE)}
     handles = [
         Line2D([], [], label=f"{name}, with the peaks of its decay", **hollow, **MEASURED),
         Line2D([], [], label="computed, each model in its own line, with the matched peaks", **full),
@@ -120,7 +112,7 @@ def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:
     axes.plot(elapsed, computed, label="computed", zorder=2, **line_of(model))
     for values, peaks, at, marker, face in (
         (measured, validation["measured_decay_peak"], validation["measured_decay_peak_elapsed"], "o", "white"),
-        (computed, one["decay_peak"], one["decay_peak_elapsed"], MODELS[model].marker, MODELS[model].colour),
+        (computed, one["decay_peak"], one["decay_peak_elapsed"], style_of(model).marker, style_of(model).colour),
     ):
         matched = np.isfinite(peaks.values)
         time, size = at.values[matched], MILLIMETRES * peaks.values[matched]
@@ -129,11 +121,11 @@ def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:
         axes.plot(
             time, side * size, linestyle="none", marker=marker, markerfacecolor=face, markeredgecolor=edge, zorder=3
         )
-    if model == "CR":
+    if model == REFERENCE:
         parameter = f"$e = {float(validation['restitution']):g}$"
     else:
         parameter = f"$\\xi = {float(one['damping_ratio']):.4f}$"
-    axes.set_title(f"{title_of(model)}, {parameter}", color=MODELS[model].colour, fontweight="bold")
+    axes.set_title(f"{title_of(model)}, {parameter}", color=style_of(model).colour, fontweight="bold")
     axes.text(0.99, 0.03, _misfit(one), transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
     axes.set_ylabel("$u$ [mm]")
     _phases(axes, validation)

@@ -9,8 +9,10 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
-from rockdamp.figures.natural import SOURCE, dampers, middle
+from rockdamp.figures.natural import SOURCE, middle
+from rockdamp.figures.style import dampers
 from rockdamp.report.numbers import number, of_models, percent, plain
+from rockdamp.vocabulary import REFERENCE
 
 Data = Mapping[str, xr.Dataset]
 DASH = Markup("–")
@@ -69,7 +71,7 @@ def fig_natural_ratio(data: Data) -> dict[str, Any]:
 def fig_ida(data: Data) -> dict[str, Any]:
     one = _drawn(data)
     medians = one["fractile"].isel(probability=one.sizes["probability"] // 2)
-    apart = abs(medians / medians.sel(damping_model="CR") - 1)
+    apart = abs(medians / medians.sel(damping_model=REFERENCE) - 1)
 
     def told(at: xr.Dataset) -> Markup:
         off = apart.sel(damping_model=at["damping_model"])
@@ -85,7 +87,7 @@ def fig_ida(data: Data) -> dict[str, Any]:
 
 def fig_fragility(data: Data) -> dict[str, Any]:
     one = _drawn(data)
-    cr = one.sel(damping_model="CR")
+    cr = one.sel(damping_model=REFERENCE)
     return {
         "restitution": plain(one["restitution"]),
         "medians": span(cr["wall_median_intensity"]),
@@ -96,9 +98,9 @@ def fig_fragility(data: Data) -> dict[str, Any]:
 
 def fig_population(data: Data) -> dict[str, Any]:
     one = data["population"]
-    index = one["sensitivity"].sel(damping_model="CR")
+    index = one["sensitivity"].sel(damping_model=REFERENCE)
     order = np.argsort(-np.nan_to_num(index.values))[:3]
-    cr = one.sel(damping_model="CR")
+    cr = one.sel(damping_model=REFERENCE)
     return {
         "walls": one.sizes["wall"],
         "records": int(one["records"]),

@@ -11,6 +11,7 @@ import xarray as xr
 
 from rockdamp.report.earthquake_captions import DASH, fraction, known
 from rockdamp.report.numbers import listed, percent, plain
+from rockdamp.vocabulary import REFERENCE
 
 ENOUGH_STATIONS = 10  # intervals over fewer mean nothing
 
@@ -64,7 +65,7 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
         return []
     peak = natural["peak_displacement"]
     over = natural["peak_displacement_uncertainty"] / peak
-    again = (over["damping_model"] == "CR") & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
+    again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
     named = []
     for index in np.argwhere((over.where(~again) > 1).values):
         one = over[tuple(index)]
@@ -76,7 +77,7 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
                 "scale": known(one["scale"]),
                 "restitution": plain(one["restitution"]),
                 "model": str(one["damping_model"].values),
-                "source": DASH if one["damping_model"] == "CR" else names.get(source, source),
+                "source": DASH if one["damping_model"] == REFERENCE else names.get(source, source),
                 "peak": known(peak[tuple(index)], 2),
                 "bound": known(one, 2),
                 "order": -float(one),

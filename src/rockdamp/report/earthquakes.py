@@ -14,11 +14,12 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp.figures.natural import dampers
+from rockdamp.figures.style import dampers
 from rockdamp.report import earthquake_histories as histories
 from rockdamp.report.earthquake_captions import fraction, known, span
 from rockdamp.report.numbers import listed, plain
 from rockdamp.studies.earthquakes.comparison import best
+from rockdamp.vocabulary import REFERENCE
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
@@ -292,7 +293,7 @@ def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
 
 def _odd_walls(compared: xr.Dataset, choice: Choice) -> Markup:
     """Walls and e at which the damper's median of collapse is outside the interval of CR's."""
-    cr, other = _cell(compared, Choice("CR", choice.source)), _cell(compared, choice)
+    cr, other = _cell(compared, Choice(REFERENCE, choice.source)), _cell(compared, choice)
     bounds, median = cr["wall_median_intensity_interval"], other["wall_median_intensity"]
     outside = (median < bounds.sel(bound="lower")) | (median > bounds.sel(bound="upper"))
     return listed(

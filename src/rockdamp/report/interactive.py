@@ -11,7 +11,7 @@ import xarray as xr
 from bokeh.resources import Resources
 
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
-from rockdamp.figures.style import MODELS
+from rockdamp.figures.style import style_of
 from rockdamp.mechanics.curve import ROUNDING
 from rockdamp.vocabulary import PRESETS, TITLES
 
@@ -59,8 +59,8 @@ def dash(style: str | tuple[float, Sequence[float]]) -> list[float]:
 def styles() -> dict[str, dict[str, Any]]:
     """Return each damping model's name, colour and dashes, those of the figures."""
     return {
-        model: {"title": TITLES[model], "colour": style.colour, "dash": dash(style.linestyle)}
-        for model, style in MODELS.items()
+        model: {"title": title, "colour": style_of(model).colour, "dash": dash(style_of(model).linestyle)}
+        for model, title in TITLES.items()
     }
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from figure_functions import FIGURES
 
-from rockdamp.figures.style import MODELS as STYLES
+from rockdamp.figures.style import style_of
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
@@ -81,7 +81,7 @@ def test_fig_accuracy_shows_errors_orders_and_uncertainties(stage):
             (line,) = (line for line in axes.get_lines() if str(line.get_label()).startswith(f"{model}:"))
             np.testing.assert_array_equal(line.get_ydata(), one["median_solver_error"])
             assert line.get_label() == f"{model}: {float(one['order']):.2f}"
-            (marks,) = (line for line in axes.get_lines() if line.get_marker() == STYLES[model].marker)
+            (marks,) = (line for line in axes.get_lines() if line.get_marker() == style_of(model).marker)
             np.testing.assert_array_equal(marks.get_ydata(), one["largest_solver_error"])
     for model in VISCOUS_MODELS:
         one = stage.sel(viscous_model=model)
