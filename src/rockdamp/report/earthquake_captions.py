@@ -64,7 +64,7 @@ def fig_natural_ratio(data: Data) -> dict[str, Any]:
     return {
         "restitution": plain(one["restitution"]),
         "errors": _by_damper(one, lambda at: known(at["log_error"], 2)),
-        "floor": span(one["varied_log_error"]),
+        "sensitivity": span(one["varied_log_error"]),
     }
 
 
