@@ -13,8 +13,9 @@ import pandas as pd
 
 from rockdamp.claims import histories, misfits, ratios
 from rockdamp.claims.reading import read_list
-from rockdamp.claims.verdicts import Claim, Datasets, Judge, Limits, combine
+from rockdamp.claims.verdicts import Claim, Judge, Limits, combine
 from rockdamp.errors import InputError
+from rockdamp.storage.dataset import Datasets
 
 COLUMNS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
 JUDGES: dict[str, Judge] = {**histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}

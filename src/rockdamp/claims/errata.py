@@ -13,11 +13,12 @@ from scipy.optimize import brentq
 
 from rockdamp.claims.ratios import MODELS, ratios
 from rockdamp.claims.reading import read_list
-from rockdamp.claims.verdicts import Datasets, number, percent, spans, steady
+from rockdamp.claims.verdicts import number, percent, spans, steady
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.rigid_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
+from rockdamp.storage.dataset import Datasets
 
 COLUMNS = ("id", "where", "printed", "used", "evidence")
 FIG4 = {"thickness": 0.4, "height": 4.0}  # m

@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent
+from rockdamp.claims.verdicts import Judge, Limits, Part, judged, number, per_model, percent
 from rockdamp.histories.half_cycles import passes_zero, turning_points
+from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
 
 

@@ -6,7 +6,8 @@ import xarray as xr
 from scipy.stats import spearmanr
 
 from rockdamp.claims.ratios import MODELS, is_smallest, mean_spread, papers, ratios, spans_of
-from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, number, per_model, percent, spans, steady
+from rockdamp.claims.verdicts import Judge, Limits, Part, judged, number, per_model, percent, spans, steady
+from rockdamp.storage.dataset import Datasets
 
 ROUNDING = 1e-9
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Datasets, Judge, Limits, Part, judged, listed, number, per_model, percent, steady
+from rockdamp.claims.verdicts import Judge, Limits, Part, judged, listed, number, per_model, percent, steady
+from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
 
 MODELS = list(PAPER_MODELS)

@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.errors import InputError
+from rockdamp.storage.dataset import Datasets
 
 REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
 
 Claim = Mapping[str, Any]
-Datasets = Mapping[str, xr.Dataset]
 
 
 @dataclass(frozen=True)

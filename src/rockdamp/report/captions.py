@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquake_captions, further_captions, paper_captions
-
-Data = Mapping[str, xr.Dataset]
+from rockdamp.storage.dataset import Datasets
 
 
 class Caption(NamedTuple):
@@ -24,7 +22,7 @@ class Caption(NamedTuple):
 
 
 # A figure's numbers are a function of its name in one of these; a caption without numbers has none.
-NUMBERS: dict[str, Callable[[Data], dict[str, Any]]] = {
+NUMBERS: dict[str, Callable[[Datasets], dict[str, Any]]] = {
     name: getattr(module, name)
     for module in (paper_captions, further_captions, earthquake_captions)
     for name in FIGURES
@@ -32,7 +30,7 @@ NUMBERS: dict[str, Callable[[Data], dict[str, Any]]] = {
 }
 
 
-def caption(name: str, data: Data) -> Caption:
+def caption(name: str, data: Datasets) -> Caption:
     """Fill a figure's caption with the numbers of its datasets.
 
     Raises

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,8 @@ from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_captions import known
 from rockdamp.report.numbers import number, of_models, percent, plain
+from rockdamp.storage.dataset import Datasets
 
-Data = Mapping[str, xr.Dataset]
 TITLES = {BEST: "best n"}
 
 
@@ -30,19 +30,19 @@ def _by_model(values: xr.DataArray, show: Callable[[xr.DataArray], str], dim: st
     )
 
 
-def fig_dispersion(data: Data) -> dict[str, Any]:
+def fig_dispersion(data: Datasets) -> dict[str, Any]:
     dispersion = data["dispersion"]
-    one = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
+    at_e = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
     return {
-        "restitution": plain(one["restitution"]),
+        "restitution": plain(at_e["restitution"]),
         "curves": int(dispersion.sizes["case"]),
         "low": plain(dispersion["release_share"].min()),
         "high": plain(dispersion["release_share"].max()),
-        "spreads": _by_model(one["spread_peaks"], _range),
+        "spreads": _by_model(at_e["spread_peaks"], _range),
     }
 
 
-def fig_exponent(data: Data) -> dict[str, Any]:
+def fig_exponent(data: Datasets) -> dict[str, Any]:
     dispersion = data["dispersion"]
     best, spread = dispersion["map_best_exponent"], dispersion["map_spread"]
     return {
@@ -55,62 +55,62 @@ def fig_exponent(data: Data) -> dict[str, Any]:
     }
 
 
-def fig_closed_form(data: Data) -> dict[str, Any]:
+def fig_closed_form(data: Datasets) -> dict[str, Any]:
     dispersion = data["dispersion"]
-    one = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
-    closed = one["damping_ratio_energy"]
+    at_e = dispersion.isel(restitution=nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION))
+    closed = at_e["damping_ratio_energy"]
 
     def largest(measure: str) -> Markup:
-        away = abs(closed / one[measure] - 1)
+        away = abs(closed / at_e[measure] - 1)
         return _by_model(away, lambda values: percent(values.max()))
 
     return {
-        "restitution": plain(one["restitution"]),
+        "restitution": plain(at_e["restitution"]),
         "curves": int(dispersion.sizes["case"]),
         "peaks": largest("damping_ratio_peaks"),
         "errors": largest("damping_ratio"),
     }
 
 
-def fig_pulses(data: Data) -> dict[str, Any]:
+def fig_pulses(data: Datasets) -> dict[str, Any]:
     pulses = data["pulses"]
-    one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
     medians = {
         str(model): Markup("{} ± {}").format(
-            f"{float(one['median_ratio_all'].sel(damping_model=model)):.2f}",
-            f"{float(one['log_dispersion_all'].sel(damping_model=model)):.2f}",
+            f"{float(at_e['median_ratio_all'].sel(damping_model=model)):.2f}",
+            f"{float(at_e['log_dispersion_all'].sel(damping_model=model)):.2f}",
         )
-        for model in one["damping_model"].values
+        for model in at_e["damping_model"].values
     }
     return {
-        "restitution": plain(one["restitution"]),
-        "release": plain(one["release_amplitude"]),
-        "runs": int(one["reference_collapses"]) + int(one["reference_survivals"]),
+        "restitution": plain(at_e["restitution"]),
+        "release": plain(at_e["release_amplitude"]),
+        "runs": int(at_e["reference_collapses"]) + int(at_e["reference_survivals"]),
         "medians": of_models(medians),
-        "collapses": int(one["reference_collapses"]),
-        "survivals": int(one["reference_survivals"]),
-        "false_safe": _by_model(one["false_safe"], lambda value: str(int(value))),
-        "false_collapse": _by_model(one["false_collapse"], lambda value: str(int(value))),
+        "collapses": int(at_e["reference_collapses"]),
+        "survivals": int(at_e["reference_survivals"]),
+        "false_safe": _by_model(at_e["false_safe"], lambda value: str(int(value))),
+        "false_collapse": _by_model(at_e["false_collapse"], lambda value: str(int(value))),
     }
 
 
-def fig_spectra(data: Data) -> dict[str, Any]:
+def fig_spectra(data: Datasets) -> dict[str, Any]:
     pulses = data["pulses"]
-    one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
-    fell = one["reference_collapsed"] == 1
-    load = one["load_ratio"].where(fell.any(("pulse", "pulse_frequency")))
-    otherwise = ((one["collapsed"] == 1) != fell).mean(("pulse", "pulse_frequency", "load_ratio"))
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    fell = at_e["reference_collapsed"] == 1
+    load = at_e["load_ratio"].where(fell.any(("pulse", "pulse_frequency")))
+    otherwise = ((at_e["collapsed"] == 1) != fell).mean(("pulse", "pulse_frequency", "load_ratio"))
     return {
         "shapes": "a Ricker pulse and one cycle of a sine",
-        "restitution": plain(one["restitution"]),
-        "release": plain(one["release_amplitude"]),
+        "restitution": plain(at_e["restitution"]),
+        "release": plain(at_e["release_amplitude"]),
         "lowest": known(load.min()),
         "overturned": percent(fell.mean()),
         "otherwise": _by_model(otherwise, percent),
     }
 
 
-def fig_accuracy(data: Data) -> dict[str, Any]:
+def fig_accuracy(data: Datasets) -> dict[str, Any]:
     accuracy = data["accuracy"]
     orders = accuracy["order"]
     shares = accuracy["share_within_thousandth"]
@@ -127,16 +127,16 @@ def fig_accuracy(data: Data) -> dict[str, Any]:
     }
 
 
-def fig_rigid(data: Data) -> dict[str, Any]:
+def fig_rigid(data: Datasets) -> dict[str, Any]:
     accuracy = data["accuracy"]
     away = abs(accuracy["rocking_difference"]).max(["hinge_ratio", "rocking_release_amplitude"])
     slenderness = accuracy["slenderness"].values
     ends = {"squat": int(np.argmin(slenderness)), "slender": int(np.argmax(slenderness))}
-    told: dict[str, Any] = {"restitution": plain(accuracy["rocking_restitution"])}
+    values: dict[str, Any] = {"restitution": plain(accuracy["rocking_restitution"])}
     for name, index in ends.items():
-        one = away.isel(slenderness=index)
-        told[name] = plain(slenderness[index])
-        told[f"{name}_time"] = percent(one.sel(rocking_feature="first impact"))
-        told[f"{name}_peaks"] = percent(one.sel(rocking_feature="peaks"))
-        told[f"{name}_p"] = percent(one.sel(rocking_feature="p"))
-    return told
+        apart = away.isel(slenderness=index)
+        values[name] = plain(slenderness[index])
+        values[f"{name}_time"] = percent(apart.sel(rocking_feature="first impact"))
+        values[f"{name}_peaks"] = percent(apart.sel(rocking_feature="peaks"))
+        values[f"{name}_p"] = percent(apart.sel(rocking_feature="p"))
+    return values

@@ -11,7 +11,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
 import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
@@ -20,6 +19,7 @@ from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.captions import caption
 from rockdamp.storage.atomic import replacing
+from rockdamp.storage.dataset import Datasets
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
@@ -50,7 +50,7 @@ class Content:
     claims: Sequence[Mapping[str, str]]
     errata: Sequence[Mapping[str, str]]
     figures: Mapping[str, bytes]
-    datasets: Mapping[str, xr.Dataset]
+    datasets: Datasets
     assumptions: str
     citation: str
     config: Mapping[str, Any]
@@ -114,12 +114,12 @@ def _script(text: str) -> Markup:
 
 
 def _explorer(content: Content) -> Markup:
-    found = interactive.data(
+    explorer = interactive.data(
         content.datasets["explorer"],
         float(content.datasets["loops"]["restitution"]),
         float(content.datasets["loops"]["release_amplitude"]),
     )
-    return Markup(json.dumps(found, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
+    return Markup(json.dumps(explorer, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def _figures(content: Content) -> list[dict[str, Any]]:
@@ -149,7 +149,7 @@ def _yaml(config: Mapping[str, Any]) -> str:
     return str(yaml.safe_dump(dict(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100))
 
 
-def _provenance(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
+def _provenance(datasets: Datasets) -> list[dict[str, str]]:
     return [
         {
             "name": f"{name}.nc",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,8 @@ from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, 
 from rockdamp.figures.style import nearest, numbers, present
 from rockdamp.figures.validation import is_synthetic
 from rockdamp.report.numbers import listed, number, of_models, percent, plain, ranges
+from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
-
-Data = Mapping[str, xr.Dataset]
 
 
 def _per_model(values: xr.DataArray, show: Callable[[Any], str] = number) -> Markup:
@@ -26,7 +25,7 @@ def _at(data: xr.DataArray, **wanted: float) -> xr.DataArray:
     return data.isel({name: nearest(numbers(data.to_dataset(name="_"), name), value) for name, value in wanted.items()})
 
 
-def fig1(data: Data) -> dict[str, Any]:
+def fig1(data: Datasets) -> dict[str, Any]:
     wall = data["mechanism"]
     return {
         "thickness": plain(wall["thickness"]),
@@ -36,13 +35,13 @@ def fig1(data: Data) -> dict[str, Any]:
     }
 
 
-def fig2(data: Data) -> dict[str, Any]:
+def fig2(data: Datasets) -> dict[str, Any]:
     curves = data["mechanism"]
     study, softer = curves.sel(curve_name="tri-linear"), curves.sel(curve_name="steeper")
     stages = [
-        f"{name}: {plain(one['cracked_stiffness_ratio'])}, {plain(one['plateau_ratio'])}"
+        f"{name}: {plain(curve['cracked_stiffness_ratio'])}, {plain(curve['plateau_ratio'])}"
         for name in ("new", "moderate", "severe")
-        for one in [curves.sel(curve_name=name)]
+        for curve in [curves.sel(curve_name=name)]
     ]
     return {
         "a1": plain(study["cracked_stiffness_ratio"]),
@@ -52,7 +51,7 @@ def fig2(data: Data) -> dict[str, Any]:
     }
 
 
-def fig3(data: Data) -> dict[str, Any]:
+def fig3(data: Datasets) -> dict[str, Any]:
     loops = data["loops"]
     peak = abs(loops["damping_force"]).max("tau")
     return {
@@ -63,7 +62,7 @@ def fig3(data: Data) -> dict[str, Any]:
     }
 
 
-def fig4(data: Data) -> dict[str, Any]:
+def fig4(data: Datasets) -> dict[str, Any]:
     loops = data["loops"]
     rocking, both = loops["rocking_displacement"], loops["displacement"].sel(damping_model=["CR", "CDR"])
     difference = ((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau") ** 0.5
@@ -79,7 +78,7 @@ def fig4(data: Data) -> dict[str, Any]:
     }
 
 
-def fig5(data: Data) -> dict[str, Any]:
+def fig5(data: Datasets) -> dict[str, Any]:
     ratio = data["match/amplitude"]["damping_ratio"]
     values = numbers(data["match/amplitude"], "release_amplitude")
     chosen = sorted(values[index] for index in present(values, PAPER_AMPLITUDES))
@@ -102,13 +101,13 @@ def _spread(values: xr.DataArray, dim: str) -> xr.DataArray:
     return (values.max(dim) - values.min(dim)) / values.mean(dim)
 
 
-def fig6(data: Data) -> dict[str, Any]:
+def fig6(data: Datasets) -> dict[str, Any]:
     slenderness, overburden, cracked = (
         data[f"match/{name}"] for name in ("slenderness", "overburden", "cracked_stiffness")
     )
     walls = ((slenderness, "slenderness"), (overburden, "overburden_ratio"))
-    alike = max(float(_spread(one["damping_ratio"], dim).max()) for one, dim in walls)
-    seconds = max(float(_spread(one["damping_ratio_fixed_seconds"], dim).max()) for one, dim in walls)
+    alike = max(float(_spread(study["damping_ratio"], dim).max()) for study, dim in walls)
+    seconds = max(float(_spread(study["damping_ratio_fixed_seconds"], dim).max()) for study, dim in walls)
     b1 = cracked["plateau_ratio"].values
     shown = cracked["damping_ratio"].isel(cracked_stiffness_ratio=np.isclose(b1, b1[0]))
     a1 = numbers(shown.to_dataset(name="_"), "cracked_stiffness_ratio")
@@ -133,26 +132,26 @@ def fig6(data: Data) -> dict[str, Any]:
     }
 
 
-def fig6_error(data: Data) -> dict[str, Any]:
-    one = data["match/amplitude"]
-    release = numbers(one, "release_amplitude")
-    one = one.isel(release_amplitude=nearest(release, REFERENCE_AMPLITUDE))
-    error = one["error"].sel(damping_model=list(PAPER_MODELS))
+def fig6_error(data: Datasets) -> dict[str, Any]:
+    study = data["match/amplitude"]
+    release = numbers(study, "release_amplitude")
+    study = study.isel(release_amplitude=nearest(release, REFERENCE_AMPLITUDE))
+    error = study["error"].sel(damping_model=list(PAPER_MODELS))
     lowest = error["damping_model"].values[error.argmin("damping_model").values]
-    e = numbers(one, "restitution")
+    e = numbers(study, "restitution")
     return {
-        "release": plain(one["release_amplitude"]),
+        "release": plain(study["release_amplitude"]),
         "lowest": listed(
             Markup("{} at e = {}").format(model, ranges(e, lowest == model))
             for model in PAPER_MODELS
             if (lowest == model).any()
         ),
-        "window": plain(one["window"]),
-        "largest": _per_model(one["rms_error"].max("restitution"), lambda value: number(value, 2)),
+        "window": plain(study["window"]),
+        "largest": _per_model(study["rms_error"].max("restitution"), lambda value: number(value, 2)),
     }
 
 
-def fig7(data: Data) -> dict[str, Any]:
+def fig7(data: Datasets) -> dict[str, Any]:
     fits = data["equivalence"]
     index = nearest(numbers(fits, "cracked_stiffness_ratio"), REFERENCE_CRACKED_STIFFNESS)
     at = fits.isel(
@@ -169,7 +168,7 @@ def fig7(data: Data) -> dict[str, Any]:
     }
 
 
-def fig8(data: Data) -> dict[str, Any]:
+def fig8(data: Datasets) -> dict[str, Any]:
     test = data["validation"]
     return {
         "synthetic": is_synthetic(test),
@@ -182,7 +181,7 @@ def fig8(data: Data) -> dict[str, Any]:
     }
 
 
-def fig_orders(data: Data) -> dict[str, Any]:
+def fig_orders(data: Datasets) -> dict[str, Any]:
     orders = data["orders"]
     own, printed = (orders.sel(scheme=name) for name in ("newmark", "paper"))
     frozen = printed["finest_order"].sel(damping_model=["CR", "CDR", "SDR", "ECD"])

@@ -45,11 +45,11 @@ def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str,
         missing = [name for name in columns if name not in (reader.fieldnames or ())]
         if missing:
             raise InputError(f"{os.fspath(path)} has no column {', '.join(missing)}")
-        found = list(reader)
-    for line, row in enumerate(found, start=1):
+        table = list(reader)
+    for line, row in enumerate(table, start=1):
         if None in row or None in row.values():
             raise InputError(f"{os.fspath(path)}: row {line} has not as many cells as there are columns")
-    return found
+    return table
 
 
 def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
@@ -69,13 +69,13 @@ def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
 
 def parts(measured: str) -> list[str]:
     """Split what was measured at its semicolons; a part that is but a number stays with the one before."""
-    found: list[str] = []
+    pieces: list[str] = []
     for part in measured.split("; "):
-        if found and not part[:2].strip("+-− ")[:1].isalpha():
-            found[-1] += f"; {part}"
+        if pieces and not part[:2].strip("+-− ")[:1].isalpha():
+            pieces[-1] += f"; {part}"
         else:
-            found.append(part)
-    return found
+            pieces.append(part)
+    return pieces
 
 
 def inline(text: str) -> Markup:
@@ -94,13 +94,13 @@ def counts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
 def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
     """Return name, meaning, value and units of every variable: of each model where those are its only dimension, else
     the least and the greatest value."""
-    found = []
+    described = []
     for name in map(str, dataset.data_vars):
         variable = dataset[name]
         if variable.dtype.kind not in "fiu" or not np.isfinite(variable.values).any():
             continue
         units = str(variable.attrs.get("units", ""))
-        found.append(
+        described.append(
             {
                 "name": name,
                 "meaning": str(variable.attrs.get("long_name", "")),
@@ -109,7 +109,7 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
                 "units": "-" if units == "1" else units,
             }
         )
-    return found
+    return described
 
 
 def _told(variable: xr.DataArray) -> Markup:
@@ -184,10 +184,10 @@ def _name(author: Mapping[str, str]) -> str:
 
 def software() -> list[tuple[str, str]]:
     """Return the versions of Python and of what the results stand on."""
-    found = [("Python", platform.python_version())]
+    versions = [("Python", platform.python_version())]
     for name in SOFTWARE:
         try:
-            found.append((name, version(name)))
+            versions.append((name, version(name)))
         except PackageNotFoundError:
-            found.append((name, "not installed"))
-    return found
+            versions.append((name, "not installed"))
+    return versions

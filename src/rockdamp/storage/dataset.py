@@ -26,6 +26,8 @@ PAPER = (
 LARGE = 10_000  # values; smaller variables are not worth compressing
 ATTRIBUTES = ("units", "long_name", "symbol")
 
+Datasets = Mapping[str, xr.Dataset]  # by the name of their file
+
 
 class DatasetError(ValueError):
     """A dataset that is not what the registry says, or a file that cannot be read."""
