@@ -11,11 +11,13 @@ from peers import NO_OPENSEES, opensees, opensees_history, scipy_history
 from scipy.optimize import minimize_scalar
 
 from rockdamp import Damping, TrilinearCurve
+from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.matching import DEFAULT_WINDOW, Cases, follow, match_cases, refined
-from rockdamp.equivalence.one_curve import REFINEMENT, STEP
+from rockdamp.equivalence.minima import Cases, global_minima
+from rockdamp.equivalence.one_curve import STEP
 from rockdamp.solvers import event_driven
-from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.solvers.newmark import available_threads
+from rockdamp.vocabulary import DEFAULT_WINDOW
 
 RELEASE = 0.5
 STEPS = round(DEFAULT_WINDOW / STEP)
@@ -49,9 +51,9 @@ def section(quick: bool) -> Section:
         f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_WINDOW:g}, and for {walls} walls"
         f" that differ in a1, b1 and e, on {available_threads()} thread(s). rockdamp runs its own decay under"
         " restitution, scans 200 damping ratios for all minima, and refines them: in the end at"
-        f" 1/{REFINEMENT} of the studies' step, as `rockdamp equivalent` does, or at the studies' step alone. The"
-        " others are given the decay. They minimise Err once (minimize_scalar, from the closed form), at the coarsest"
-        " step or tolerance that is good to 0.1 %. Their time for"
+        f" 1/{matching.REFINEMENT} of the studies' step, as `rockdamp equivalent` does, or at the studies' step"
+        " alone. The others are given the decay. They minimise Err once (minimize_scalar, from the closed form), at the"
+        " coarsest step or tolerance that is good to 0.1 %. Their time for"
         f" {walls} walls is extrapolated: {walls} times one wall.",
         ["solver", "one wall [s]", "off by", f"{walls} walls [s]", "times rockdamp, one", f"times rockdamp, {walls}"],
     )
@@ -94,11 +96,11 @@ def rockdamp(a1: np.ndarray, b1: np.ndarray, e: np.ndarray, last: bool) -> np.nd
 
 
 def _rockdamp(a1: np.ndarray, b1: np.ndarray, e: np.ndarray, last: bool) -> np.ndarray:
-    curve, amplitude = TrilinearCurve(a1, b1), np.full(e.size, RELEASE)
-    decay = solve(curve, Damping.cr(e), release_amplitude=amplitude, step=STEP, steps=STEPS, store_every=1)
-    cases = Cases(curve, amplitude, e, decay.displacement, STEP)
-    ratio = match_cases(cases, "CDC", [STEPS]).damping_ratio[0]
-    return follow(refined(cases, STEPS, REFINEMENT), "CDC", ratio)[0] if last else ratio
+    curve, amplitude = TrilinearCurve(a1, b1).map(lambda p: np.broadcast_to(p, e.shape)), np.full(e.size, RELEASE)
+    cases = Cases.released(curve, amplitude, e, step=STEP, steps=STEPS)
+    if last:
+        return matching.solve(cases, ["CDC"], STEPS)["CDC"].damping_ratio
+    return global_minima(cases, "CDC", [STEPS]).damping_ratio[0]
 
 
 def minimise(

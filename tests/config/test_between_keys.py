@@ -106,6 +106,9 @@ def test_every_key_is_described_and_required_and_none_is_left_open():
 
 # --- bad input ------------------------------------------------------------------------------------------------------
 
+NAMED = {"name": "mine", "thickness": 0.2, "slenderness": 10, "overburden_ratio": 0.0, "hinge_ratio": 0.5}
+NAMED |= {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85}
+
 BAD = [
     # a value outside its range
     ("wall.thickness", 0, "wall.thickness is 0; it must be a number greater than 0"),
@@ -153,6 +156,8 @@ BAD = [
     ("validation.curve.cracked_stiffness_ratio", 0.2, "validation.curve.cracked_stiffness_ratio is 0.2; a1 must"),
     ("loops.rigid.cracked_stiffness_ratio", 0.2, "loops.rigid.cracked_stiffness_ratio is 0.2; a1 must be less than a2"),
     ("solver.step", 0.15, "solver.step is 0.15; it must be less than the stability limit 2 sqrt(a1/b1), 0.142134"),
+    ("natural.walls", [{**NAMED, "cracked_stiffness_ratio": 1e-7}], "stability limit 2 sqrt(a1/b1), 0.00068"),
+    ("natural.walls", [{**NAMED, "plateau_ratio": 0.005}], "natural.walls[0] has its first impact at 1"),
     ("validation.step", 0.5, "validation.step is 0.5; it must be less than the stability limit"),
     ("release_amplitude", 1.0, "release_amplitude is 1.0; it must be less than a3, 1.0, where the wall collapses"),
     ("studies.amplitude.release_amplitude", [0.5, 1.2], "release_amplitude[1] is 1.2; it must be less than a3"),

@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 from repository import ROOT
 
+from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import (
     damping_ratio_energy,
     damping_ratio_middle,
@@ -15,7 +16,7 @@ from rockdamp.equivalence.closed_form import (
     exact_ratio,
     giannini_masiani,
 )
-from rockdamp.equivalence.matching import Cases, follow, match_cases, refined
+from rockdamp.equivalence.minima import Cases
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
@@ -252,7 +253,6 @@ def test_err_is_within_a_few_percent_of_the_peaks_for_ecd():
     """The paper's curve from 0.5 u_ins at e = 0.85 and 0.7, over the default window."""
     e, step, steps = np.array([0.7, 0.85]), 0.005, 1600
     curve = CURVES["paper"].map(lambda p: np.full(e.size, p))
-    decays = refined(Cases(curve, np.full(e.size, 0.5), e, np.empty((e.size, 0)), step), steps, 1)
-    best = match_cases(decays, "ECD", [steps]).damping_ratio[0]
-    ratio, _ = follow(refined(decays, steps, 4), "ECD", best)
+    decays = Cases.released(curve, np.full(e.size, 0.5), e, step=step, steps=steps)
+    ratio = matching.solve(decays, ["ECD"], steps, refinement=4)["ECD"].damping_ratio
     np.testing.assert_allclose(100 * (ratio / exact_ratio(e) - 1), [3.8, 1.4], atol=0.1)

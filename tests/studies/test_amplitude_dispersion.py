@@ -10,6 +10,7 @@ from figure_functions import FIGURES
 from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy, exact_ratio
+from rockdamp.equivalence.minima import RESOLUTION
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -17,6 +18,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies import amplitude_dispersion
 from rockdamp.studies.amplitude_dispersion import best_exponent, damping_ratio_peaks, groups, spread
+from rockdamp.studies.settings import DispersionSettings
 
 PAPER = TrilinearCurve(0.04, 0.85)
 SHARE = np.linspace(0.05, 0.95, 10)
@@ -123,7 +125,7 @@ def test_the_map_has_no_value_where_the_curve_does_not_exist(found):
 
 
 def test_curves_are_those_of_the_config_and_the_presets_in_every_variant_that_exists(config):
-    steeper, translated = groups(config)
+    steeper, translated = groups(DispersionSettings.of(config))
     assert steeper.name[:5] == ["a1 = 0.04", "a1 = 0.2", "new", "moderate", "severe"]
     assert len(steeper.name) == 10 and steeper.name[-1] == "severe, steeper"
     # a1 + b1 is 0.89, 0.95, 0.78, 0.73 and 0.70.
@@ -137,6 +139,7 @@ def test_the_dataset_is_what_the_registry_says_and_whole(found):
     for name in ("damping_ratio", "damping_ratio_peaks", "damping_ratio_energy", "damping_ratio_middle"):
         assert bool(np.isfinite(found[name]).all()), name
     assert (found["damping_ratio_uncertainty"] < 0.03 * found["damping_ratio"]).all()
+    assert (found["damping_ratio_uncertainty"] >= RESOLUTION * found["damping_ratio"]).all()
     amplitude = found["release_amplitude"] / found["release_share"]
     assert (amplitude == found["ultimate_ratio"]).all()
 

@@ -1,8 +1,15 @@
 """The studies' matched damping ratios."""
 
+import copy
+
 import numpy as np
 import pytest
 
+from rockdamp.studies import damping_loops, polynomial_fits, pulses
+from rockdamp.studies.decays import study as decay_study
+from rockdamp.studies.earthquakes import incremental
+from rockdamp.studies.matches import match
+from rockdamp.studies.settings import PulseSettings
 from rockdamp.vocabulary import STUDIES
 
 
@@ -43,3 +50,24 @@ def test_studies_agree_where_they_meet(matches):
     ]
     for other in values[1:]:
         np.testing.assert_allclose(other, values[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "paper"])
+def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
+    """The reference wall at one e: by the studies, the loops, the pulses and the earthquakes, in either scheme."""
+    e = 0.82
+    small = copy.deepcopy(config)
+    small["solver"]["scheme"] = scheme
+    small["restitution"] = {"start": 0.78, "stop": 0.86, "step": 0.04}
+    small["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.04]
+    small["loops"]["restitution"] = e
+    small["pulses"]["restitution"] = [0.8, e]
+    small["natural"]["restitution"] = [e]
+    studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
+    published = studied["damping_ratio"].sel(restitution=e).squeeze().values
+    looped = damping_loops.loops(small)["damping_ratio"].values[1:]
+    pulsed = pulses.damping_ratios(PulseSettings.of(small))[pulses.SOURCES.index("error"), :, 1]
+    shaken = incremental.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
+    top_storey = shaken.sel(wall="top storey", damping_ratio_source="error", restitution=e).values[1:]
+    for other in (looped, pulsed, top_storey):
+        np.testing.assert_array_equal(other, published)

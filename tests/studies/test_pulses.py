@@ -10,6 +10,7 @@ from figure_functions import FIGURES
 from repository import ROOT
 
 from rockdamp.config.between_keys import check
+from rockdamp.config.parsing import geometric
 from rockdamp.equivalence.closed_form import equivalence_factor, exact_ratio
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.errors import InputError
@@ -53,7 +54,7 @@ def test_pulses_have_the_peak_one_and_their_period_and_end_at_zero(frequency):
 
 
 def test_a_geometric_sequence_includes_its_ends():
-    np.testing.assert_allclose(pulses.geometric({"start": 0.5, "stop": 8.0, "count": 5}), [0.5, 1, 2, 4, 8])
+    np.testing.assert_allclose(geometric({"start": 0.5, "stop": 8.0, "count": 5}, "pulses.load"), [0.5, 1, 2, 4, 8])
 
 
 # --- runs ------------------------------------------------------------------------------------------------------------

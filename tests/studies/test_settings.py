@@ -117,7 +117,7 @@ def test_the_default_window_is_the_packages(config):
     assert MatchSettings.of(config).matching.window == DEFAULT_WINDOW
     config["matching"]["window"] = 12
     assert MatchSettings.of(config).matching.window == 12.0
-    assert earthquakes.EarthquakeWallSettings.of(config).window == 12.0
+    assert earthquakes.EarthquakeWallSettings.of(config).matching.window == 12.0
 
 
 def test_the_grid_of_restitution_is_exact_in_decimals(config):

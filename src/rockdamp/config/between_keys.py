@@ -98,7 +98,9 @@ def problems(config: Config) -> list[Problem]:
         wrong += _window_problems(config, cases)
     wrong += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
     wrong += [*_dispersion_problems(config), *_pulse_problems(config)]
-    wrong += [*natural_problems(config), *population_problems(config)]
+    of_walls = list(natural_problems(config))
+    wrong += of_walls or _matched_wall_problems(config)
+    wrong += population_problems(config)
     if "png" not in config["figures"]["formats"]:
         text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
         wrong.append(Problem(("figures", "formats"), text))
@@ -342,6 +344,21 @@ def _pulse_problems(config: Config) -> Iterator[Problem]:
     if not section["step"] < limit:
         text = f"is {section['step']}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for curve"
         yield Problem(("pulses", "step"), text)
+
+
+def _matched_wall_problems(config: Config) -> Iterator[Problem]:
+    """Walls that earthquakes shake are matched too: the step is stable on each, the first impact within the window."""
+    x0, window = config["release_amplitude"], _window(config)
+    step: tuple[KeyPath, float] = (("solver", "step"), config["solver"]["step"])
+    for index, wall in enumerate(config["natural"]["walls"]):
+        stated = (wall.get("plateau_ratio"), wall.get("cracked_stiffness_ratio"))
+        b1, a1 = PRESETS[wall["preset"]] if "preset" in wall else stated
+        case = Case(("natural", "walls", index), a1, b1, 1.0, "steeper", step, [(("release_amplitude",), x0)])
+        wrong = list(_curve_problems(case))
+        yield from wrong
+        if not wrong and not window > (first := first_impact(case, x0)):
+            text = f"has its first impact at {first:.6g} (in tau) from {x0}; that must come before the end of"
+            yield Problem(case.path, f"{text} matching.window, {window}")
 
 
 def require_writable(folder: str | os.PathLike[str]) -> None:

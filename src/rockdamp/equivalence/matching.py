@@ -1,277 +1,128 @@
-"""Error minimisation: the damping ratio with which a viscous model follows a decay under restitution best, Eq. (17)."""
+"""The protocol behind every damping ratio of least Err that is published: one, whatever asks for it.
+
+The global minimum of Err, Eq. (17), is found against decays at the solver's step and then followed to finer steps, in
+the reference and in the model. The uncertainty is twice the change over the last halving of the step, where the change
+itself would bound the error of a first-order method: |u| sampled at the steps puts a ripple of that order on Err. It is
+never less than the resolution of the minimiser.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import elementwise
+from numpy.typing import NDArray
 
-from rockdamp.arrays import Array, Quantity
-from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.arrays import Array
+from rockdamp.equivalence.minima import RESOLUTION, SCAN, Cases, global_minima, nearby_minima
 from rockdamp.equivalence.scan import Scan
-from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.solvers.response import Reference
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import available_threads
 
-SCAN = Scan(smallest=0.3, largest=3.0, points=200)
-SCAN_STEP = 0.01  # in tau; finding the basins needs no more
-RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
-WINDOWS_AT_ONCE = 8
-RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
-NEARBY = 0.001  # first bracket around a damping ratio that is known already, as a fraction of it
+T = TypeVar("T")
+
+REFINEMENT = 8  # steps of the last minimisation in place of each of the solver's
 
 
 @dataclass(frozen=True)
-class Cases:
-    """Decays to be matched, one per row.
-
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        With parameters of shape (cases,).
-    release_amplitude, restitution : ndarray, shape (cases,)
-    displacement : ndarray, shape (cases, steps + 1)
-        Of the reference, at each step of the solver. [-]
-    step : float
-        In tau.
-    exponent : float or ndarray, shape (cases,)
-        n of the general exponent, for the model ``"POWER"`` alone. [-]
-    """
-
-    curve: TrilinearCurve
-    release_amplitude: Array
-    restitution: Array
-    displacement: Array
-    step: float
-    exponent: Quantity = 0.0
-
-    def take(self, case: slice | NDArray[np.int64]) -> Cases:
-        """Return some of the cases."""
-        return Cases(
-            self.curve_of(case),
-            self.release_amplitude[case],
-            self.restitution[case],
-            self.displacement[case],
-            self.step,
-            self.exponents[case],
-        )
-
-    def curve_of(self, case: Any) -> TrilinearCurve:
-        """Return the curves of some cases."""
-        return self.curve.map(lambda parameter: parameter[case])
-
-    @property
-    def exponents(self) -> Array:
-        """The exponent of each case."""
-        return np.broadcast_to(np.asarray(self.exponent, dtype=float), self.restitution.shape)
-
-    def damping_of(self, damping_model: str, damping_ratio: Array, case: Any) -> Damping:
-        """Return the dampers of some cases."""
-        return Damping.of(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
-
-
-@dataclass(frozen=True)
-class Match:
-    """Best damping ratios; every array has the shape (windows, cases).
+class Matched:
+    """Damping ratios of least Err; every array has the shape (cases,).
 
     Attributes
     ----------
-    damping_ratio : ndarray
-        xi at the global minimum of Err. [-]
+    damping_ratio, uncertainty : ndarray
+        xi and its uncertainty. [-]
     error : ndarray
-        Err, Eq. (17), over the steps 1 to k of the window. [-]
+        Err, Eq. (17), over the `steps`. [-]
     local_minima : ndarray of int
         Number of local minima of Err over the damping ratios tried.
+    step : float
+        The finest one, at which xi is the minimum, in tau.
+    steps : int
+        k, over which Err sums.
     """
 
     damping_ratio: Array
+    uncertainty: Array
     error: Array
     local_minima: NDArray[np.int64]
+    step: float
+    steps: int
+
+    @property
+    def rms_error(self) -> Array:
+        """sqrt(Err/k), in u/u_ins. [-]"""
+        return np.sqrt(self.error / self.steps)
 
 
-def match_cases(
+def solve(
     cases: Cases,
-    damping_model: str,
-    window_steps: ArrayLike,
+    damping_models: Sequence[str],
+    steps: int,
+    *,
     scan: Scan = SCAN,
+    refinement: int = REFINEMENT,
     scheme: str = "newmark",
-) -> Match:
-    """Find the global minimum of Err over the damping ratio for each case and window.
-
-    A scan over multiples of the closed form's damping ratio finds the basins, for all windows in one pass; the lowest
-    are refined by bracketing, all lanes at once. Of equal minima the smaller damping ratio is taken.
+    description: str = "",
+) -> dict[str, Matched]:
+    """Match viscous models to decays under restitution.
 
     Parameters
     ----------
     cases : Cases
-    damping_model : str
-        One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    window_steps : sequence of int, ascending
-        Lengths of the response in steps.
+        Decays at the solver's step, over `steps` or more; those that are equal are matched once.
+    damping_models : sequence of str
+        Of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
+    steps : int
+        Length of the response over which Eq. (17) is summed, in the solver's steps.
     scan : Scan
         Damping ratios tried.
+    refinement : int
+        Steps of the last minimisation in place of each of the solver's.
     scheme : str
         Of `newmark.solve`.
+    description : str
+        Of the progress; without one none is shown.
+
+    Returns
+    -------
+    dict of Matched
+        By model, in the order given.
 
     Raises
     ------
     InputError
-        If a minimum lies at the edge of the scan, or a window ends before the first impact.
+        If a minimum lies at the edge of the scan, or the response ends before the first impact.
     """
-    windows = np.asarray(window_steps, dtype=np.int64)
-    lossy = np.flatnonzero(cases.restitution < 1)
-    if lossy.size < cases.restitution.size:
-        return _lossless(cases, damping_model, windows, scan, scheme, lossy)
-    _require_impacts(cases, windows)
-    guess = damping_ratio_energy(
-        cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
-    )
-    trial = guess[:, None] * np.geomspace(scan.smallest, scan.largest, scan.points)
-    coarse = _scan(cases, damping_model, trial, windows, scheme)
-    lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])
-    lowest = coarse.min(axis=-1)
-    _require_interior(cases, damping_model, windows, coarse, trial)
-    rivals = lower & (coarse[..., 1:-1] <= RIVALS * lowest[..., None])
-    window, case, point = np.nonzero(rivals)
-    ratio, error = np.empty(window.size), np.empty(window.size)
-    for some in np.array_split(np.arange(windows.size), -(-windows.size // WINDOWS_AT_ONCE)):
-        chosen = np.isin(window, some)
-        around = [trial[case[chosen], point[chosen] + shift] for shift in (0, 1, 2)]
-        ratio[chosen], error[chosen] = _refine(
-            cases, damping_model, windows[some], window[chosen] - some[0], case[chosen], around, scheme
-        )
-    best = Match(np.full(lowest.shape, np.nan), np.full(lowest.shape, np.inf), lower.sum(axis=-1))
-    for w, c, xi, value in zip(
-        window, case, ratio, error, strict=True
-    ):  # ascending in xi: of equal errors the first stays
-        if value < best.error[w, c]:
-            best.damping_ratio[w, c], best.error[w, c] = xi, value
-    return best
+    first, which = cases.unlike()
+    unlike = cases.take(first)
+    coarser, finest = (unlike.refined(steps, many, scheme) for many in (refinement / 2, refinement))
 
-
-def _lossless(
-    cases: Cases, model: str, windows: NDArray[np.int64], scan: Scan, scheme: str, lossy: NDArray[np.int64]
-) -> Match:
-    """Match the cases that lose energy; where e = 1, xi = 0 follows the reference, with one minimum and no error."""
-    shape = (windows.size, cases.restitution.size)
-    best = Match(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
-    if lossy.size:
-        found = match_cases(cases.take(lossy), model, windows, scan, scheme)
-        best.damping_ratio[:, lossy], best.error[:, lossy] = found.damping_ratio, found.error
-        best.local_minima[:, lossy] = found.local_minima
-    return best
-
-
-def _require_impacts(cases: Cases, windows: NDArray[np.int64]) -> None:
-    first = cases.curve.period(cases.release_amplitude).max() / 4
-    if windows.min() * cases.step <= first:
-        raise InputError(
-            f"window is {windows.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the time of the"
-            " first impact, before which no damping ratio is defined"
+    def of_model(model: str) -> Matched:
+        best = global_minima(unlike, model, [steps], scan, scheme)
+        before, _ = nearby_minima(coarser, model, best.damping_ratio[0], scheme)
+        ratio, error = nearby_minima(finest, model, before, scheme)
+        uncertainty = np.maximum(2 * np.abs(ratio - before), RESOLUTION * ratio)
+        return Matched(
+            ratio[which],
+            uncertainty[which],
+            error[which],
+            best.local_minima[0][which],
+            finest.step,
+            steps * refinement,
         )
 
-
-def _require_interior(cases: Cases, model: str, windows: NDArray[np.int64], coarse: Array, trial: Array) -> None:
-    at = coarse.argmin(axis=-1)
-    bad = np.argwhere((at == 0) | (at == coarse.shape[-1] - 1))
-    if bad.size:
-        w, c = bad[0]
-        raise InputError(
-            f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and window"
-            f" {windows[w] * cases.step:.6g} is lowest at the edge of the scan, xi = {trial[c, at[w, c]]:.6g};"
-            " matching.scan must reach further"
-        )
+    return of_each(of_model, damping_models, description)
 
 
-def _scan(cases: Cases, model: str, trial: Array, windows: NDArray[np.int64], scheme: str) -> Array:
-    """Err on the grid of damping ratios, shape (windows, cases, points), at a coarser step."""
-    stable = float(stable_step(cases.curve).min())
-    every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
-    marks = np.maximum(windows // every, 1)
-    index = np.arange(cases.restitution.size)[:, None]
-    response = solve(
-        cases.curve_of(index),
-        cases.damping_of(model, trial, index),
-        release_amplitude=cases.release_amplitude[:, None],
-        step=cases.step * every,
-        steps=int(marks[-1]),
-        reference=Reference(cases.displacement[:, ::every], index, marks),
-        scheme=scheme,
-    )
-    return response.error
-
-
-def _refine(
-    cases: Cases,
-    model: str,
-    windows: NDArray[np.int64],
-    window: NDArray[np.int64],
-    case: NDArray[np.int64],
-    around: list[Array],
-    scheme: str,
-) -> tuple[Array, Array]:
-    """Damping ratio and Err at the minimum next to each bracket of the scan."""
-
-    def err(xi: Array, window_: Array, case_: Array) -> Array:
-        window, case = window_.astype(np.int64), case_.astype(np.int64)
-        response = solve(
-            cases.curve_of(case),
-            cases.damping_of(model, xi, case),
-            release_amplitude=cases.release_amplitude[case],
-            step=cases.step,
-            steps=int(windows[-1]),
-            reference=Reference(cases.displacement, case, windows),
-            scheme=scheme,
-        )
-        return np.take_along_axis(response.error, window[None], axis=0)[0]
-
-    args = (window.astype(float), case.astype(float))
-    low, middle, high = around
-    bracket = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=args)
-    if not bracket.success.all():
-        bad = np.flatnonzero(~bracket.success)[0]
-        raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
-    found = elementwise.find_minimum(err, bracket.bracket, args=args, tolerances={"xrtol": RESOLUTION, "frtol": 1e-13})
-    if not found.success.all():
-        bad = np.flatnonzero(~found.success)[0]
-        raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} did not converge")
-    return found.x, found.f_x
-
-
-def response_length(config: Mapping[str, Any]) -> float:
-    """Return the window that the config states, in tau."""
-    window = config["matching"]["window"]
-    return DEFAULT_WINDOW if window == "default" else float(window)
-
-
-def refined(cases: Cases, steps: int, refinement: float, scheme: str = "newmark") -> Cases:
-    """Return the decays over `steps` steps again, with `refinement` steps in place of each."""
-    step = cases.step / refinement
-    response = solve(
-        cases.curve,
-        Damping.cr(cases.restitution),
-        release_amplitude=cases.release_amplitude,
-        step=step,
-        steps=round(steps * refinement),
-        store_every=1,
-        scheme=scheme,
-    )
-    return replace(cases, displacement=response.displacement, step=step)
-
-
-def follow(cases: Cases, model: str, ratio: Array, scheme: str = "newmark") -> tuple[Array, Array]:
-    """Return the damping ratio and Err, each of shape (cases,), of the minimum next to `ratio` over all the steps."""
-    case = np.flatnonzero(ratio > 0)  # xi = 0 belongs to e = 1, which stays there
-    found, error = np.zeros(ratio.size), np.zeros(ratio.size)
-    if case.size:
-        around = [ratio[case] * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
-        steps, window = np.array([cases.displacement.shape[1] - 1]), np.zeros(case.size, dtype=np.int64)
-        found[case], error[case] = _refine(cases, model, steps, window, case, around, scheme)
-    return found, error
+def of_each(function: Callable[[str], T], damping_models: Sequence[str], description: str = "") -> dict[str, T]:
+    """Call a function for each model, side by side: the few lanes of one alone fill no processor."""
+    with ThreadPoolExecutor(available_threads()) as pool:
+        # Each in a copy of the context: the caller says what becomes of floating-point errors.
+        running = [pool.submit(copy_context().run, function, model) for model in damping_models]
+        done = track(running, description) if description else running
+        return {model: run.result() for model, run in zip(damping_models, done, strict=True)}

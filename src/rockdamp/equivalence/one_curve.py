@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
+from operator import itemgetter
 from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
-from rockdamp.equivalence.matching import Cases, follow, match_cases, refined
+from rockdamp.equivalence.matching import REFINEMENT, solve
+from rockdamp.equivalence.minima import Cases
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.vocabulary import DEFAULT_WINDOW, VISCOUS_MODELS
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
-REFINEMENT = 8  # steps of the last minimisation in place of each, as in the studies
 MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
 
 
@@ -115,35 +113,25 @@ def equivalent(
     step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
     _require_affordable(float(window), step, e.size, float(curve.cracked_stiffness_ratio))
     steps = int(np.ceil(float(window) / step))
-    step = float(window) / steps
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
     amplitude = np.full(e.size, float(release_amplitude))
-    response = solve(batch, Damping.cr(e), release_amplitude=amplitude, step=step, steps=steps, store_every=1)
-    cases = Cases(batch, amplitude, e, response.displacement, step)
-    finest = refined(cases, steps, REFINEMENT)
-
-    def of_model(model: str) -> list[Equivalent]:
-        best = match_cases(cases, model, [steps])
-        ratio, error = follow(finest, model, best.damping_ratio[0])
+    cases = Cases.released(batch, amplitude, e, step=float(window) / steps, steps=steps)
+    rows: list[Equivalent] = []
+    for model, matched in solve(cases, VISCOUS_MODELS, steps).items():
         energy = damping_ratio_energy(batch, model, e, amplitude)
         fit = shipped()(model, e, float(curve.cracked_stiffness_ratio))
-        return [
+        rows += [
             {
                 "restitution": float(e[i]),
                 "damping_model": model,
-                "damping_ratio": float(ratio[i]),
-                "rms_error": float(np.sqrt(error[i] / (steps * REFINEMENT))),
+                "damping_ratio": float(matched.damping_ratio[i]),
+                "rms_error": float(matched.rms_error[i]),
                 "damping_ratio_energy": float(energy[i]),
                 "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
             }
             for i in range(e.size)
         ]
-
-    with ThreadPoolExecutor(available_threads()) as pool:  # models side by side: a few lanes alone fill no processor
-        # Each in a copy of the context: the caller says what becomes of floating-point errors.
-        found = [pool.submit(copy_context().run, of_model, model) for model in VISCOUS_MODELS]
-        rows = [row for of_one in found for row in of_one.result()]
-    return sorted(rows, key=lambda row: row["restitution"]) if e.size > 1 else rows
+    return sorted(rows, key=itemgetter("restitution"))
 
 
 def _require_affordable(window: float, step: float, count: int, a1: float) -> None:

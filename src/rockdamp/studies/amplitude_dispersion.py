@@ -8,7 +8,7 @@ Err: Eq. (17). Closed form: first order in the loss; and with the energy in the 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -18,15 +18,14 @@ from scipy.optimize import elementwise
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
-from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
-from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.decays import step_count
+from rockdamp.studies.matches import match_decays
+from rockdamp.studies.settings import CurveMap, DispersionSettings
 from rockdamp.vocabulary import PAPER_MODELS, PRESETS, SOFTENING, VISCOUS_MODELS
 
 BEST = "POWER"  # the general exponent, at the best n of each curve
@@ -49,21 +48,17 @@ class Group:
     curve: TrilinearCurve
 
 
-def groups(config: Config) -> list[Group]:
+def groups(given: DispersionSettings) -> list[Group]:
     """Return the curves of the study: steeper (and, for a3 = 1, without a variant), then translated.
 
-    They are those of the cracked stiffness study's plateau at the a1 of the config, and Doherty's presets; each at
-    a3 = 1 and at the config's a3 in both variants, the translated one where it leaves room for a plateau.
+    They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets; each at
+    a3 = 1 and at the settings' a3 in both variants, the translated one where it leaves room for a plateau.
     """
-    section = config["dispersion"]
-    beyond = config["studies"]["cracked_stiffness"]["plateau_ratio_beyond"]
-    plateaus = (config["curve"]["plateau_ratio"], beyond["plateau_ratio"])
-    shapes = [
-        (f"a1 = {a1:g}", a1, plateaus[a1 >= beyond["cracked_stiffness_ratio"]])
-        for a1 in section["cracked_stiffness_ratio"]
-    ]
+    a1s = given.dispersion.cracked_stiffness_ratio
+    plateaus = given.plateau_ratio_beyond.at(a1s, given.plateau_ratio)
+    shapes = [(f"a1 = {a1:g}", a1, b1) for a1, b1 in zip(a1s, plateaus, strict=True)]
     shapes += [(name, a1, b1) for name, (b1, a1) in PRESETS.items()]
-    a3 = float(section["ultimate_ratio"])
+    a3 = given.dispersion.ultimate_ratio
     steeper = [(*shape, 1.0) for shape in shapes] + [(*shape, a3) for shape in shapes]
     translated = [(*shape, a3) for shape in shapes if shape[1] + shape[2] < a3]
     return [
@@ -84,8 +79,7 @@ def dispersion(config: Config) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``solver``, ``curve.plateau_ratio``, ``studies.cracked_stiffness.plateau_ratio_beyond``,
-        ``matching`` and ``dispersion``.
+        Has the keys of `DispersionSettings`.
 
     Returns
     -------
@@ -95,38 +89,42 @@ def dispersion(config: Config) -> xr.Dataset:
         amplitudes, the standard deviation of the logarithm; ``best_exponent`` (case); and the best exponent and the
         spreads of the closed form over a map of curves.
     """
-    share = np.asarray(config["dispersion"]["release_share"], dtype=float)
-    restitution = np.asarray(config["dispersion"]["restitution"], dtype=float)
-    parts = [_compare(group, share, restitution, config) for group in groups(config)]
+    given = DispersionSettings.of(config)
+    parts = [_compare(group, given) for group in groups(given)]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
-    return dataset.merge(exponent_map(config, share)).assign_coords(window=response_length(config))
+    best = exponent_map(given.dispersion.map, given.dispersion.release_share, given.dispersion.ultimate_ratio)
+    return dataset.merge(best).assign_coords(window=given.matching.window)
 
 
-def _compare(group: Group, share: Array, restitution: Array, config: Config) -> xr.Dataset:
+def _compare(group: Group, given: DispersionSettings) -> xr.Dataset:
     """All measures for the curves of a group."""
+    share, restitution = given.dispersion.release_share, given.dispersion.restitution
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
     curve, n, ultimate = group.curve.map(lambda p: p[case]), exponent[case], np.asarray(group.curve.ultimate_ratio)
     amplitude, e = share[share_at] * ultimate[case], restitution[e_at]
-    step, refinement = float(config["solver"]["step"]), int(config["dispersion"]["refinement"])
-    steps = step_count(response_length(config), step)
-    decays = refined(Cases(curve, amplitude, e, np.empty((e.size, 0)), step, n), steps, 1, config["solver"]["scheme"])
-    found: dict[str, list[Array]] = {}
-    for model in track(DAMPERS, f"dispersion, {len(group.name)} curves"):
-        ratio, uncertainty = matched(decays, model, steps, refinement, config)
-        values = {
-            "damping_ratio": ratio,
-            "damping_ratio_uncertainty": uncertainty,
-            "damping_ratio_peaks": damping_ratio_peaks(curve, model, e, amplitude, n),
-            "damping_ratio_energy": damping_ratio_energy(curve, model, e, amplitude, n),
-            "damping_ratio_middle": damping_ratio_middle(curve, model, e, amplitude, n),
-        }
-        for key, value in values.items():
-            found.setdefault(key, []).append(value.reshape(shape))
+    matched = match_decays(
+        curve,
+        amplitude,
+        e,
+        DAMPERS,
+        replace(given.matching, refinement=given.dispersion.refinement),
+        step=given.solver.step,
+        scheme=given.solver.scheme,
+        exponent=n,
+        description=f"dispersion, {len(group.name)} curves",
+    )
+    measures = {
+        "damping_ratio": [of.damping_ratio for of in matched.values()],
+        "damping_ratio_uncertainty": [of.uncertainty for of in matched.values()],
+        "damping_ratio_peaks": [damping_ratio_peaks(curve, model, e, amplitude, n) for model in DAMPERS],
+        "damping_ratio_energy": [damping_ratio_energy(curve, model, e, amplitude, n) for model in DAMPERS],
+        "damping_ratio_middle": [damping_ratio_middle(curve, model, e, amplitude, n) for model in DAMPERS],
+    }
     dims = ("damping_model", "case", "release_share", "restitution")
     dataset = xr.Dataset(
-        {key: (dims, np.stack(value)) for key, value in found.items()},
+        {key: (dims, np.reshape(values, (len(DAMPERS), *shape))) for key, values in measures.items()},
         coords={
             "damping_model": list(DAMPERS),
             "case": group.name,
@@ -141,16 +139,6 @@ def _compare(group: Group, share: Array, restitution: Array, config: Config) -> 
     for source, key in SOURCES.items():
         dataset[f"spread_{source}"] = xr.apply_ufunc(np.log, dataset[key]).std("release_share")
     return dataset
-
-
-def matched(decays: Cases, model: str, steps: int, refinement: int, config: Config) -> tuple[Array, Array]:
-    """Damping ratio at the global minimum of Err, and its uncertainty, as in `matching_studies.match`."""
-    scheme = config["solver"]["scheme"]
-    best = match_cases(decays, model, [steps], Scan(**config["matching"]["scan"]), scheme).damping_ratio[0]
-    coarser, finest = (refined(decays, steps, many, scheme) for many in (refinement / 2, refinement))
-    before, _ = follow(coarser, model, best, scheme)
-    ratio, _ = follow(finest, model, before, scheme)
-    return ratio, 2 * np.abs(ratio - before)
 
 
 # --- peaks -----------------------------------------------------------------------------------------------------------
@@ -194,14 +182,14 @@ def damping_ratio_peaks(
         return decrement(some, Damping.of(damping_model, damping_ratio=xi, exponent=n[case]), x0[case]) - delta[case]
 
     low, high = (factor * guess.ravel() for factor in BRACKET)
-    found = elementwise.find_root(excess, (low, high), args=(np.arange(x0.size, dtype=float),), tolerances=TOLERANCES)
-    if not found.success.all():
-        bad = int(np.flatnonzero(~found.success)[0])
+    root = elementwise.find_root(excess, (low, high), args=(np.arange(x0.size, dtype=float),), tolerances=TOLERANCES)
+    if not root.success.all():
+        bad = int(np.flatnonzero(~root.success)[0])
         raise InputError(
             f"the damping ratio of {damping_model} from the first peak at u0/u_ins = {x0[bad]:.6g} and"
             f" e = {np.exp(-delta[bad]):.6g} is not within {BRACKET} times the closed form's, {guess.ravel()[bad]:.6g}"
         )
-    return found.x.reshape(shape)
+    return root.x.reshape(shape)
 
 
 def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array) -> Array:
@@ -252,25 +240,24 @@ def best_exponent(curve: TrilinearCurve, share: Array) -> Array:
     low, middle, high = (np.full(count, n) for n in EXPONENTS_TRIED)
     args = (np.arange(count, dtype=float),)
     bracket = elementwise.bracket_minimum(of_exponent, middle, xl0=low, xr0=high, xmin=0.0, args=args)
-    found = elementwise.find_minimum(of_exponent, bracket.bracket, args=args, tolerances={"xrtol": 1e-6})
-    if not (bracket.success & found.success).all():
-        bad = int(np.flatnonzero(~(bracket.success & found.success))[0])
+    minimum = elementwise.find_minimum(of_exponent, bracket.bracket, args=args, tolerances={"xrtol": 1e-6})
+    if not (bracket.success & minimum.success).all():
+        bad = int(np.flatnonzero(~(bracket.success & minimum.success))[0])
         raise InputError(f"no exponent n has the least dispersion on the curve {curves.map(lambda p: p[bad])}")
-    return found.x
+    return minimum.x
 
 
-def exponent_map(config: Config, share: Array) -> xr.Dataset:
+def exponent_map(curves: CurveMap, share: Array, ultimate_ratio: float) -> xr.Dataset:
     """Best exponent and spreads of the closed form over a1 and b1, without and with both variants of the last branch.
 
     NaN where a1 and b1 leave no room for the plateau or for the variant.
     """
-    section = config["dispersion"]
-    a1, b1 = (np.asarray(section["map"][key], dtype=float) for key in PARAMETERS[:2])
+    a1, b1 = curves.cracked_stiffness_ratio, curves.plateau_ratio
     variants = ("none", *SOFTENING)
     shape = (len(variants), b1.size, a1.size)
     best, spreads = np.full(shape, np.nan), np.full((len(DAMPERS), *shape), np.nan)
     for index, variant in enumerate(track(variants, "exponents")):
-        a3 = 1.0 if variant == "none" else float(section["ultimate_ratio"])
+        a3 = 1.0 if variant == "none" else ultimate_ratio
         translated = variant == "translated"
         b, a = (grid.ravel() for grid in np.meshgrid(b1, a1, indexing="ij"))
         room = a + b < (a3 if translated else 1.0) - ROOM

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
-from rockdamp.equivalence.matching import Cases, match_cases
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
+from rockdamp.studies.matches import match_decays
 from rockdamp.studies.settings import LoopSettings, Matching, RigidWall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -46,30 +45,27 @@ def matched_histories(
     curve: TrilinearCurve, e: float, x0: float, matching: Matching, *, length: float, step: float, scheme: str
 ) -> xr.Dataset:
     """Return the decay from x0 under e, and that of each viscous model matched to it, over `length` in tau or more."""
-    window = step_count(matching.window, step)
-    steps = max(step_count(length, step), window)
-    ratio = np.full(len(MODELS), np.nan)
-    displacement: list[Array] = []
-    velocity: list[Array] = []
-    force: list[Array] = []
-    for index, model in enumerate(MODELS):
-        damping = Damping.cr(e)
-        if index:
-            cases = Cases(curve.map(np.atleast_1d), np.array([x0]), np.array([e]), displacement[0][None], step)
-            best = match_cases(cases, model, [window], matching.scan, scheme)
-            ratio[index] = best.damping_ratio[0, 0]
-            damping = Damping(model, ratio[index])
-        response = solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
-        displacement.append(response.displacement)
-        velocity.append(response.velocity)
-        force.append(damping.coefficient(curve, response.displacement, response.velocity) * response.velocity)
+    steps = max(step_count(length, step), step_count(matching.window, step))
+    matched = match_decays(
+        curve.map(np.atleast_1d), np.array([x0]), np.array([e]), VISCOUS_MODELS, matching, step=step, scheme=scheme
+    )
+    ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
+    dampings = [Damping.cr(e), *(Damping(model, xi) for model, xi in ratio.items())]
+    histories = [
+        solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
+        for damping in dampings
+    ]
+    force = [
+        damping.coefficient(curve, history.displacement, history.velocity) * history.velocity
+        for damping, history in zip(dampings, histories, strict=True)
+    ]
     dims = ("damping_model", "tau")
     return xr.Dataset(
         {
-            "displacement": (dims, np.stack(displacement)),
-            "velocity": (dims, np.stack(velocity)),
+            "displacement": (dims, np.stack([history.displacement for history in histories])),
+            "velocity": (dims, np.stack([history.velocity for history in histories])),
             "damping_force": (dims, np.stack(force)),
-            "damping_ratio": ("damping_model", ratio),
+            "damping_ratio": ("damping_model", [np.nan, *ratio.values()]),
         },
         coords={"damping_model": list(MODELS), "tau": step * np.arange(steps + 1)},
     )
@@ -108,13 +104,13 @@ def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr
         store_every=1,
         scheme=scheme,
     )
-    histories: list[Array | None] = [
+    histories = [
         response.displacement,
         rigid_bodies.slender_decay(tau, wall, e, x0),
         rigid_bodies.large_rotation_decay(tau, wall, e, x0),
     ]
     return xr.Dataset(
-        {"rocking_displacement": (("rocking_model", "tau"), np.stack(histories))},  # type: ignore[arg-type]
+        {"rocking_displacement": (("rocking_model", "tau"), np.stack(histories))},
         coords={
             "rocking_model": list(ROCKING_MODELS),
             "tau": tau,

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, Quantity
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.matching import RESOLUTION, Cases, follow, match_cases, refined, response_length
+from rockdamp.equivalence.matching import Matched, of_each, solve
+from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.equivalence.scan import Scan
-from rockdamp.progress import track
-from rockdamp.solvers.newmark import available_threads
-from rockdamp.studies.decays import describe, step_count
-from rockdamp.studies.settings import Study, make_wall
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Wall
+from rockdamp.studies.decays import step_count
+from rockdamp.studies.settings import Matching, MatchSettings, Study
 from rockdamp.vocabulary import VISCOUS_MODELS
+
+FIXED_SECONDS = ("slenderness", "overburden")  # studies whose walls differ in their time scale, 1/p
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Match every viscous model to the stored decays of one study.
 
-    The global minimum is found against the stored decays and then followed to a finer step, in the reference and in
-    the model. The uncertainty is twice the change over the last halving of the step, where the change itself would
-    bound the error of a first-order method: |u| sampled at the steps puts a ripple of that order on Err. It is never
-    less than the resolution of the minimiser.
+    By the protocol of `equivalence.matching`, against the decays as they are stored.
 
     For slenderness and overburden the response length is also held in seconds, at the length that the wall of the
     config has: then the walls' lengths in tau differ, and with them the damping ratios. Those other lengths are matched
@@ -35,11 +34,11 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     name : str
-        One of `decay.STUDIES`.
+        One of `STUDIES`.
     config : dict
-        Validated; uses what `decay.study` uses, and ``matching``.
+        Has the keys of `MatchSettings`.
     decays : xarray.Dataset
-        What `decay.study` returned.
+        What `decays.study` returned.
 
     Returns
     -------
@@ -48,51 +47,103 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         ``local_minima`` (damping_model, study parameter, restitution), with the ``step`` and the number of ``steps``
         that Err sums over.
     """
-    study, step, scheme = describe(name, config), float(config["solver"]["step"]), config["solver"]["scheme"]
-    restitution, scan = decays["restitution"].values, Scan(**config["matching"]["scan"])
-    window, refinement = response_length(config), int(config["matching"]["refinement"])
+    given = MatchSettings.of(config)
+    study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
+    restitution, window, scan = decays["restitution"].values, given.matching.window, given.matching.scan
     steps = step_count(window, step)
-    fixed = _windows_of_fixed_seconds(study, config, window) if name in ("slenderness", "overburden") else None
+    fixed = _windows_of_fixed_seconds(study, given.wall, window) if name in FIXED_SECONDS else None
     last = steps if fixed is None else max(steps, step_count(float(fixed.max()), step))
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
-    unlike, which = _alike(cases)
-    some = cases.take(unlike)
-    finest, coarser = (refined(some, steps, many, scheme) for many in (refinement, refinement / 2))
-    dims = ("damping_model", study.parameter, "restitution")
-    shape = (study.values.size, restitution.size)
-    found: dict[str, list[Array]] = {}
-
-    def of_model(model: str) -> dict[str, Array]:
-        best = match_cases(some, model, [steps], scan, scheme)
-        before, _ = follow(coarser, model, best.damping_ratio[0], scheme)
-        ratio, error = follow(finest, model, before, scheme)
-        values = {
-            "damping_ratio": ratio,
-            "damping_ratio_uncertainty": np.maximum(2 * np.abs(ratio - before), RESOLUTION * ratio),
-            "damping_ratio_energy": damping_ratio_energy(some.curve, model, some.restitution, some.release_amplitude),
-            "error": error,
-            "rms_error": np.sqrt(error / (steps * refinement)),
-            "local_minima": best.local_minima[0],
+    matched = solve(
+        cases,
+        VISCOUS_MODELS,
+        steps,
+        scan=scan,
+        refinement=given.matching.refinement,
+        scheme=scheme,
+        description=f"match {name}",
+    )
+    of_model = {
+        model: {
+            "damping_ratio": of.damping_ratio,
+            "damping_ratio_uncertainty": of.uncertainty,
+            "damping_ratio_energy": damping_ratio_energy(
+                cases.curve, model, cases.restitution, cases.release_amplitude
+            ),
+            "error": of.error,
+            "rms_error": of.rms_error,
+            "local_minima": of.local_minima,
         }
-        values = {key: value[which] for key, value in values.items()}
-        if fixed is not None:
-            known = (window, values["damping_ratio"])
-            values["damping_ratio_fixed_seconds"] = _match_each(cases, model, fixed, known, scan, scheme)
-        return values
+        for model, of in matched.items()
+    }
+    if fixed is not None:
 
-    with ThreadPoolExecutor(available_threads()) as pool:  # models side by side: a few lanes alone fill no processor
-        for values in track(pool.map(of_model, VISCOUS_MODELS), f"match {name}", len(VISCOUS_MODELS)):
-            for key, value in values.items():
-                found.setdefault(key, []).append(value.reshape(shape))
+        def at_fixed_seconds(model: str) -> Array:
+            return _match_each(cases, model, fixed, (window, matched[model].damping_ratio), scan, scheme)
+
+        for model, ratio in of_each(at_fixed_seconds, VISCOUS_MODELS, f"match {name} at fixed seconds").items():
+            of_model[model]["damping_ratio_fixed_seconds"] = ratio
+    dims = ("damping_model", study.parameter, "restitution")
+    shape = (len(of_model), study.values.size, restitution.size)
+    names = of_model[VISCOUS_MODELS[0]]
     dataset = xr.Dataset(
-        {key: (dims, np.stack(value)) for key, value in found.items()},
-        coords={"damping_model": list(VISCOUS_MODELS), "restitution": restitution},
+        {key: (dims, np.stack([values[key] for values in of_model.values()]).reshape(shape)) for key in names},
+        coords={"damping_model": list(of_model), "restitution": restitution},
     )
     kept = {
         key: decays[key] for key in (study.parameter, "frequency_parameter", "plateau_ratio") if key in decays.coords
     }
-    return dataset.assign_coords(kept).assign_coords(window=window, step=finest.step, steps=steps * refinement)
+    finest = matched[VISCOUS_MODELS[0]]
+    return dataset.assign_coords(kept).assign_coords(window=window, step=finest.step, steps=finest.steps)
+
+
+def match_decays(
+    curve: TrilinearCurve,
+    release_amplitude: Array,
+    restitution: Array,
+    damping_models: Sequence[str],
+    matching: Matching,
+    *,
+    step: float,
+    scheme: str,
+    exponent: Quantity = 0.0,
+    description: str = "",
+) -> dict[str, Matched]:
+    """Release walls under restitution and match models to their decays, by the protocol of `equivalence.matching`.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        With parameters of shape (cases,).
+    release_amplitude, restitution : ndarray, shape (cases,)
+        u0/u_ins and e. [-]
+    damping_models : sequence of str
+        Of `VISCOUS_MODELS`, or ``"POWER"`` with an `exponent` for each case.
+    matching : Matching
+    step : float
+        Of the solver, in tau. [-]
+    scheme, description : str
+        Of `newmark.solve`, and of the progress.
+
+    Returns
+    -------
+    dict of Matched
+        By model.
+    """
+    steps = step_count(matching.window, step)
+    cases = Cases.released(
+        curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme, exponent=exponent
+    )
+    return solve(
+        cases,
+        damping_models,
+        steps,
+        scan=matching.scan,
+        refinement=matching.refinement,
+        scheme=scheme,
+        description=description,
+    )
 
 
 def cases_of(study: Study, restitution: Array, displacement: Array, step: float) -> Cases:
@@ -107,9 +158,9 @@ def cases_of(study: Study, restitution: Array, displacement: Array, step: float)
     )
 
 
-def _windows_of_fixed_seconds(study: Study, config: Config, window: float) -> Array:
-    """Window of each wall, in tau, when all have the length in seconds of the config's wall."""
-    seconds = window / float(make_wall(config["wall"]).frequency_parameter)
+def _windows_of_fixed_seconds(study: Study, wall: Wall, window: float) -> Array:
+    """Window of each wall of a study, in tau, when all have the length in seconds of `wall`'s."""
+    seconds = window / float(wall.frequency_parameter)
     return seconds * study.frequency_parameter
 
 
@@ -121,16 +172,7 @@ def _match_each(cases: Cases, model: str, windows: Array, known: tuple[float, Ar
         own = slice(wall * per_wall, (wall + 1) * per_wall)
         if np.isclose(windows[wall], known[0], rtol=1e-12):
             return known[1][own]
-        return match_cases(cases.take(own), model, [step_count(windows[wall], cases.step)], scan, scheme).damping_ratio[
-            0
-        ]
+        steps = step_count(windows[wall], cases.step)
+        return global_minima(cases.take(own), model, [steps], scan, scheme).damping_ratio[0]
 
     return np.concatenate([of_wall(wall) for wall in range(windows.size)])
-
-
-def _alike(cases: Cases) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Indices of the cases that differ, and which of them each case is: walls of one curve pose one problem in tau."""
-    c = cases.curve
-    problem = [c.cracked_stiffness_ratio, c.plateau_ratio, c.ultimate_ratio, cases.release_amplitude, cases.restitution]
-    _, first, which = np.unique(np.stack(problem, axis=1), axis=0, return_index=True, return_inverse=True)
-    return first, which

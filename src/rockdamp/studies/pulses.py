@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.matching import Cases, follow, match_cases, refined, response_length
-from rockdamp.equivalence.scan import Scan
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -28,6 +26,8 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
 from rockdamp.studies.decays import step_count
+from rockdamp.studies.matches import match_decays
+from rockdamp.studies.settings import PulseSettings
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSES = ("Ricker", "sine")
@@ -45,27 +45,18 @@ def pulse(name: str, frequency: float, step: float) -> Array:
     return np.where(tau < period, np.sin(frequency * tau), 0.0)
 
 
-def damping_ratios(config: Config) -> Array:
+def damping_ratios(given: PulseSettings) -> Array:
     """Damping ratio of each viscous model for each e, by the closed form and by Err; (source, model, e).
 
-    Both at the release amplitude of the config, since the amplitude that a pulse will cause is not known before.
+    Both at the release amplitude of the settings, since the amplitude that a pulse will cause is not known before.
     """
-    curve, e = TrilinearCurve(**config["curve"]), np.asarray(config["pulses"]["restitution"], dtype=float)
-    curves = curve.map(lambda p: np.full(e.size, p))
-    amplitude, step = np.full(e.size, float(config["release_amplitude"])), float(config["solver"]["step"])
-    steps = step_count(response_length(config), step)
-    decays = refined(Cases(curves, amplitude, e, np.empty((e.size, 0)), step), steps, 1)
-    finer, found = refined(decays, steps, 2), np.empty((len(SOURCES), len(VISCOUS_MODELS), e.size))
-    for row, model in enumerate(VISCOUS_MODELS):
-        found[0, row] = damping_ratio_energy(curves, model, e, amplitude)
-        best = match_cases(decays, model, [steps], Scan(**config["matching"]["scan"])).damping_ratio[0]
-        found[1, row] = follow(finer, model, best)[0]
-    return found
-
-
-def geometric(section: dict[str, float]) -> Array:
-    """Return the values that a config section states by start, stop and count, in a geometric sequence."""
-    return np.geomspace(section["start"], section["stop"], int(section["count"]))
+    e = given.pulses.restitution
+    curves = given.curve.map(lambda p: np.full(e.size, p))
+    amplitude = np.full(e.size, given.release_amplitude)
+    closed_form = [damping_ratio_energy(curves, model, e, amplitude) for model in VISCOUS_MODELS]
+    step, scheme = given.solver.step, given.solver.scheme
+    matched = match_decays(curves, amplitude, e, VISCOUS_MODELS, given.matching, step=step, scheme=scheme)
+    return np.array([closed_form, [of.damping_ratio for of in matched.values()]])
 
 
 def pulses(config: Config) -> xr.Dataset:
@@ -74,7 +65,7 @@ def pulses(config: Config) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``solver.step``, ``curve``, ``release_amplitude``, ``matching`` and ``pulses``.
+        Has the keys of `PulseSettings`.
 
     Returns
     -------
@@ -82,22 +73,22 @@ def pulses(config: Config) -> xr.Dataset:
         ``peak_displacement`` and ``collapsed`` of CR (``reference_...``) and of each model (source, damping_model,
         pulse, pulse_frequency, load_ratio, restitution), and what `compare` makes of them.
     """
-    section = config["pulses"]
-    frequency, load = geometric(section["frequency"]), geometric(section["load"])
-    e = np.asarray(section["restitution"], dtype=float)
-    xi = damping_ratios(config)
+    given = PulseSettings.of(config)
+    frequency, load, e = given.pulses.frequency, given.pulses.load, given.pulses.restitution
+    xi = damping_ratios(given)
     shape = (len(PULSES), frequency.size, load.size, e.size)
     reference = np.empty((3, *shape))
-    found = np.empty((2, *xi.shape[:2], *shape))
+    by_damper = np.empty((2, *xi.shape[:2], *shape))
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(frequency, f"{name} pulses")):
-            run = _Run(config, name, float(w), load)
+            step = given.pulses.step
+            run = _Run(given.curve, pulse(name, float(w), step), load, step, given.pulses.tail)
             histories = run.histories(Damping.cr(e))
             reference[0, i, j], reference[1, i, j] = histories.peak, histories.outcome == COLLAPSED
-            reference[2, i, j] = _impacts_before_peak(histories, run.step)
+            reference[2, i, j] = _impacts_before_peak(histories, step)
             for row, model in enumerate(VISCOUS_MODELS):
                 response = run(Damping(model, xi[:, row, None, :]))
-                found[0, :, row, i, j], found[1, :, row, i, j] = response.peak, response.outcome == COLLAPSED
+                by_damper[0, :, row, i, j], by_damper[1, :, row, i, j] = response.peak, response.outcome == COLLAPSED
     dims = ("pulse", "pulse_frequency", "load_ratio", "restitution")
     by_model = ("damping_ratio_source", "damping_model")
     dataset = xr.Dataset(
@@ -106,8 +97,8 @@ def pulses(config: Config) -> xr.Dataset:
             "reference_peak": (dims, reference[0]),
             "reference_collapsed": (dims, reference[1].astype(np.int8)),
             "impacts_before_peak": (dims, reference[2].astype(np.int32)),
-            "peak_displacement": ((*by_model, *dims), found[0]),
-            "collapsed": ((*by_model, *dims), found[1].astype(np.int8)),
+            "peak_displacement": ((*by_model, *dims), by_damper[0]),
+            "collapsed": ((*by_model, *dims), by_damper[1].astype(np.int8)),
         },
         coords={
             "damping_ratio_source": list(SOURCES),
@@ -118,27 +109,18 @@ def pulses(config: Config) -> xr.Dataset:
             "restitution": e,
         },
     )
-    return dataset.merge(compare(dataset, np.asarray(section["bands"], dtype=float))).assign_coords(
-        release_amplitude=float(config["release_amplitude"])
-    )
+    return dataset.merge(compare(dataset, given.pulses.bands)).assign_coords(release_amplitude=given.release_amplitude)
 
 
 @dataclass(frozen=True)
 class _Run:
     """A pulse of one frequency at every load, for the dampers that are asked for."""
 
-    config: Config
-    name: str
-    frequency: float
+    curve: TrilinearCurve
+    pulse: Array
     load: Array
-
-    @property
-    def step(self) -> float:
-        return float(self.config["pulses"]["step"])
-
-    @property
-    def curve(self) -> TrilinearCurve:
-        return TrilinearCurve(**self.config["curve"])
+    step: float
+    tail: float
 
     def __call__(self, damping: Damping) -> Response:
         """Dampers of shape (..., e) give a batch (..., load, e)."""
@@ -148,8 +130,7 @@ class _Run:
         return solve(self.curve, damping, store_every=1, **self._forced())
 
     def _forced(self) -> Options:
-        shape = pulse(self.name, self.frequency, self.step)
-        ground = followed_by_rest(shape, self.step, float(self.config["pulses"]["tail"]))
+        ground = followed_by_rest(self.pulse, self.step, self.tail)
         return {
             "load_factor": float(self.curve.plateau_ratio) * self.load[:, None],
             "ground_acceleration": ground,
@@ -197,7 +178,7 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     inside = (peak >= edges[0]) & (peak < edges[-1])
     before_impact = logarithm.where(inside & (dataset["impacts_before_peak"] == 0))
     in_all = logarithm.where(inside)
-    found = xr.Dataset(
+    compared = xr.Dataset(
         {
             "median_ratio_all": np.exp(in_all.median(cells)),
             "log_dispersion_all": in_all.std(cells),
@@ -212,7 +193,7 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
             "reference_survivals": (~reference).sum(cells),
         }
     )
-    return found.transpose("damping_ratio_source", "damping_model", "restitution", "band")
+    return compared.transpose("damping_ratio_source", "damping_model", "restitution", "band")
 
 
 def table(dataset: xr.Dataset) -> list[str]:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config.parsing import Config
-from rockdamp.equivalence.matching import match_cases
+from rockdamp.equivalence.minima import global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import cases_of
@@ -42,7 +42,7 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
     stored = np.asarray(decays["displacement"].values[:, :, : steps[-1] + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step).take(slice(row * restitution.size, (row + 1) * restitution.size))
     models = track(VISCOUS_MODELS, "windows")
-    matches = [match_cases(cases, model, steps, given.scan, given.solver.scheme) for model in models]
+    matches = [global_minima(cases, model, steps, given.scan, given.solver.scheme) for model in models]
     error = np.stack([match.error for match in matches], axis=-1)
     dims = ("window", "restitution", "damping_model")
     dataset = xr.Dataset(

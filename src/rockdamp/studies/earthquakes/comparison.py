@@ -18,6 +18,7 @@ from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
+from rockdamp.studies.earthquakes.settings import ComparisonSettings
 from rockdamp.vocabulary import REFERENCE
 
 FRACTILES = (0.16, 0.50, 0.84)
@@ -27,15 +28,15 @@ BOUND = ("lower", "upper")
 RATIO = ("median_ratio", "log_dispersion", "log_error", "pairs")
 
 
-def compare(config: Config, natural: xr.Dataset) -> xr.Dataset:
+def compare(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """Compare every damper, and CR with small changes of its own, with CR.
 
     Parameters
     ----------
     config : dict
-        Validated; uses ``natural.bands`` and ``natural.bootstrap``.
-    natural : xarray.Dataset
-        Of `natural.gather`.
+        Has the keys of `ComparisonSettings`.
+    earthquakes : xarray.Dataset
+        Of `incremental.gather`.
 
     Returns
     -------
@@ -48,36 +49,34 @@ def compare(config: Config, natural: xr.Dataset) -> xr.Dataset:
         intervals, those with ``varied_`` are CR's own under small changes. For each wall: ``wall_median_intensity``,
         ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks.
     """
-    section = config["natural"]
-    weights = resample(
-        natural["station"].values, int(section["bootstrap"]["replicates"]), int(section["bootstrap"]["seed"])
-    )
-    edges = np.asarray(section["bands"], dtype=float)
-    pooled = natural.isel(wall=_complete(natural))
+    given = ComparisonSettings.of(config)
+    weights = resample(earthquakes["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
+    edges = given.bands
+    pooled = earthquakes.isel(wall=_complete(earthquakes))
     damper = _Alternatives(pooled, "peak_displacement", "collapsed", ("damping_model", "damping_ratio_source"))
     varied = _Alternatives(pooled, "varied_peak", "varied_collapsed", ("variation",))
-    found = xr.merge(
+    statistics = xr.merge(
         [
             damper.ratios(edges, weights, ""),
             damper.collapses(weights, ""),
             varied.ratios(edges, weights, "varied_"),
             varied.collapses(weights, "varied_"),
             damper.fragility(weights),
-            _per_wall(natural, weights),
+            _per_wall(earthquakes, weights),
             _misfit(pooled),
         ],
         join="exact",
     )
     kept = ("damping_model", "damping_ratio_source", "variation", "restitution", "wall", "scale")
-    settled = natural["settled"].where(natural["settled"] >= 0)
-    return found.assign(
+    settled = earthquakes["settled"].where(earthquakes["settled"] >= 0)
+    return statistics.assign(
         settled_share=settled.mean(),
-        records=natural.sizes["record"],
-        stations=np.unique(natural["station"]).size,
-        pooled=("wall", _complete(natural).astype(np.int8)),
-        relative_uncertainty=("share", _uncertainty(natural)),
+        records=earthquakes.sizes["record"],
+        stations=np.unique(earthquakes["station"]).size,
+        pooled=("wall", _complete(earthquakes).astype(np.int8)),
+        relative_uncertainty=("share", _uncertainty(earthquakes)),
     ).assign_coords(
-        {name: natural[name].values for name in kept}
+        {name: earthquakes[name].values for name in kept}
         | {
             "bound": list(BOUND),
             "probability": list(FRACTILES),
@@ -89,16 +88,16 @@ def compare(config: Config, natural: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _complete(natural: xr.Dataset) -> NDArray[np.bool_]:
+def _complete(earthquakes: xr.Dataset) -> NDArray[np.bool_]:
     """Walls that have a damping ratio from every source: sources can only be compared on the same walls."""
-    defined = natural["damping_ratio"].notnull().sel(damping_model=natural["damping_model"] != REFERENCE)
+    defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
     complete = defined.all(("restitution", "damping_model", "damping_ratio_source")).values
     return complete if complete.any() else np.ones_like(complete)
 
 
-def _uncertainty(natural: xr.Dataset) -> Array:
+def _uncertainty(earthquakes: xr.Dataset) -> Array:
     """Fractiles of the bound of the peaks' error, as a fraction of the peak."""
-    bound = (natural["peak_displacement_uncertainty"] / natural["peak_displacement"]).values
+    bound = (earthquakes["peak_displacement_uncertainty"] / earthquakes["peak_displacement"]).values
     known = bound[np.isfinite(bound)]
     return np.quantile(known, [0.5, 0.9, 0.99, 1.0]) if known.size else np.full(4, np.nan)
 
@@ -107,25 +106,25 @@ def _uncertainty(natural: xr.Dataset) -> Array:
 class _Alternatives:
     """Alternatives to CR with their peaks and collapses; `dims` are those of the alternatives."""
 
-    natural: xr.Dataset
+    earthquakes: xr.Dataset
     peak: str
     collapsed: str
     dims: tuple[str, ...]
 
     def _arrays(self) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray, xr.DataArray]:
         """CR's peak and collapse, and those of the alternatives, dimensions of histories first."""
-        cr = self.natural.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
+        cr = self.earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
         order = ("record", "scale", "wall", "restitution")
         return (
             cr["peak_displacement"].transpose(*order),
             cr["collapsed"].transpose(*order),
-            self.natural[self.peak].transpose(*order, *self.dims),
-            self.natural[self.collapsed].transpose(*order, *self.dims),
+            self.earthquakes[self.peak].transpose(*order, *self.dims),
+            self.earthquakes[self.collapsed].transpose(*order, *self.dims),
         )
 
     def _each(self, values: Callable[..., Mapping[str, Any]], dims: Mapping[str, tuple[str, ...]]) -> xr.Dataset:
         """Collect what `values(restitution index, alternative's index)` returns for each of them."""
-        shape = (self.natural.sizes["restitution"], *(self.natural.sizes[dim] for dim in self.dims))
+        shape = (self.earthquakes.sizes["restitution"], *(self.earthquakes.sizes[dim] for dim in self.dims))
         cells: dict[str, list[Any]] = {name: [] for name in dims}
         for index in track(list(product(*map(range, shape))), f"Statistics of {self.peak}"):
             for name, value in values(*index).items():
@@ -152,7 +151,7 @@ class _Alternatives:
                 _ratio_statistics(np.log(peaks[at][part] / reference[..., e][part]), record[part], weights)
                 for part in parts
             ]
-            return {prefix + name: np.array([one[name] for one in results]) for name in results[0]}
+            return {prefix + name: np.array([of_band[name] for of_band in results]) for name in results[0]}
 
         dims: dict[str, tuple[str, ...]] = {prefix + name: ("band",) for name in RATIO}
         dims |= {f"{prefix}{name}_interval": ("band", "bound") for name in RATIO[:3]}
@@ -165,15 +164,15 @@ class _Alternatives:
         def values(e: int, *alternative: int) -> dict[str, Any]:
             at: Any = (..., e, *alternative)
             down, other = fell[..., e] == 1, collapsed[at]
-            found: dict[str, Any] = {}
+            rates: dict[str, Any] = {}
             for name, wrong, of in (("safe", down & (other == 0), down), ("collapse", ~down & (other == 1), ~down)):
                 counts = wrong.sum(axis=(1, 2)).astype(float), of.sum(axis=(1, 2)).astype(float)
-                found[f"{prefix}false_{name}"] = int(counts[0].sum())
-                found[f"{prefix}false_{name}_rate"] = _divide(counts[0].sum(), counts[1].sum())
-                found[f"{prefix}false_{name}_rate_interval"] = interval(
+                rates[f"{prefix}false_{name}"] = int(counts[0].sum())
+                rates[f"{prefix}false_{name}_rate"] = _divide(counts[0].sum(), counts[1].sum())
+                rates[f"{prefix}false_{name}_rate_interval"] = interval(
                     _divide(weights @ counts[0], weights @ counts[1])
                 )
-            return found
+            return rates
 
         dims: dict[str, tuple[str, ...]] = {}
         for name in ("safe", "collapse"):
@@ -184,13 +183,13 @@ class _Alternatives:
     def fragility(self, weights: Array) -> xr.Dataset:
         """Fragilities over all walls together, and the ratio of their medians to CR's."""
         order = ("record", "restitution", *self.dims, "scale")
-        collapsed = (self.natural["collapsed"] == 1).sum("wall").transpose(*order).values.astype(float)
-        runs = float(self.natural.sizes["wall"])
-        scale = self.natural["scale"].values
+        collapsed = (self.earthquakes["collapsed"] == 1).sum("wall").transpose(*order).values.astype(float)
+        runs = float(self.earthquakes.sizes["wall"])
+        scale = self.earthquakes["scale"].values
         whole = fit(scale, collapsed.sum(axis=0), runs * collapsed.shape[0])
         drawn = fit(scale, np.tensordot(weights, collapsed, 1), runs * collapsed.shape[0])
-        cr = self.natural["damping_model"].values.tolist().index(REFERENCE)
-        ratio, drawn_ratio = (one / one[..., cr : cr + 1, :] for one in (whole.median, drawn.median))
+        cr = self.earthquakes["damping_model"].values.tolist().index(REFERENCE)
+        ratio, drawn_ratio = (median / median[..., cr : cr + 1, :] for median in (whole.median, drawn.median))
         lead = ("restitution", *self.dims)
         return xr.Dataset(
             {
@@ -208,8 +207,8 @@ def _ratio_statistics(logarithm: Array, record: NDArray[np.int64], weights: Arra
     """Statistics of logarithms of ratios, and their bootstrap intervals by the weights of their records."""
     statistics = [logarithm[None], np.ones((1, logarithm.size))], [logarithm[None], weights[:, record]]
     whole, drawn = (_moments(*given) for given in statistics)
-    found: dict[str, Any] = {name: values[0] for name, values in whole.items()}
-    return {**found, "pairs": logarithm.size, **{f"{name}_interval": interval(drawn[name]) for name in drawn}}
+    estimates: dict[str, Any] = {name: values[0] for name, values in whole.items()}
+    return {**estimates, "pairs": logarithm.size, **{f"{name}_interval": interval(drawn[name]) for name in drawn}}
 
 
 def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
@@ -222,29 +221,31 @@ def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
     }
 
 
-def _divide(one: Any, other: Any) -> Any:
+def _divide(part: Any, whole: Any) -> Any:
     """Quotient; NaN of nothing."""
-    return np.divide(one, other, out=np.full(np.shape(one), np.nan), where=np.asarray(other) > 0)
+    return np.divide(part, whole, out=np.full(np.shape(part), np.nan), where=np.asarray(whole) > 0)
 
 
 # --- each wall, and the decay -----------------------------------------------------------------------------------------
 
 
-def _per_wall(natural: xr.Dataset, weights: Array) -> xr.Dataset:
+def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
     """Fragility of each wall with its interval, the share of records that collapse it, and fractiles of the peaks."""
     order = ("record", "wall", "restitution", "damping_model", "damping_ratio_source", "scale")
-    stored = natural["collapsed"].transpose(*order)
+    stored = earthquakes["collapsed"].transpose(*order)
     run = (stored >= 0).values.astype(float)
     collapsed = (stored == 1).values.astype(float)
-    scale = natural["scale"].values
+    scale = earthquakes["scale"].values
     whole = fit(scale, collapsed.sum(axis=0), run.sum(axis=0))
     lead = order[1:-1]
     medians, dispersions = [], []
-    for row in track(range(natural.sizes["wall"]), "Fragilities of the walls"):
+    for row in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls"):
         drawn = fit(scale, np.tensordot(weights, collapsed[:, row], 1), np.tensordot(weights, run[:, row], 1))
         medians.append(interval(drawn.median))
         dispersions.append(interval(drawn.dispersion))
-    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, natural["peak_displacement"].transpose(*order), np.nan))
+    peaks = np.where(
+        collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak_displacement"].transpose(*order), np.nan)
+    )
     fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
     count = run.sum(axis=0)
     return xr.Dataset(
@@ -259,9 +260,9 @@ def _per_wall(natural: xr.Dataset, weights: Array) -> xr.Dataset:
     )
 
 
-def _misfit(natural: xr.Dataset) -> xr.Dataset:
+def _misfit(earthquakes: xr.Dataset) -> xr.Dataset:
     """Median over records and walls of the misfit over the decay, at each scale."""
-    median = natural["decay_misfit"].median(("record", "wall"))
+    median = earthquakes["decay_misfit"].median(("record", "wall"))
     return xr.Dataset(
         {"median_decay_misfit": median.transpose("restitution", "damping_model", "damping_ratio_source", "scale")}
     )

@@ -19,19 +19,21 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Config
-from rockdamp.equivalence.matching import response_length
-from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import intensity_measures, spectral_acceleration
+from rockdamp.motions.intensity import IntensityMeasures, intensity_measures, spectral_acceleration
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
-from rockdamp.vocabulary import MODELS, PRESETS, VISCOUS_MODELS
+from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings, EarthquakeWallSettings
+from rockdamp.studies.matches import match_decays
+from rockdamp.studies.settings import NamedWall
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 SOURCES = ("fit", "error", "closed form")  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
 HALVINGS = 2
@@ -45,24 +47,13 @@ BY_DAMPER = (*HISTORY, "damping_model", "damping_ratio_source")
 # --- the walls --------------------------------------------------------------------------------------------------------
 
 
-def make_wall(section: Config) -> tuple[Wall | Parapet, TrilinearCurve]:
-    """Build a wall of the study, and its curve, from an entry of ``natural.walls``."""
-    options = dict(section)
-    b1, a1 = PRESETS[options.pop("preset")] if "preset" in options else (None, None)
-    curve = TrilinearCurve(options.pop("cracked_stiffness_ratio", a1), options.pop("plateau_ratio", b1))
-    kind = Parapet if options.pop("parapet", False) else Wall
-    del options["name"]
-    thickness = options.pop("thickness")
-    return kind(thickness=thickness, height=thickness * options.pop("slenderness"), **options), curve
-
-
 def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     """Return the walls of the study and the damping ratio of each damper, from each source.
 
     Parameters
     ----------
     config : dict
-        Validated; uses ``natural.walls``, ``natural.restitution``, ``release_amplitude`` and ``matching.window``.
+        Has the keys of `EarthquakeWallSettings`.
     equivalence : xarray.Dataset
         With ``coefficient`` (damping_model, cracked_stiffness_ratio, degree) of the polynomials xi(e).
 
@@ -72,12 +63,10 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
         ``damping_ratio`` (wall, restitution, damping_model, damping_ratio_source), NaN for CR and beyond the range
         of the polynomials, and what describes each wall.
     """
-    sections = config["natural"]["walls"]
-    e = np.asarray(config["natural"]["restitution"], dtype=float)
-    made = [make_wall(section) for section in sections]
-    ratio = np.full((len(made), e.size, len(MODELS), len(SOURCES)), np.nan)
-    for row, (_, curve) in enumerate(track(made, "Damping ratios of the walls")):
-        ratio[row, :, 1:] = _damping_ratios(curve, e, config, equivalence)
+    given = EarthquakeWallSettings.of(config)
+    ratio = np.full((len(given.walls), given.restitution.size, len(MODELS), len(SOURCES)), np.nan)
+    ratio[:, :, 1:] = _damping_ratios(given, Polynomials.of(equivalence))
+    made = [(named.wall, named.curve) for named in given.walls]
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
         for name in (
@@ -102,27 +91,37 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
             **of_wall,
         },
         coords={
-            "wall": [section["name"] for section in sections],
-            "restitution": e,
+            "wall": [named.name for named in given.walls],
+            "restitution": given.restitution,
             "damping_model": list(MODELS),
             "damping_ratio_source": list(SOURCES),
         },
     )
 
 
-def _damping_ratios(curve: TrilinearCurve, e: Array, config: Config, equivalence: xr.Dataset) -> Array:
-    """Damping ratios of one wall, shape (e, viscous models, sources)."""
-    found = np.full((e.size, len(VISCOUS_MODELS), len(SOURCES)), np.nan)
-    a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
-    rows = equivalent(e, a1, b1, release_amplitude=float(config["release_amplitude"]), window=response_length(config))
-    for row in rows:
-        at = int(np.flatnonzero(e == row["restitution"])[0]), VISCOUS_MODELS.index(row["damping_model"])
-        found[at][SOURCES.index("error")] = row["damping_ratio"]
-        found[at][SOURCES.index("closed form")] = row["damping_ratio_energy"]
-    polynomials = Polynomials.of(equivalence)
+def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
+    """Damping ratios, shape (walls, e, viscous models, sources)."""
+    count, e = len(given.walls), given.restitution
+    a1, b1, a3 = (
+        np.array([float(getattr(named.curve, name)) for named in given.walls])
+        for name in ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
+    )
+    curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
+    amplitude = np.full(each_e.size, given.release_amplitude)
+    step, scheme, label = given.solver.step, given.solver.scheme, "Damping ratios of the walls"
+    matched = match_decays(
+        curves, amplitude, each_e, VISCOUS_MODELS, given.matching, step=step, scheme=scheme, description=label
+    )
+    ratio = np.empty((count, e.size, len(VISCOUS_MODELS), len(SOURCES)))
     for column, model in enumerate(VISCOUS_MODELS):
-        found[:, column, SOURCES.index("fit")] = polynomials(model, e, a1)
-    return found
+        by_source = {
+            "fit": np.stack([polynomials(model, e, own) for own in a1]),
+            "error": matched[model].damping_ratio,
+            "closed form": damping_ratio_energy(curves, model, each_e, amplitude),
+        }
+        for place, source in enumerate(SOURCES):
+            ratio[:, :, column, place] = by_source[source].reshape(count, e.size)
+    return ratio
 
 
 # --- the ground motions -----------------------------------------------------------------------------------------------
@@ -136,7 +135,7 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     number : str
         Of the job, from 0.
     config : dict
-        Validated; uses ``records`` and ``natural``.
+        Has the keys of `EarthquakeRecordSettings`.
     walls : xarray.Dataset
         Of `walls`.
 
@@ -147,9 +146,10 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         (record, scale, wall, restitution, damping_model, damping_ratio_source); ``varied_peak`` and
         ``varied_collapsed`` (record, scale, wall, restitution, variation) of CR; intensity measures (record).
     """
-    size = int(config["natural"]["records_per_job"])
-    mine = catalogue.listing(config["records"])[int(number) * size : (int(number) + 1) * size]
-    study = _Study.of(config, walls)
+    given = EarthquakeRecordSettings.of(config)
+    size = given.records_per_job
+    mine = catalogue.listing(given.records)[int(number) * size : (int(number) + 1) * size]
+    study = _Study(given, walls["restitution"].values, walls["damping_ratio"].values)
     shares = [study.run(catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
     return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
@@ -164,30 +164,17 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
 class _Study:
     """What the records of a job share."""
 
-    section: Config
-    scale: Array
+    given: EarthquakeRecordSettings
     restitution: Array
-    made: list[tuple[Wall | Parapet, TrilinearCurve]]
-    names: list[str]
     damping_ratio: Array  # (wall, e, model, source)
-
-    @classmethod
-    def of(cls, config: Config, walls: xr.Dataset) -> _Study:
-        section = config["natural"]
-        scale = np.geomspace(section["scale"]["start"], section["scale"]["stop"], int(section["scale"]["count"]))
-        return cls(
-            section,
-            scale,
-            walls["restitution"].values,
-            [make_wall(entry) for entry in section["walls"]],
-            [entry["name"] for entry in section["walls"]],
-            walls["damping_ratio"].values,
-        )
 
     def run(self, motion: catalogue.GroundMotion) -> xr.Dataset:
         """Run one record, for every wall, scale, e and damper."""
-        found = intensity_measures(motion.record)
-        per_wall = [self._of_wall(index, motion.record, found) for index in range(len(self.made))]
+        intensity = intensity_measures(motion.record)
+        per_wall = [
+            self._of_wall(named, ratio, motion.record, intensity)
+            for named, ratio in zip(self.given.walls, self.damping_ratio, strict=True)
+        ]
         dims = {
             **dict.fromkeys(
                 ("peak_displacement", "peak_displacement_uncertainty", "collapsed", "settled", "decay_misfit"),
@@ -199,13 +186,14 @@ class _Study:
             "spectral_acceleration": ("wall",),
         }
         data: dict[str, Any] = {
-            name: (of, np.stack([one[name] for one in per_wall], axis=of.index("wall"))) for name, of in dims.items()
+            name: (of, np.stack([values[name] for values in per_wall], axis=of.index("wall")))
+            for name, of in dims.items()
         }
-        data |= {name: ((), float(getattr(found, name))) for name in MEASURES}
+        data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
         data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
         coords = {
-            "scale": self.scale,
-            "wall": self.names,
+            "scale": self.given.scale,
+            "wall": [named.name for named in self.given.walls],
             "restitution": self.restitution,
             "damping_model": list(MODELS),
             "damping_ratio_source": list(SOURCES),
@@ -220,18 +208,20 @@ class _Study:
             .assign_coords({name: ("record", [coords[name]]) for name in ("record_set", "station")})
         )
 
-    def _of_wall(self, index: int, record: Record, found: Any) -> dict[str, Array]:
+    def _of_wall(
+        self, named: NamedWall, damping_ratio: Array, record: Record, intensity: IntensityMeasures
+    ) -> dict[str, Array]:
         """All histories of one wall under one record; arrays without the dimensions record and wall."""
-        wall, curve = self.made[index]
+        wall, curve, given = named.wall, named.curve, self.given
         p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
         unit = p * u_ins / EXCITATION_FACTOR
-        factor = self.scale * unit / found.pgv
-        case = _Case.of(self.section, wall, curve, record, factor, found.strong_end)
+        factor = given.scale * unit / intensity.pgv
+        case = _Case.of(wall, curve, record, factor, strong_end=intensity.strong_end, step=given.step, tail=given.tail)
         return {
-            **case.by_damper(self.restitution, self.damping_ratio[index]),
-            **case.varied(self.restitution, float(self.section["restitution_change"])),
+            **case.by_damper(self.restitution, damping_ratio),
+            **case.varied(self.restitution, given.restitution_change),
             "scale_factor": factor,
-            "load_ratio": factor * found.pga / (float(curve.plateau_ratio) * p * unit),
+            "load_ratio": factor * intensity.pga / (float(curve.plateau_ratio) * p * unit),
             "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / (p * float(curve.initial_frequency))),
         }
 
@@ -268,19 +258,22 @@ class _Case:
     @classmethod
     def of(
         cls,
-        section: Config,
         wall: Wall | Parapet,
         curve: TrilinearCurve,
         record: Record,
         factor: Array,
+        *,
         strong_end: float,
+        step: float,
+        tail: float,
     ) -> _Case:
+        """Scale the record by each of `factor`; its strong motion ends at `strong_end`, the `step` is the finest's."""
         sampling = float(wall.frequency_parameter) * record.step
-        coarsest = 2**HALVINGS * float(section["step"]) / float(curve.initial_frequency)
+        coarsest = 2**HALVINGS * step / float(curve.initial_frequency)
         return cls(
             curve,
             float(wall.load_factor) * factor,
-            followed_by_rest(record.ground_acceleration, record.step, float(section["tail"])),
+            followed_by_rest(record.ground_acceleration, record.step, tail),
             sampling,
             int(np.ceil(sampling / coarsest)),
             int(np.ceil((strong_end - record.elapsed[0]) / record.step)),
@@ -314,23 +307,23 @@ class _Case:
         """Peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""
         shape = (self.load_factor.size, e.size, len(MODELS), len(SOURCES))
         names = ("peak_displacement", "peak_displacement_uncertainty", "decay_misfit")
-        found = {name: np.full(shape, np.nan) for name in names}
-        found |= {name: np.zeros(shape, dtype=np.int8) for name in ("collapsed", "settled")}
+        outcome = {name: np.full(shape, np.nan) for name in names}
+        outcome |= {name: np.zeros(shape, dtype=np.int8) for name in ("collapsed", "settled")}
         histories = self.histories(Damping.cr(e))
         reference = self._reference(histories)
         for name, values in self._judge([histories, *self._refined(Damping.cr(e))]).items():
-            found[name][:, :, 0] = values[..., None]  # the same whatever the source
-        stands = found["collapsed"][:, :, 0, 0] == 0
+            outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
+        stands, peak = outcome["collapsed"][:, :, 0, 0] == 0, outcome["peak_displacement"][:, :, 0, 0]
         for row, model in enumerate(VISCOUS_MODELS, start=1):
             defined = np.isfinite(damping_ratio[:, row]).all(axis=0)
             damping = Damping(model, damping_ratio[:, row, defined])
             compared = self.compared(damping, reference)
             for name, values in self._judge([compared, *self._refined(damping)]).items():
-                found[name][:, :, row, defined] = values
-            found["decay_misfit"][:, :, row, defined] = self._decay_misfit(compared, found, stands)
-            found["collapsed"][:, :, row, ~defined] = -1
-            found["settled"][:, :, row, ~defined] = -1
-        return found
+                outcome[name][:, :, row, defined] = values
+            outcome["decay_misfit"][:, :, row, defined] = self._decay_misfit(compared, peak, stands)
+            outcome["collapsed"][:, :, row, ~defined] = -1
+            outcome["settled"][:, :, row, ~defined] = -1
+        return outcome
 
     def varied(self, e: Array, change: float) -> dict[str, Array]:
         """CR with a coarser step, the printed treatment of impacts, and e a little lower and higher; (scales, e, 4)."""
@@ -350,9 +343,9 @@ class _Case:
 
     def _judge(self, responses: list[Response]) -> dict[str, Array]:
         """Peaks and outcomes of the finest step, and what the halvings say of their error."""
-        finest, collapsed = responses[-1], np.stack([one.outcome == COLLAPSED for one in responses])
+        finest, collapsed = responses[-1], np.stack([response.outcome == COLLAPSED for response in responses])
         settled = (collapsed == collapsed[-1]).all(axis=0)
-        changes = np.abs(np.diff([one.peak for one in responses], axis=0)).max(axis=0)
+        changes = np.abs(np.diff([response.peak for response in responses], axis=0)).max(axis=0)
         bound = np.where(settled & ~collapsed[-1], changes + self.roughness * finest.peak, np.nan)
         return {
             "peak_displacement": finest.peak,
@@ -378,10 +371,10 @@ class _Case:
         checkpoints = [min(max(self.decay * self.substeps, 1), steps - 1), steps]
         return Reference(displacement, case, checkpoints)
 
-    def _decay_misfit(self, coarsest: Comparison, found: dict[str, Array], stands: ArrayLike) -> Array:
+    def _decay_misfit(self, coarsest: Comparison, reference_peak: Array, stands: ArrayLike) -> Array:
         """Root mean square of the difference in |u| after the strong motion, over CR's peak; NaN after a collapse."""
         steps = self.substeps * (self.ground.size - 1 - self.decay)
         both = np.asarray(stands)[..., None] & (coarsest.outcome != COLLAPSED)
         error = np.where(both, coarsest.error, 0.0)
         root = np.sqrt(np.maximum(error[1] - error[0], 0.0) / max(steps, 1))
-        return np.where(both, root / found["peak_displacement"][:, :, 0, :1], np.nan)
+        return np.where(both, root / reference_peak[..., None], np.nan)

@@ -7,11 +7,10 @@ same peak ground velocities. Jobs take shares of the walls; what they store is c
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 from scipy.stats import qmc
 
@@ -29,6 +28,12 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit, interval, resample
+from rockdamp.studies.earthquakes.settings import (
+    Distribution,
+    PopulationSettings,
+    PopulationShareSettings,
+    PopulationWallSettings,
+)
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 PARAMETERS = (
@@ -54,7 +59,7 @@ def walls(config: Config) -> xr.Dataset:
     Parameters
     ----------
     config : dict
-        Validated; uses ``population`` and ``release_amplitude``.
+        Has the keys of `PopulationWallSettings`.
 
     Returns
     -------
@@ -62,12 +67,12 @@ def walls(config: Config) -> xr.Dataset:
         The parameters (wall), what they make of the wall, and ``damping_ratio`` (wall, damping_model) of the closed
         form; NaN for CR.
     """
-    section = config["population"]
-    values = sample(section)
+    given = PopulationWallSettings.of(config)
+    values = sample(given)
     wall, curve = _mechanics(values)
     ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
     for column, model in enumerate(VISCOUS_MODELS, start=1):
-        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], config["release_amplitude"])
+        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], given.release_amplitude)
     of_wall: dict[str, Array] = {
         **values,
         "instability_displacement": wall.instability_displacement,
@@ -83,8 +88,8 @@ def walls(config: Config) -> xr.Dataset:
     )
 
 
-def sample(section: Config) -> dict[str, Array]:
-    """Draw a Latin hypercube of the distributions, each correlated with the others as the config says.
+def sample(given: PopulationWallSettings) -> dict[str, Array]:
+    """Draw a Latin hypercube of the distributions, each correlated with the others as the settings say.
 
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
@@ -94,33 +99,34 @@ def sample(section: Config) -> dict[str, Array]:
     InputError
         If the correlations contradict each other.
     """
-    count, parameters = int(section["walls"]), section["parameters"]
-    drawn = qmc.LatinHypercube(len(PARAMETERS), rng=np.random.default_rng(int(section["seed"]))).random(count)
+    drawn = qmc.LatinHypercube(len(PARAMETERS), rng=np.random.default_rng(given.seed)).random(given.count)
     correlation = np.eye(len(PARAMETERS))
-    for one, others in section["correlations"].items():
-        for other, value in others.items():
-            at = PARAMETERS.index(one), PARAMETERS.index(other)
-            correlation[at] = correlation[at[::-1]] = value
+    for pair, value in given.correlations.items():
+        row, column = (PARAMETERS.index(name) for name in pair)
+        correlation[row, column] = correlation[column, row] = value
     try:
         factor = np.linalg.cholesky(correlation)
     except np.linalg.LinAlgError:
-        raise InputError(
-            f"population.correlations are {section['correlations']}; no parameters can have all of them at once"
-        ) from None
+        stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in given.correlations.items())
+        raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
     scores = stats.norm.ppf(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
-    return {name: _quantile(parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {name: _quantile(given.parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
-def _quantile(distribution: Config, probability: Array) -> Array:
+def _quantile(of: Distribution, probability: Array) -> Array:
     """Return quantiles of a distribution between ``low`` and ``high``."""
-    low, high, kind = float(distribution["low"]), float(distribution["high"]), distribution["distribution"]
-    if kind == "uniform":
-        return low + (high - low) * probability
-    if kind == "loguniform":
-        return np.asarray(low * (high / low) ** probability)
-    mean, deviation = float(distribution["mean"]), float(distribution["standard_deviation"])
-    a, b = (low - mean) / deviation, (high - mean) / deviation
+    if of.distribution == "uniform":
+        return of.low + (of.high - of.low) * probability
+    if of.distribution == "loguniform":
+        return np.asarray(of.low * (of.high / of.low) ** probability)
+    mean, deviation = of.mean, of.standard_deviation
+    if mean is None or deviation is None:
+        raise InputError(
+            f"a distribution of population.parameters is {of.distribution}; it must state its mean and"
+            " standard_deviation"
+        )
+    a, b = (of.low - mean) / deviation, (of.high - mean) / deviation
     return np.asarray(stats.truncnorm.ppf(probability, a, b, loc=mean, scale=deviation))
 
 
@@ -145,7 +151,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     number : str
         Of the job, from 0.
     config : dict
-        Validated; uses ``population``.
+        Has the keys of `PopulationShareSettings`.
     walls : xarray.Dataset
         Of `walls`.
 
@@ -155,13 +161,15 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         ``peak_displacement`` and ``collapsed`` (wall, record, intensity, damping_model), and their counts:
         ``collapses`` (record, intensity, damping_model) and ``vulnerability`` (wall, damping_model).
     """
-    section = config["population"]
-    size = int(section["walls_per_job"])
+    given = PopulationShareSettings.of(config)
+    size = given.walls_per_job
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    intensity = intensities(section)
-    motions = catalogue.load(section["records"])
-    runs = [run(motion, mine, intensity, section) for motion in track(motions, f"Walls {int(number) + 1}")]
-    peak, collapsed = (np.stack([one[i] for one in runs], axis=1) for i in range(2))
+    motions = catalogue.load(given.records)
+    runs = [
+        run(motion, mine, given.intensity, step=given.step, tail=given.tail)
+        for motion in track(motions, f"Walls {int(number) + 1}")
+    ]
+    peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
     dims = ("wall", "record", "intensity", "damping_model")
     return xr.Dataset(
         {
@@ -172,7 +180,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         },
         coords={
             "wall": mine["wall"].values,
-            "intensity": intensity,
+            "intensity": given.intensity,
             "damping_model": list(MODELS),
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
@@ -180,20 +188,29 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     )
 
 
-def intensities(section: Config) -> Array:
-    """Return the peak ground velocities. [m s-1]"""
-    grid = section["intensity"]
-    return np.geomspace(grid["start"], grid["stop"], int(grid["count"]))
+def run(
+    motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, *, step: float, tail: float
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Run walls under one record at every intensity; peaks and collapses, shape (walls, intensities, models).
 
-
-def run(motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, section: Config) -> tuple[Array, Any]:
-    """Run walls under one record at every intensity; peaks and collapses, shape (walls, intensities, models)."""
+    Parameters
+    ----------
+    motion : GroundMotion
+    walls : xarray.Dataset
+        Of `walls`.
+    intensity : ndarray, shape (intensities,)
+        Peak ground velocities. [m s-1]
+    step : float
+        The longest, times the angular frequency of the first branch. [-]
+    tail : float
+        Rest after the record. [s]
+    """
     values = {name: walls[name].values for name in PARAMETERS}
     wall, curve = _mechanics(values)
     factor = intensity / intensity_measures(motion.record).pgv
-    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, float(section["tail"]))
+    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, tail)
     sampling = wall.frequency_parameter * motion.record.step
-    needed = sampling * curve.initial_frequency / float(section["step"])
+    needed = sampling * curve.initial_frequency / step
     substeps = SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)
     shape = (walls.sizes["wall"], intensity.size, len(MODELS))
     peak, collapsed = np.empty(shape), np.empty(shape, dtype=bool)
@@ -224,7 +241,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     Parameters
     ----------
     config : dict
-        Validated; uses ``population.bootstrap``.
+        Has the keys of `PopulationSettings`.
     walls, *shares : xarray.Dataset
         Of `walls` and `share`; of the shares the counts alone are read.
 
@@ -236,16 +253,16 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
         share of records and intensities that collapse the wall, and its first-order ``sensitivity`` (parameter,
         damping_model), NaN of fewer than `FEWEST` walls.
     """
-    bootstrap = config["population"]["bootstrap"]
-    collapses = sum_of(one["collapses"] for one in shares)
-    vulnerability = np.concatenate([one["vulnerability"].values for one in shares])
+    bootstrap = PopulationSettings.of(config).bootstrap
+    collapses = sum_of(share["collapses"] for share in shares)
+    vulnerability = np.concatenate([share["vulnerability"].values for share in shares])
     first = shares[0]
     count, intensity = walls.sizes["wall"], first["intensity"].values
     by_model = collapses.transpose("record", "damping_model", "intensity").values.astype(float)
-    weights = resample(first["station"].values, int(bootstrap["replicates"]), int(bootstrap["seed"]))
+    weights = resample(first["station"].values, bootstrap.replicates, bootstrap.seed)
     whole = fit(intensity, by_model.sum(axis=0), float(count * len(by_model)))
     drawn = fit(intensity, np.tensordot(weights, by_model, 1), float(count * len(by_model)))
-    sensitivity, confidence = _sensitivity(walls, vulnerability, int(bootstrap["seed"]))
+    sensitivity, confidence = _sensitivity(walls, vulnerability, bootstrap.seed)
     fraction = collapses.sum("record").transpose("intensity", "damping_model") / (count * len(by_model))
     model = ("damping_model",)
     return xr.Dataset(
@@ -299,6 +316,6 @@ def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Ar
         if np.ptp(y) == 0 or len(y) < FEWEST:
             columns.append((np.full(len(names), np.nan),) * 2)
             continue
-        found = rbd_fast.analyze(problem, x, y, M=HARMONICS, num_resamples=100, seed=seed)
-        columns.append((found["S1"], found["S1_conf"]))
-    return np.column_stack([one for one, _ in columns]), np.column_stack([other for _, other in columns])
+        indices = rbd_fast.analyze(problem, x, y, M=HARMONICS, num_resamples=100, seed=seed)
+        columns.append((indices["S1"], indices["S1_conf"]))
+    return np.column_stack([index for index, _ in columns]), np.column_stack([bound for _, bound in columns])

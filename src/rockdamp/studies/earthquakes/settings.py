@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Settings, each, geometric, number, section
-from rockdamp.studies.settings import NamedWall, Window, make_named_wall
+from rockdamp.studies.settings import Matching, NamedWall, Solver, make_named_wall
 
 NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
 
@@ -47,10 +47,11 @@ def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
 
 @dataclass(frozen=True)
 class EarthquakeWallSettings(Settings):
+    solver: Solver
     walls: Annotated[NamedWalls, "natural.walls"]
     restitution: Annotated[Array, "natural.restitution"]
     release_amplitude: float
-    window: Annotated[Window, "matching.window"]
+    matching: Matching
 
 
 @dataclass(frozen=True)
