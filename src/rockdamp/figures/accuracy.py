@@ -47,11 +47,11 @@ def fig_accuracy(accuracy: xr.Dataset) -> Figure:
     return figure
 
 
-def _errors(axes: Axes, one: xr.Dataset) -> None:
+def _errors(axes: Axes, errors: xr.Dataset) -> None:
     """Median error of each model as a line, and the largest as markers alone."""
-    step = one["step"].values
-    for model in map(str, one["damping_model"].values):
-        curve = one.sel(damping_model=model)
+    step = errors["step"].values
+    for model in map(str, errors["damping_model"].values):
+        curve = errors.sel(damping_model=model)
         label = f"{model}: {float(curve['order']):.2f}"
         axes.plot(step, curve["median_solver_error"], label=label, **line_of(model))
         axes.plot(
@@ -63,7 +63,7 @@ def _errors(axes: Axes, one: xr.Dataset) -> None:
             markerfacecolor="none",
         )
     for name in ("solver_step", "published_step"):
-        axes.axvline(float(one[name]), color=PALE, linewidth=0.6, zorder=0)
+        axes.axvline(float(errors[name]), color=PALE, linewidth=0.6, zorder=0)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(step.min() / 1.4, step.max() * 1.4)
@@ -76,10 +76,10 @@ def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
     """Share of the published damping ratios whose uncertainty is beyond a value."""
     axes.axvline(THOUSANDTH, color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
-        one = accuracy.sel(viscous_model=model)
-        bound = np.maximum(one["uncertainty_quantile"].values, LEAST)
-        label = f"{model}: {_percent(float(one['share_within_thousandth']))}"
-        axes.plot(bound, 1 - one["quantile"].values, label=label, **line_of(model))
+        certainty = accuracy.sel(viscous_model=model)
+        bound = np.maximum(certainty["uncertainty_quantile"].values, LEAST)
+        label = f"{model}: {_percent(float(certainty['share_within_thousandth']))}"
+        axes.plot(bound, 1 - certainty["quantile"].values, label=label, **line_of(model))
     axes.set_xscale("log")
     axes.set_xlim(LEAST, LARGEST)
     axes.set_ylim(0, 1)
@@ -94,8 +94,10 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
     """True errors of the sample against their uncertainties: on the line they are equal."""
     axes.plot([LEAST, LARGEST], [LEAST, LARGEST], color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
-        one, style = accuracy.sel(viscous_model=model), style_of(model)
-        bound, error = (np.maximum(np.abs(one[name].values), LEAST) for name in ("sample_bound", "sample_difference"))
+        of_model, style = accuracy.sel(viscous_model=model), style_of(model)
+        bound, error = (
+            np.maximum(np.abs(of_model[name].values), LEAST) for name in ("sample_bound", "sample_difference")
+        )
         axes.plot(
             bound,
             error,
@@ -151,14 +153,14 @@ def _line(style: ModelStyle) -> dict[str, Any]:
     return {"color": style.colour, "linestyle": style.linestyle, "marker": style.marker}
 
 
-def _differences(axes: Axes, one: xr.Dataset) -> None:
-    slenderness = one["slenderness"].values
-    for tolerance in numbers(one, "tolerance"):
+def _differences(axes: Axes, differences: xr.Dataset) -> None:
+    slenderness = differences["slenderness"].values
+    for tolerance in numbers(differences, "tolerance"):
         axes.axhline(tolerance, color=GREY, linewidth=0.6, zorder=0)
         at = (slenderness.max(), tolerance)
         axes.annotate(f"{tolerance:.0%}", at, (0, 1), textcoords="offset points", ha="right", fontsize=7, color=GREY)
     for feature, (style, meaning) in FEATURES.items():
-        values = np.abs(one["rocking_difference"].sel(rocking_feature=feature).values)
+        values = np.abs(differences["rocking_difference"].sel(rocking_feature=feature).values)
         axes.plot(slenderness, values, label=meaning, **_line(style))
     axes.set_xscale("log")
     axes.set_yscale("log")

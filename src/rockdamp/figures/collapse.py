@@ -46,24 +46,24 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
     comparison : xarray.Dataset
         As `earthquakes.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
     """
-    one = middle(comparison).sel(damping_ratio_source=SOURCE)
-    rows = -(-one.sizes["wall"] // COLUMNS)
+    peaks = middle(comparison).sel(damping_ratio_source=SOURCE)
+    rows = -(-peaks.sizes["wall"] // COLUMNS)
     figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
-    panels = _panels(figure, one, _fractiles, figure.add_gridspec(rows, COLUMNS))
+    panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, COLUMNS))
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
         plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
         axes.set_xlabel(DISPLACEMENT)
-    standing = one["fractile"].max(("probability", "wall", "damping_model")).dropna("scale")["scale"].values
-    panels[0].set_ylim(float(one["scale"][0]), 1.1 * float(standing.max(initial=float(one["scale"][1]))))
+    standing = peaks["fractile"].max(("probability", "wall", "damping_model")).dropna("scale")["scale"].values
+    panels[0].set_ylim(float(peaks["scale"][0]), 1.1 * float(standing.max(initial=float(peaks["scale"][1]))))
     for axes in panels[::COLUMNS]:
         axes.set_ylabel(SCALE)
-    low, centre, high = (f"{100 * value:g}" for value in one["probability"].values)
+    low, centre, high = (f"{100 * value:g}" for value in peaks["probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
         *(
             Line2D([], [], marker=style_of(model).marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
-            for model in (REFERENCE, *dampers(one))
+            for model in (REFERENCE, *dampers(peaks))
         ),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
     ]
@@ -71,22 +71,22 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
         handles=handles,
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall. A fractile ends at the last "
-        "scale at which that wall stands; the median has a marker there",
+        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall. A fractile ends at the "
+        "last scale at which that wall stands; the median has a marker there",
     )
     return figure
 
 
 def _panels(
-    figure: Figure, one: xr.Dataset, draw: Callable[[Axes, xr.Dataset], None], grid: GridSpecBase
+    figure: Figure, walls: xr.Dataset, draw: Callable[[Axes, xr.Dataset], None], grid: GridSpecBase
 ) -> list[Axes]:
     """One panel for each wall, with shared axes."""
     panels: list[Axes] = []
-    for index in range(one.sizes["wall"]):
+    for index in range(walls.sizes["wall"]):
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[index // COLUMNS, index % COLUMNS], sharex=first, sharey=first)
-        draw(axes, one.isel(wall=index))
-        axes.set_title(str(one["wall"].values[index]))
+        draw(axes, walls.isel(wall=index))
+        axes.set_title(str(walls["wall"].values[index]))
         axes.tick_params(labelleft=index % COLUMNS == 0)
         panels.append(axes)
     return panels
@@ -127,13 +127,13 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     comparison : xarray.Dataset
         As `earthquakes.comparison.compare` returns it; curves at the middle e, with the damping ratios of least error.
     """
-    one = middle(comparison).sel(damping_ratio_source=SOURCE)
-    rows = -(-one.sizes["wall"] // COLUMNS)
+    fragility = middle(comparison).sel(damping_ratio_source=SOURCE)
+    rows = -(-fragility.sizes["wall"] // COLUMNS)
     figure = new_figure(DOUBLE_COLUMN, 82.0 + 52.0 * rows)
     halves = figure.add_gridspec(2, 1, height_ratios=[52.0 * rows, 55.0])
-    panels = _panels(figure, one, _curves, halves[0, 0].subgridspec(rows, COLUMNS))
+    panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, COLUMNS))
     for axes in panels:
-        axes.set_xlim(*one["scale"].values[[0, -1]])
+        axes.set_xlim(*fragility["scale"].values[[0, -1]])
         plain_logarithmic(axes, SCALE_TICKS)
         axes.set_ylim(0, 1.02)
         axes.set_xlabel(SCALE.replace("scale ", ""))
@@ -141,11 +141,11 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
         axes.set_ylabel("probability of collapse [-]")
     _forests(figure, halves[1, 0], comparison)
     figure.legend(
-        handles=_handles(one),
+        handles=_handles(fragility),
         loc="outside upper center",
         ncols=4,
         title=(
-            f"Curves: $e = {float(one['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls "
+            f"Curves: $e = {float(fragility['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls "
             "together, 95 % bootstrap intervals"
         ),
     )
@@ -190,8 +190,8 @@ def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None
     first: Axes | None = None
     for column in range(comparison.sizes["restitution"]):
         axes = figure.add_subplot(grid[0, column], sharex=first, sharey=first)
-        _forest(axes, one := comparison.isel(restitution=column))
-        axes.set_title(f"$e = {float(one['restitution']):g}$")
+        _forest(axes, at_e := comparison.isel(restitution=column))
+        axes.set_title(f"$e = {float(at_e['restitution']):g}$")
         axes.set_xlabel("median of collapse over that of CR [-]")
         axes.tick_params(labelleft=first is None)
         if first is None:
@@ -199,11 +199,11 @@ def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None
             first = axes
 
 
-def _forest(axes: Axes, one: xr.Dataset) -> None:
-    models, sources = dampers(one), [str(source) for source in one["damping_ratio_source"].values]
+def _forest(axes: Axes, at_e: xr.Dataset) -> None:
+    models, sources = dampers(at_e), [str(source) for source in at_e["damping_ratio_source"].values]
     for row, model in enumerate(models):
         for shift, source in enumerate(sources):
-            cell = one.sel(damping_model=model, damping_ratio_source=source)
+            cell = at_e.sel(damping_model=model, damping_ratio_source=source)
             y = row + 0.24 * (shift - (len(sources) - 1) / 2)
             ends = cell["median_intensity_ratio_interval"].values
             axes.plot(ends, [y, y], color=style_of(model).colour, linewidth=1.1)
@@ -222,8 +222,8 @@ def _forest(axes: Axes, one: xr.Dataset) -> None:
     axes.margins(x=0.08)
 
 
-def _handles(one: xr.Dataset) -> list[Line2D | Patch]:
-    found: list[Line2D | Patch] = [
+def _handles(fragility: xr.Dataset) -> list[Line2D | Patch]:
+    handles: list[Line2D | Patch] = [
         Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
         Line2D(
@@ -236,8 +236,8 @@ def _handles(one: xr.Dataset) -> list[Line2D | Patch]:
             label="CR, share of the records",
         ),
     ]
-    found += [Line2D([], [], label=title_of(model), **line_of(model)) for model in dampers(one)]
-    return found + [
+    handles += [Line2D([], [], label=title_of(model), **line_of(model)) for model in dampers(fragility)]
+    return handles + [
         Line2D([], [], linestyle="none", marker=mark, color=GREY, label=f"below: {SOURCE_NAMES[source]}")
         for source, mark in SOURCE_MARKS.items()
     ]

@@ -57,23 +57,23 @@ def fig_dispersion(dispersion: xr.Dataset) -> Figure:
         ``damping_ratio_peaks`` (damping_model, case, release_share, restitution) and ``spread_peaks``.
     """
     e = nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION)
-    one = dispersion.isel(restitution=e)
+    at_e = dispersion.isel(restitution=e)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
-    _fan(fan, one)
-    _bars(bars, one)
-    e_text = f"the same first peak as with $e = {float(one['restitution']):g}$"
-    fan.set_title(f"{e_text}; lines: the paper's curve, bands: all {one.sizes['case']}")
+    _fan(fan, at_e)
+    _bars(bars, at_e)
+    e_text = f"the same first peak as with $e = {float(at_e['restitution']):g}$"
+    fan.set_title(f"{e_text}; lines: the paper's curve, bands: all {at_e.sizes['case']}")
     return figure
 
 
-def _fan(axes: Axes, one: xr.Dataset) -> None:
+def _fan(axes: Axes, at_e: xr.Dataset) -> None:
     """All damping ratios relative to ECD's, so that a damper that needs no amplitude is a horizontal line."""
-    share = one["release_share"].values
-    relative = one["damping_ratio_peaks"] / one["damping_ratio_peaks"].sel(damping_model="ECD")
-    reference = reference_case(one)
+    share = at_e["release_share"].values
+    relative = at_e["damping_ratio_peaks"] / at_e["damping_ratio_peaks"].sel(damping_model="ECD")
+    reference = reference_case(at_e)
     ends = []
-    for model in map(str, one["damping_model"].values):
+    for model in map(str, at_e["damping_model"].values):
         curves, style = relative.sel(damping_model=model), style_of(model)
         low, high = curves.min("case").values, curves.max("case").values
         axes.fill_between(share, low, high, color=style.colour, alpha=0.2, linewidth=0)
@@ -103,11 +103,11 @@ def _fan(axes: Axes, one: xr.Dataset) -> None:
     axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
 
 
-def _bars(axes: Axes, one: xr.Dataset) -> None:
+def _bars(axes: Axes, at_e: xr.Dataset) -> None:
     """The spread over the amplitudes of each damper: every curve a mark, the range a bar."""
-    spread = PERCENT * one["spread_peaks"]
-    reference = reference_case(one)
-    models = [str(model) for model in one["damping_model"].values]
+    spread = PERCENT * at_e["spread_peaks"]
+    reference = reference_case(at_e)
+    models = [str(model) for model in at_e["damping_model"].values]
     for row, model in enumerate(models):
         values, style = spread.sel(damping_model=model).values, style_of(model)
         axes.barh(row, values.max(), height=0.62, color=style.colour, alpha=0.25, linewidth=0)
@@ -207,10 +207,10 @@ def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
     for model in map(str, dispersion["damping_model"].values):
         if model == "ECD":
             continue  # zero: no place on a logarithmic axis
-        one, style = spread.sel(damping_model=model), style_of(model)
+        spreads, style = spread.sel(damping_model=model), style_of(model)
         over = ("map_softening", "map_plateau_ratio")
-        axes.fill_between(a1, one.min(over), one.max(over), color=style.colour, alpha=0.18, linewidth=0)
-        line = one.sel(map_softening="none").isel(map_plateau_ratio=plain)
+        axes.fill_between(a1, spreads.min(over), spreads.max(over), color=style.colour, alpha=0.18, linewidth=0)
+        line = spreads.sel(map_softening="none").isel(map_plateau_ratio=plain)
         axes.plot(a1, line, color=style.colour, linestyle=style.linestyle, marker=style.marker, label=name_of(model))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -256,15 +256,15 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
     return figure
 
 
-def _differences(axes: Axes, one: xr.Dataset, measure: str, model: str) -> None:
-    share, reference = one["release_share"].values, reference_case(one)
-    colours = ramp(style_of(model).colour, one.sizes["restitution"])
+def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str) -> None:
+    share, reference = of_model["release_share"].values, reference_case(of_model)
+    colours = ramp(style_of(model).colour, of_model.sizes["restitution"])
     for index, colour in enumerate(colours):
-        here = one.isel(restitution=index)
-        first = PERCENT * (here["damping_ratio_energy"] / here[measure] - 1)
+        at_e = of_model.isel(restitution=index)
+        first = PERCENT * (at_e["damping_ratio_energy"] / at_e[measure] - 1)
         axes.fill_between(share, first.min("case"), first.max("case"), color=colour, alpha=0.2, linewidth=0)
         axes.plot(share, first.isel(case=reference), color=colour)
-        middle = PERCENT * (here["damping_ratio_middle"] / here[measure] - 1)
+        middle = PERCENT * (at_e["damping_ratio_middle"] / at_e[measure] - 1)
         if model != "ECD":  # whose closed form is exact at any amplitude
             axes.plot(share, middle.isel(case=reference), color=colour, **MIDDLE)
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)

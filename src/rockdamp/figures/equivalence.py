@@ -159,21 +159,21 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     return figure
 
 
-def _study(axes: Axes, one: xr.Dataset, parameter: str, model: str) -> None:
-    colours, has_fixed = shades(model, one.sizes[parameter]), FIXED in one
+def _study(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
+    colours, has_fixed = shades(model, match.sizes[parameter]), FIXED in match
     for index, colour in enumerate(colours):
-        curve = one.isel({parameter: index})
-        marks = _marks(index, len(colours), one["restitution"].size) if has_fixed else {}
-        axes.plot(one["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9, **marks)
+        curve = match.isel({parameter: index})
+        marks = _marks(index, len(colours), match["restitution"].size) if has_fixed else {}
+        axes.plot(match["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9, **marks)
         if has_fixed:
-            axes.plot(one["restitution"], curve[FIXED], color=colour, **CLOSED_FORM)
+            axes.plot(match["restitution"], curve[FIXED], color=colour, **CLOSED_FORM)
 
 
-def _change(axes: Axes, one: xr.Dataset, parameter: str, model: str) -> None:
+def _change(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
     """What the same length in seconds, instead of in tau, changes of the damping ratio, in thousandths."""
-    change = 1000 * (one[FIXED] - one["damping_ratio"])
-    for index, colour in enumerate(shades(model, one.sizes[parameter])):
-        axes.plot(one["restitution"], change.isel({parameter: index}), color=colour, **CLOSED_FORM)
+    change = 1000 * (match[FIXED] - match["damping_ratio"])
+    for index, colour in enumerate(shades(model, match.sizes[parameter])):
+        axes.plot(match["restitution"], change.isel({parameter: index}), color=colour, **CLOSED_FORM)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
 
 
@@ -219,8 +219,8 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     """
     values = numbers(amplitude, "release_amplitude")
     index = nearest(values, REFERENCE_AMPLITUDE)
-    one = amplitude.isel(release_amplitude=index)
-    e, root, models = one["restitution"], one["error"] ** 0.5, models_of(one)
+    study = amplitude.isel(release_amplitude=index)
+    e, root, models = study["restitution"], study["error"] ** 0.5, models_of(study)
     figure = new_figure(SINGLE_COLUMN, 82.0)
     axes = figure.subplots()
     for model in models:
@@ -249,12 +249,12 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
     # Err is a sum over the response: its root over the number of samples does not depend on the step.
-    per_sample = float((one["rms_error"] / root).mean())
+    per_sample = float((study["rms_error"] / root).mean())
     beside = axes.secondary_yaxis("right", functions=scaling(1000 * per_sample))
     beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
     figure.legend(loc="outside upper center", ncols=len(models))
     few_ticks(axes, 6)
-    length = f"$\\tau = {float(one['window']):g}$ in $k = {int(one['steps'])}$ steps"
+    length = f"$\\tau = {float(study['window']):g}$ in $k = {int(study['steps'])}$ steps"
     axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {length}")
     return figure
 
@@ -293,9 +293,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     for position, model in enumerate(models):
         axes = figure.add_subplot(grid[position // columns, 1 + position % columns], sharex=together, sharey=together)
         for index, colour in enumerate(shades(model, len(values))):
-            one = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
-            axes.plot(e, one["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
-            axes.plot(e[:: _every(e)], one["damping_ratio"][:: _every(e)], ".", color=colour, markersize=2.5)
+            fit = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
+            axes.plot(e, fit["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
+            axes.plot(e[:: _every(e)], fit["damping_ratio"][:: _every(e)], ".", color=colour, markersize=2.5)
         axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
         _title(axes, model)
         if model == models[-1]:

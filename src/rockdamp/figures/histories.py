@@ -68,11 +68,11 @@ def _laws(axes: Axes, loops: xr.Dataset) -> None:
 
 def _loops(axes: Axes, loops: xr.Dataset) -> None:
     for model in map(str, loops["viscous_model"].values):
-        one = loops.sel(damping_model=model)
-        u, force = one["displacement"].values, one["damping_force"].values
+        decay = loops.sel(damping_model=model)
+        u, force = decay["displacement"].values, decay["damping_force"].values
         end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
-        label = f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
+        label = f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
         label += "\n(beyond the paper)" if is_beyond_paper(model) else ""
         axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
@@ -125,14 +125,14 @@ def _matched(upper: Axes, lower: Axes, loops: xr.Dataset) -> None:
     end = at[min(SHOWN_HALF_CYCLES, at.size) - 1]
     shown = loops.isel(tau=slice(0, int(end) + 1))
     for model in (REFERENCE, "CDR"):
-        one = shown.sel(damping_model=model)
+        decay = shown.sel(damping_model=model)
         label = (
             f"CR, $e = {float(loops['restitution']):g}$"
             if model == REFERENCE
-            else f"{model}, $\\xi = {float(one['damping_ratio']):.4f}$"
+            else f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
         )
-        upper.plot(shown["tau"], one["displacement"], label=label, **line_of(model))
-        lower.plot(shown["tau"], one["velocity"], label=label, **line_of(model))
+        upper.plot(shown["tau"], decay["displacement"], label=label, **line_of(model))
+        lower.plot(shown["tau"], decay["velocity"], label=label, **line_of(model))
     for axes in (upper, lower):
         axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     upper.set_ylabel(DISPLACEMENT)

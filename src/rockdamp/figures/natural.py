@@ -82,14 +82,14 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
     comparison : xarray.Dataset
         As `rockdamp.studies.earthquakes.comparison.compare` returns it: which walls are taken together, and the bands.
     """
-    one = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
-    models = dampers(one)
+    histories = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
+    models = dampers(histories)
     figure = new_figure(DOUBLE_COLUMN, 20.0 + 80.0 * -(-len(models) // 2))
     panels = grid_of(figure, len(models), 2)
     low = float(comparison["band_start"].min()) / 2
-    norm = LogNorm(1, _busiest(one))
+    norm = LogNorm(1, _busiest(histories))
     for axes, model in zip(panels, models, strict=True):
-        _peaks(axes, one, model, low, norm)
+        _peaks(axes, histories, model, low, norm)
     for axes in panels[-2:]:
         axes.set_xlabel(PEAK_OF_CR)
     for axes in panels[::2]:
@@ -104,14 +104,14 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
         ],
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(one['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
+        title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
     )
     return figure
 
 
-def _outcomes(one: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
+def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Peaks of CR and of the damper, and which collapse; of the histories that have a damping ratio."""
-    by = [one.sel(damping_model=name) for name in (REFERENCE, model)]
+    by = [histories.sel(damping_model=name) for name in (REFERENCE, model)]
     order = by[0]["peak_displacement"].dims
     run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
     peaks = [each["peak_displacement"].transpose(*order).values.ravel()[run] for each in by]
@@ -119,13 +119,13 @@ def _outcomes(one: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.boo
     return peaks[0], peaks[1], fell[0], fell[1]
 
 
-def _busiest(one: xr.Dataset) -> float:
+def _busiest(histories: xr.Dataset) -> float:
     """The count at which the shades end: a hundredth of the histories of a panel."""
-    return max(one["peak_displacement"].sel(damping_model=REFERENCE).size / 100, 10.0)
+    return max(histories["peak_displacement"].sel(damping_model=REFERENCE).size / 100, 10.0)
 
 
-def _peaks(axes: Axes, one: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:
-    reference, peak, fell, collapsed = _outcomes(one, model)
+def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:
+    reference, peak, fell, collapsed = _outcomes(histories, model)
     colour, stand = style_of(model).colour, ~fell & ~collapsed
     ends = (np.log10(low), 0.0, np.log10(low), 0.0)
     axes.hexbin(
@@ -183,18 +183,18 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
     comparison : xarray.Dataset
         As `earthquakes.comparison.compare` returns it; drawn at the middle e, a column for each source of the ratios.
     """
-    one = middle(comparison)
+    at_e = middle(comparison)
     figure = new_figure(DOUBLE_COLUMN, 190.0)
-    sources = [str(source) for source in one["damping_ratio_source"].values]
+    sources = [str(source) for source in at_e["damping_ratio_source"].values]
     grid = figure.subplots(3, len(sources), sharey="row", squeeze=False, height_ratios=[1.1, 1.1, 0.8])
     for column, source in enumerate(sources):
-        given = one.sel(damping_ratio_source=source)
+        given = at_e.sel(damping_ratio_source=source)
         _by_band(grid[0, column], given, "median_ratio")
         _by_band(grid[1, column], given, "log_error")
         _misfits(grid[2, column], given)
         grid[0, column].set_title(SOURCE_NAMES.get(source, source))
     plain_logarithmic(grid[0, 0], y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
-    grid[0, 0].set_ylim(*_limits(one["median_ratio_interval"], (0.85, 1.2)))
+    grid[0, 0].set_ylim(*_limits(at_e["median_ratio_interval"], (0.85, 1.2)))
     grid[1, 0].set_ylim(bottom=0)
     for axes, label in zip(
         grid[:, 0],
@@ -208,10 +208,10 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
         axes.set_ylabel(label)
     grid[2, 0].set_ylim(bottom=0)
     figure.legend(
-        handles=_handles(one),
+        handles=_handles(at_e),
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(one['restitution']):g}$; markers with 95 % bootstrap intervals; grey: CR itself after a "
+        title=f"$e = {float(at_e['restitution']):g}$; markers with 95 % bootstrap intervals; grey: CR itself after a "
         "small change, and the range of the four",
     )
     return figure
@@ -224,16 +224,16 @@ def _limits(values: xr.DataArray, least: tuple[float, float]) -> tuple[float, fl
     return max(min(0.98 * low, least[0]), 0.5), min(max(1.02 * high, least[1]), 2.0)
 
 
-def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
+def _by_band(axes: Axes, statistics: xr.Dataset, name: str) -> None:
     """A statistic of every damper in each band beside CR's own after small changes."""
-    place = np.arange(one.sizes["band"])
-    varied = one[f"varied_{name}"]
+    place = np.arange(statistics.sizes["band"])
+    varied = statistics[f"varied_{name}"]
     high = varied.max("variation").values
     low = varied.min("variation").values if name == "median_ratio" else np.zeros_like(high)
     axes.bar(place, high - low, bottom=low, width=0.86, color="#E4E4E4", zorder=0)
     if name == "median_ratio":
         axes.axhline(1.0, color="black", linewidth=0.6, zorder=1)
-    for row, variation in enumerate(map(str, one["variation"].values)):
+    for row, variation in enumerate(map(str, statistics["variation"].values)):
         axes.plot(
             place + 0.2 * (row - 1.5),
             varied.sel(variation=variation),
@@ -243,9 +243,9 @@ def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
             marker=VARIATION_MARKS.get(variation, "x"),
             markeredgewidth=0.7,
         )
-    models = dampers(one)
+    models = dampers(statistics)
     for row, model in enumerate(models):
-        values = one.sel(damping_model=model)
+        values = statistics.sel(damping_model=model)
         bounds = values[f"{name}_interval"]
         axes.vlines(
             x := place + 0.18 * (row - (len(models) - 1) / 2),
@@ -264,19 +264,19 @@ def _by_band(axes: Axes, one: xr.Dataset, name: str) -> None:
             label=model,
         )
     axes.axvline(0.5, color=PALE, linewidth=0.6)
-    edges = zip(one["band_start"].values, one["band_end"].values, strict=True)
+    edges = zip(statistics["band_start"].values, statistics["band_end"].values, strict=True)
     axes.set_xticks(place, ["all", *(f"{low:g}–\n{high:g}" for low, high in list(edges)[1:])])
     axes.set_xlim(-0.5, place[-1] + 0.5)
     axes.tick_params(axis="x", length=0)
     axes.set_xlabel(PEAK_OF_CR)
 
 
-def _misfits(axes: Axes, one: xr.Dataset) -> None:
-    for model in dampers(one):
+def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
+    for model in dampers(statistics):
         style = style_of(model)
         axes.plot(
-            one["scale"],
-            one["median_decay_misfit"].sel(damping_model=model),
+            statistics["scale"],
+            statistics["median_decay_misfit"].sel(damping_model=model),
             color=style.colour,
             linestyle=style.linestyle,
             marker=style.marker,
@@ -287,11 +287,12 @@ def _misfits(axes: Axes, one: xr.Dataset) -> None:
     axes.set_xlabel(r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
 
 
-def _handles(one: xr.Dataset) -> list[Line2D]:
-    found = [
-        Line2D([], [], marker=style_of(model).marker, label=title_of(model), **line_of(model)) for model in dampers(one)
+def _handles(statistics: xr.Dataset) -> list[Line2D]:
+    handles = [
+        Line2D([], [], marker=style_of(model).marker, label=title_of(model), **line_of(model))
+        for model in dampers(statistics)
     ]
-    return found + [
+    return handles + [
         Line2D(
             [],
             [],
@@ -301,5 +302,5 @@ def _handles(one: xr.Dataset) -> list[Line2D]:
             markersize=4,
             label=f"CR, {VARIATION_NAMES.get(name, name)}",
         )
-        for name in map(str, one["variation"].values)
+        for name in map(str, statistics["variation"].values)
     ]

@@ -41,24 +41,24 @@ def fig_orders(orders: xr.Dataset) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, one: xr.Dataset) -> None:
-    step = one["step"].values
-    for model in map(str, one["damping_model"].values):
-        curve = one.sel(damping_model=model)
+def _panel(axes: Axes, errors: xr.Dataset) -> None:
+    step = errors["step"].values
+    for model in map(str, errors["damping_model"].values):
+        curve = errors.sel(damping_model=model)
         label = f"{model}: {float(curve['order']):.2f} ({float(curve['finest_order']):.2f})"
         axes.plot(step, curve["solver_error"], marker=style_of(model).marker, label=label, **line_of(model))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())
-    _slopes(axes, one)
+    _slopes(axes, errors)
     axes.legend(title="order (at the finest steps)", loc="lower right", alignment="left")
 
 
-def _slopes(axes: Axes, one: xr.Dataset) -> None:
+def _slopes(axes: Axes, errors: xr.Dataset) -> None:
     """Lines of slope 1 and 2 from the coarsest step's median error."""
-    step = one["step"].values
+    step = errors["step"].values
     for slope in (1, 2):
-        start = float(one["solver_error"].sel(step=step.max()).max()) * 1.6
+        start = float(errors["solver_error"].sel(step=step.max()).max()) * 1.6
         line = start * (step / step.max()) ** slope
         axes.plot(step, line, color=GREY, linewidth=0.6, zorder=0)
         left = np.argmin(step)

@@ -75,8 +75,8 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
     least, most = envelope(intensity, cr["median_intensity_interval"].values, cr["dispersion_interval"].values)
     axes.fill_between(intensity, least, most, color=BAND, linewidth=0)
     for model in (*dampers(population), REFERENCE):
-        one = population.sel(damping_model=model)
-        probability = ndtr(np.log(intensity / float(one["median_intensity"])) / float(one["dispersion"]))
+        of_model = population.sel(damping_model=model)
+        probability = ndtr(np.log(intensity / float(of_model["median_intensity"])) / float(of_model["dispersion"]))
         axes.plot(intensity, probability, label=model, **line_of(model))
     axes.plot(
         population["intensity"],
@@ -99,9 +99,9 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
 def _ratios(axes: Axes, population: xr.Dataset) -> None:
     models = dampers(population)
     for row, model in enumerate(models):
-        one, style = population.sel(damping_model=model), style_of(model)
-        axes.plot(one["median_intensity_ratio_interval"], [row, row], color=style.colour, linewidth=1.1)
-        axes.plot(float(one["median_intensity_ratio"]), row, marker=style.marker, markersize=4, color=style.colour)
+        of_model, style = population.sel(damping_model=model), style_of(model)
+        axes.plot(of_model["median_intensity_ratio_interval"], [row, row], color=style.colour, linewidth=1.1)
+        axes.plot(float(of_model["median_intensity_ratio"]), row, marker=style.marker, markersize=4, color=style.colour)
     axes.axvline(1.0, color="black", linewidth=0.6)
     axes.set_yticks(range(len(models)), models)
     axes.set_ylim(len(models) - 0.5, -0.5)
@@ -125,8 +125,10 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
         error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
     )
     for model in dampers(population):
-        one, style = population.sel(damping_model=model), style_of(model)
-        axes.plot(one["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour)
+        of_model, style = population.sel(damping_model=model), style_of(model)
+        axes.plot(
+            of_model["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour
+        )
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)

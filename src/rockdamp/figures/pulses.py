@@ -31,14 +31,14 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
         As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
     """
     e = pulses["restitution"].values
-    one = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)
-    shapes, models = ([str(value) for value in one[name].values] for name in ("pulse", "damping_model"))
+    at_e = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)
+    shapes, models = ([str(value) for value in at_e[name].values] for name in ("pulse", "damping_model"))
     figure = new_figure(DOUBLE_COLUMN, 140.0)
     grid = figure.add_gridspec(2, len(shapes) * len(models), height_ratios=[1.1, 1.0])
     first: Axes | None = None
     for column, shape in enumerate(shapes):
         axes = figure.add_subplot(grid[0, len(models) * column : len(models) * (column + 1)], sharey=first)
-        _map(axes, one.sel(pulse=shape), shape, last=column == len(shapes) - 1)
+        _map(axes, at_e.sel(pulse=shape), shape, last=column == len(shapes) - 1)
         if first is None:
             axes.set_ylabel("load over plateau [-]")
             first = axes
@@ -49,28 +49,34 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
         axes = figure.add_subplot(
             grid[1, len(shapes) * column : len(shapes) * (column + 1)], sharex=first, sharey=first
         )
-        _ratios(axes, one.sel(damping_model=model), model)
+        _ratios(axes, at_e.sel(damping_model=model), model)
         if first is None:
             axes.set_ylabel("peak over that of CR [-]")
             first = axes
         else:
             axes.tick_params(labelleft=False)
-    _legend(figure, shapes, models, float(one["restitution"]), float(one["release_amplitude"]))
+    _legend(figure, shapes, models, float(at_e["restitution"]), float(at_e["release_amplitude"]))
     return figure
 
 
-def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
+def _map(axes: Axes, of_pulse: xr.Dataset, shape: str, last: bool) -> None:
     """A rocking spectrum: CR's peak as shade over frequency and load, collapse dark."""
-    frequency, load = one["pulse_frequency"].values, one["load_ratio"].values
-    peak = one["reference_peak"].where(one["reference_collapsed"] == 0).transpose("load_ratio", "pulse_frequency")
-    edges = [0.0, *one["band_start"].values, float(one["band_end"][-1])]
+    frequency, load = of_pulse["pulse_frequency"].values, of_pulse["load_ratio"].values
+    peak = (
+        of_pulse["reference_peak"]
+        .where(of_pulse["reference_collapsed"] == 0)
+        .transpose("load_ratio", "pulse_frequency")
+    )
+    edges = [0.0, *of_pulse["band_start"].values, float(of_pulse["band_end"][-1])]
     axes.set_facecolor(COLLAPSED)
     mesh = axes.pcolormesh(frequency, load, peak, cmap=PEAKS, norm=BoundaryNorm(edges, PEAKS.N), shading="nearest")
-    fell = (one["reference_collapsed"] == 1).transpose("load_ratio", "pulse_frequency").values
+    fell = (of_pulse["reference_collapsed"] == 1).transpose("load_ratio", "pulse_frequency").values
     # Cells whose verdict a damper reverses: CR collapses and it does not, or the other way round.
-    for model in map(str, one["damping_model"].values):
-        other = (one["collapsed"].sel(damping_model=model) == 1).transpose("load_ratio", "pulse_frequency").values
-        rows, columns = np.nonzero(other != fell)
+    for model in map(str, of_pulse["damping_model"].values):
+        damper_fell = (
+            (of_pulse["collapsed"].sel(damping_model=model) == 1).transpose("load_ratio", "pulse_frequency").values
+        )
+        rows, columns = np.nonzero(damper_fell != fell)
         style = style_of(model)
         axes.plot(
             frequency[columns],
@@ -98,19 +104,19 @@ def _map(axes: Axes, one: xr.Dataset, shape: str, last: bool) -> None:
         bar.outline.set_linewidth(0.4)
 
 
-def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
+def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     """Every pair of peaks where neither collapses, and the median and dispersion of each band."""
-    stands = (one["reference_collapsed"] == 0) & (one["collapsed"] == 0)
-    ratio = (one["peak_displacement"] / one["reference_peak"]).where(stands)
+    stands = (of_model["reference_collapsed"] == 0) & (of_model["collapsed"] == 0)
+    ratio = (of_model["peak_displacement"] / of_model["reference_peak"]).where(stands)
     style = style_of(model)
-    for shape in map(str, one["pulse"].values):
-        x, y = one["reference_peak"].sel(pulse=shape).values.ravel(), ratio.sel(pulse=shape).values.ravel()
+    for shape in map(str, of_model["pulse"].values):
+        x, y = of_model["reference_peak"].sel(pulse=shape).values.ravel(), ratio.sel(pulse=shape).values.ravel()
         marks = MARKS.get(shape, "s")
         axes.plot(x, np.clip(y, *LIMITS), marks, color=style.colour, markersize=1.6, alpha=0.35, markeredgewidth=0)
     axes.axhline(1, color="black", linewidth=0.6)
-    start, end = one["band_start"].values, one["band_end"].values
-    centre, median = np.sqrt(start * end), one["median_ratio"].values
-    factor = np.exp(one["log_dispersion"].values)
+    start, end = of_model["band_start"].values, of_model["band_end"].values
+    centre, median = np.sqrt(start * end), of_model["median_ratio"].values
+    factor = np.exp(of_model["log_dispersion"].values)
     axes.errorbar(
         centre,
         median,
@@ -133,10 +139,10 @@ def _ratios(axes: Axes, one: xr.Dataset, model: str) -> None:
     axes.set_xticks([0.01, 0.1, 1])
     axes.set_xlabel(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
     axes.set_title(
-        f"{title_of(model)}\n$\\xi = {float(one['damping_ratio']):.3f}$, "
-        f"all: {float(one['median_ratio_all']):.2f} ± {float(one['log_dispersion_all']):.2f}\n"
-        f"false safe {int(one['false_safe'])} of {int(one['reference_collapses'])}\n"
-        f"false collapse {int(one['false_collapse'])} of {int(one['reference_survivals'])}",
+        f"{title_of(model)}\n$\\xi = {float(of_model['damping_ratio']):.3f}$, "
+        f"all: {float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
+        f"false safe {int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"
+        f"false collapse {int(of_model['false_collapse'])} of {int(of_model['reference_survivals'])}",
         color=style.colour,
         fontsize=7,
     )

@@ -80,9 +80,9 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
     path : path
         Replaced only by a complete file.
     """
-    one = response.isel(damping_model=0)
-    alive = np.isfinite(one["displacement"].values)
-    elapsed, displacement = one["elapsed"].values[alive], one["displacement"].values[alive]
+    history = response.isel(damping_model=0)
+    alive = np.isfinite(history["displacement"].values)
+    elapsed, displacement = history["elapsed"].values[alive], history["displacement"].values[alive]
     moments = _moments(elapsed)
     path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part.gif")

@@ -36,10 +36,10 @@ PARAMETERS = {
 
 def label_of(history: xr.Dataset, model: str) -> str:
     """Name of a model with its parameter."""
-    one = history.sel(damping_model=model)
+    of_model = history.sel(damping_model=model)
     if model == REFERENCE:
-        return f"CR, $e = {float(one['restitution']):g}$"
-    return f"{title_of(model)}, $\\xi = {float(one['damping_ratio']):.4f}$"
+        return f"CR, $e = {float(of_model['restitution']):g}$"
+    return f"{title_of(model)}, $\\xi = {float(of_model['damping_ratio']):.4f}$"
 
 
 @styled
@@ -106,21 +106,26 @@ def record_title(dataset: xr.Dataset) -> str:
     """What the record says of itself, and the factor on it."""
     kind = "SYNTHETIC record" if dataset.attrs.get("record_synthetic") == "yes" else "Record"
     specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
-    told = specimen if specimen not in ("none", "not stated") else source
+    name = specimen if specimen not in ("none", "not stated") else source
     factor = f" (times {float(dataset['scale']):g})" if float(dataset.get("scale", 1.0)) != 1 else ""
-    return fill(f"{kind}: {told}{factor}", 120, max_lines=2)
+    return fill(f"{kind}: {name}{factor}", 120, max_lines=2)
 
 
 def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
-    one = response.sel(damping_model=model)
-    label, collapsed = label_of(response, model), str(one["outcome"].item()) == "collapsed"
-    label += f", collapses at {float(one['outcome_elapsed']):.2f} s" if collapsed else ""
-    displacement = MILLIMETRES * one["displacement"].values
-    axes.plot(one["elapsed"], displacement, label=label, **line_of(model))
+    of_model = response.sel(damping_model=model)
+    label, collapsed = label_of(response, model), str(of_model["outcome"].item()) == "collapsed"
+    label += f", collapses at {float(of_model['outcome_elapsed']):.2f} s" if collapsed else ""
+    displacement = MILLIMETRES * of_model["displacement"].values
+    axes.plot(of_model["elapsed"], displacement, label=label, **line_of(model))
     if collapsed:
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])
         axes.plot(
-            one["elapsed"][last], displacement[last], "x", color=style_of(model).colour, markersize=6, clip_on=False
+            of_model["elapsed"][last],
+            displacement[last],
+            "x",
+            color=style_of(model).colour,
+            markersize=6,
+            clip_on=False,
         )
 
 
@@ -158,8 +163,10 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
 
 def _estimates(calibration: xr.Dataset) -> str:
     """The parameters with their standard errors."""
-    each = (calibration.sel(parameter=str(name)) for name in calibration["parameter"].values)
+    estimates = (calibration.sel(parameter=str(name)) for name in calibration["parameter"].values)
     return ",  ".join(
-        PARAMETERS[str(one["parameter"].item())].format(float(one["estimate"]), float(one["standard_error"]))
-        for one in each
+        PARAMETERS[str(estimate["parameter"].item())].format(
+            float(estimate["estimate"]), float(estimate["standard_error"])
+        )
+        for estimate in estimates
     )

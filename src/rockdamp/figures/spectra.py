@@ -31,18 +31,18 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
     pulses : xarray.Dataset
         As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
     """
-    one = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
-    models = [REFERENCE, *map(str, one["damping_model"].values)]
-    shapes = [str(shape) for shape in one["pulse"].values]
-    levels = [0.0, *one["band_start"].values, float(one["band_end"][-1])]
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    models = [REFERENCE, *map(str, at_e["damping_model"].values)]
+    shapes = [str(shape) for shape in at_e["pulse"].values]
+    levels = [0.0, *at_e["band_start"].values, float(at_e["band_end"][-1])]
     figure = new_figure(DOUBLE_COLUMN, 130.0)
     grid = figure.subplots(len(shapes), len(models), sharex=True, sharey=True, squeeze=False)
     for row, shape in zip(grid, shapes, strict=True):
         for axes, model in zip(row, models, strict=True):
-            _spectrum(axes, one.sel(pulse=shape), model, levels)
+            _spectrum(axes, at_e.sel(pulse=shape), model, levels)
         row[0].set_ylabel(f"{NAMES.get(shape, shape)}\nload over plateau [-]")
     for axes, model in zip(grid[0], models, strict=True):
-        ratio = "" if model == REFERENCE else f"\n$\\xi = {float(one['damping_ratio'].sel(damping_model=model)):.3f}$"
+        ratio = "" if model == REFERENCE else f"\n$\\xi = {float(at_e['damping_ratio'].sel(damping_model=model)):.3f}$"
         axes.set_title(f"{title_of(model).replace(' (', chr(10) + '(')}{ratio}", color=style_of(model).colour)
     for axes in grid[-1]:
         axes.set_xlabel(r"frequency $\omega/p$ [-]")
@@ -54,29 +54,29 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
         ],
         loc="outside upper center",
         ncols=2,
-        title=f"$e = {float(one['restitution']):g}$; damping ratios from the closed form at "
-        f"{float(one['release_amplitude']):g} $u_\\mathrm{{ins}}$",
+        title=f"$e = {float(at_e['restitution']):g}$; damping ratios from the closed form at "
+        f"{float(at_e['release_amplitude']):g} $u_\\mathrm{{ins}}$",
     )
     return figure
 
 
-def _peak(one: xr.Dataset, model: str) -> xr.DataArray:
+def _peak(of_pulse: xr.Dataset, model: str) -> xr.DataArray:
     """Peaks (load_ratio, pulse_frequency) of a model; of what overturns, the same value beyond 1."""
     if model == REFERENCE:
-        peak, fell = one["reference_peak"], one["reference_collapsed"]
+        peak, fell = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
     else:
-        peak, fell = (one[name].sel(damping_model=model) for name in ("peak_displacement", "collapsed"))
+        peak, fell = (of_pulse[name].sel(damping_model=model) for name in ("peak_displacement", "collapsed"))
     return xr.where(fell == 1, BEYOND, peak).transpose("load_ratio", "pulse_frequency")
 
 
-def _spectrum(axes: Axes, one: xr.Dataset, model: str, levels: list[float]) -> None:
-    frequency, load = one["pulse_frequency"].values, one["load_ratio"].values
+def _spectrum(axes: Axes, of_pulse: xr.Dataset, model: str, levels: list[float]) -> None:
+    frequency, load = of_pulse["pulse_frequency"].values, of_pulse["load_ratio"].values
     colours = PEAKS([(i + 0.5) / (len(levels) - 1) for i in range(len(levels) - 1)])
     # Between the nodes the logarithm is interpolated, since peaks span decades.
     bounds = np.log([max(level, 1e-9) for level in levels])
-    height = np.log(np.clip(_peak(one, model).values, 2e-9, None))
+    height = np.log(np.clip(_peak(of_pulse, model).values, 2e-9, None))
     axes.contourf(frequency, load, height, [*bounds, np.log(2 * BEYOND)], colors=[*colours, COLLAPSED])
-    border = np.log(np.clip(_peak(one, REFERENCE).values, 2e-9, None))
+    border = np.log(np.clip(_peak(of_pulse, REFERENCE).values, 2e-9, None))
     if border.min() < 0 < border.max():
         axes.contour(frequency, load, border, [0.0], colors=[BORDER], linewidths=1.2)
     plain_logarithmic(axes, [0.5, 1, 2, 4, 8], [0.5, 1, 2, 4, 8, 16])

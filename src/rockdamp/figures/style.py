@@ -141,8 +141,8 @@ def numbers(dataset: xr.Dataset, name: str) -> list[float]:
 
 def present(values: Sequence[float], wanted: Sequence[float]) -> list[int]:
     """Return the indices in `values` of those `wanted` that are there, in that order; of all where none is."""
-    found = [index for want in wanted for index, value in enumerate(values) if abs(value - want) < 1e-9]
-    return found or list(range(len(values)))
+    indices = [index for want in wanted for index, value in enumerate(values) if abs(value - want) < 1e-9]
+    return indices or list(range(len(values)))
 
 
 def nearest(values: Sequence[float], wanted: float) -> int:

@@ -105,14 +105,20 @@ def _phases(axes: Axes, validation: xr.Dataset) -> None:
 
 
 def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:
-    one = validation.sel(damping_model=model)
+    of_model = validation.sel(damping_model=model)
     elapsed = validation["elapsed"].values
-    measured, computed = (MILLIMETRES * values.values for values in (validation["measured"], one["displacement"]))
+    measured, computed = (MILLIMETRES * values.values for values in (validation["measured"], of_model["displacement"]))
     axes.plot(elapsed, measured, label=measured_name(validation), zorder=1, **MEASURED)
     axes.plot(elapsed, computed, label="computed", zorder=2, **line_of(model))
     for values, peaks, at, marker, face in (
         (measured, validation["measured_decay_peak"], validation["measured_decay_peak_elapsed"], "o", "white"),
-        (computed, one["decay_peak"], one["decay_peak_elapsed"], style_of(model).marker, style_of(model).colour),
+        (
+            computed,
+            of_model["decay_peak"],
+            of_model["decay_peak_elapsed"],
+            style_of(model).marker,
+            style_of(model).colour,
+        ),
     ):
         matched = np.isfinite(peaks.values)
         time, size = at.values[matched], MILLIMETRES * peaks.values[matched]
@@ -124,15 +130,15 @@ def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:
     if model == REFERENCE:
         parameter = f"$e = {float(validation['restitution']):g}$"
     else:
-        parameter = f"$\\xi = {float(one['damping_ratio']):.4f}$"
+        parameter = f"$\\xi = {float(of_model['damping_ratio']):.4f}$"
     axes.set_title(f"{title_of(model)}, {parameter}", color=style_of(model).colour, fontweight="bold")
-    axes.text(0.99, 0.03, _misfit(one), transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
+    axes.text(0.99, 0.03, _misfit(of_model), transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
     axes.set_ylabel("$u$ [mm]")
     _phases(axes, validation)
 
 
-def _misfit(one: xr.Dataset) -> str:
-    if bool(one["collapsed"]):
+def _misfit(of_model: xr.Dataset) -> str:
+    if bool(of_model["collapsed"]):
         return "collapsed"
-    misfit, ratio = MILLIMETRES * float(one["rms_misfit"]), float(one["peak_ratio_to_measured"])
+    misfit, ratio = MILLIMETRES * float(of_model["rms_misfit"]), float(of_model["peak_ratio_to_measured"])
     return f"peak {ratio:.2f} of the measured\nrms misfit {misfit:.1f} mm"
