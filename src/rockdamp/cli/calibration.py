@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @wall_options()
 @softening_options
 @click.option("--output", type=OutputFile(".nc"), help="Estimates, covariance and both histories, as NetCDF.")
-@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Measured against fitted.")
+@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture: measured against fitted.")
 @json_option
 def calibrate(
     record: Path, a3: float, softening: str, output: Path | None, plot: Path | None, as_json: bool, **options: Any

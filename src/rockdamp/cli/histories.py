@@ -41,7 +41,7 @@ UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome
 RESULTS = ("peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="The history, as NetCDF.")
-plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of it.")
+plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of the history.")
 
 
 class Length(click.ParamType):
@@ -78,7 +78,7 @@ class Length(click.ParamType):
     type=Length(),
     default=str(LENGTH),
     show_default=True,
-    help="Of the history: in tau = p t, or with a unit in seconds (5s), for which the wall must be given.",
+    help="Length of the history: in tau = p t, or with a unit in seconds (5s), for which the wall must be given.",
 )
 @wall_options(required=False)
 @output_option

@@ -39,14 +39,28 @@ def _all(*options: Decorator) -> Decorator:
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
     return _all(
-        click.option("--thickness", type=Quantity("m"), required=required, help="t."),
-        click.option("--height", type=Quantity("m"), required=required, help="h."),
+        click.option("--thickness", type=Quantity("m"), required=required, help="Thickness t."),
+        click.option("--height", type=Quantity("m"), required=required, help="Height h."),
         click.option("--width", type=Quantity("m"), default=1.0, show_default=True, help="Length of the strip."),
-        click.option("--density", type=Quantity("kg m-3"), default=1800.0, show_default=True, help="Of the masonry."),
-        click.option("--hinge-ratio", type=float, default=0.7, show_default=True, help="h1/h; a parapet has none."),
-        click.option("--overburden-ratio", type=float, default=0.0, show_default=True, help="O/W."),
         click.option(
-            "--eccentricity", type=Quantity("m"), default=0.0, show_default=True, help="Of the overburden from mid-t."
+            "--density", type=Quantity("kg m-3"), default=1800.0, show_default=True, help="Density of the masonry."
+        ),
+        click.option(
+            "--hinge-ratio",
+            type=float,
+            default=0.7,
+            show_default=True,
+            help="Hinge's height over h; a parapet has none.",
+        ),
+        click.option(
+            "--overburden-ratio", type=float, default=0.0, show_default=True, help="Overburden over weight, O/W."
+        ),
+        click.option(
+            "--eccentricity",
+            type=Quantity("m"),
+            default=0.0,
+            show_default=True,
+            help="Overburden's distance from mid-t.",
         ),
         click.option("--parapet", is_flag=True, help="One block that rocks on its base."),
     )
@@ -59,7 +73,7 @@ softening_options = _all(
         type=click.Choice(SOFTENING),
         default="steeper",
         show_default=True,
-        help="Last branch for a3 < 1.",
+        help="Kind of last branch, for a3 < 1.",
     ),
 )
 
@@ -78,7 +92,11 @@ damping_options = _all(
 )
 
 record_option = click.option(
-    "--record", type=click.Path(path_type=Path), required=True, metavar="FILE", help="CSV of this project, or PEER AT2."
+    "--record",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="FILE",
+    help="Record: CSV of this project, or PEER AT2.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs, and nothing else.")
 
