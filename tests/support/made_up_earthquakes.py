@@ -5,15 +5,23 @@ import xarray as xr
 from scipy.special import ndtr
 
 from rockdamp.storage import dataset
+from rockdamp.vocabulary import MODELS as ALL_MODELS
 
-MODELS = ["CR", "CDC", "CDR", "SDR", "ECD"]
+
+def by_model(models, other, **known):
+    """A value for each model, in their order; those of models that are not known begin at `other`, and all differ."""
+    others = [model for model in models if model not in known]
+    return np.array([known[model] if model in known else other + 0.001 * others.index(model) for model in models])
+
+
+MODELS = list(ALL_MODELS)
 SOURCES = ["fit", "error", "closed form"]
 VARIATIONS = ["step", "impact", "lower e", "higher e"]
 WALLS = ["tested", "veneer", "church", "rubble", "parapet"]
 E = np.array([0.8, 0.85, 0.9])
 SCALE = np.geomspace(0.2, 5, 8)
 EDGES = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
-FACTOR = np.array([1.0, 1.08, 0.99, 0.9, 0.96])  # of the peak with each model to CR's
+FACTOR = by_model(MODELS, 0.97, CR=1.0, CDC=1.08, CDR=0.99, SDR=0.9, ECD=0.96)  # of the peak with each model to CR's
 BETA = 0.4  # dispersion of collapse
 
 COORDS = {
@@ -61,7 +69,7 @@ def comparison():
     lead, bands = (E.size, len(MODELS), len(SOURCES)), EDGES.size
     e_dims, band = ("restitution", "damping_model", "damping_ratio_source"), np.arange(bands)
     ratio = np.broadcast_to(FACTOR[:, None, None], (*lead, bands)) * np.ones(bands)
-    base = np.array([0.0, 0.25, 0.10, 0.20, 0.11])[:, None, None] * (1 + 0.1 * band)
+    base = by_model(MODELS, 0.15, CR=0.0, CDC=0.25, CDR=0.10, SDR=0.20, ECD=0.11)[:, None, None] * (1 + 0.1 * band)
     error = np.broadcast_to(base, (*lead, bands)) * (1 + 0.02 * np.arange(3)[:, None])
     own = np.array([0.01, 0.02, 0.06, 0.07])[:, None] * (1 + 0.1 * band) * np.ones((E.size, 1, 1))
     median = 0.5 + 0.1 * np.arange(len(WALLS))

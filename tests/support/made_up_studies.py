@@ -5,12 +5,13 @@ from functools import cache
 import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
+from made_up_earthquakes import by_model
 
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import STUDIES
+from rockdamp.studies.amplitude_dispersion import DAMPERS
+from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
-ALL = ["CR", "CDC", "CDR", "SDR", "ECD"]
-VISCOUS = ALL[1:]
+ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
 E = np.linspace(0.7, 0.98, 15)
 STEPS = 3200  # k of the made-up matches
 
@@ -55,14 +56,15 @@ def mechanism():
 
 def loops():
     tau = np.linspace(0, 30, 3001)
-    rates = 0.16 + 0.004 * np.arange(5)
+    rates = 0.16 + 0.004 * np.arange(len(ALL))
     displacement = np.stack([0.5 * np.exp(-rate * tau) * np.cos(1.3 * tau) for rate in rates])
     velocity = np.gradient(displacement, tau, axis=1)
     velocity[0] *= 1 + 0.2 * np.sign(displacement[0] * velocity[0])  # CR alone jumps where u changes sign
-    ratio = np.array([np.nan, 0.03, 0.045, 0.062, 0.052])
+    ratio = by_model(ALL, 0.056, CR=np.nan, CDC=0.03, CDR=0.045, SDR=0.062, ECD=0.052)
     frequency = np.linspace(0, 1, 21)
     with np.errstate(divide="ignore"):
-        law = np.stack([1 / frequency, np.ones(21), frequency, np.full(21, np.nan)])
+        known = {"CDC": 1 / frequency, "CDR": np.ones(21), "SDR": frequency}
+    law = np.stack([known.get(model, np.full(21, np.nan)) for model in VISCOUS])
     data = xr.Dataset(
         {
             "displacement": (("damping_model", "tau"), displacement),
@@ -97,10 +99,11 @@ def match(parameter, values, *, fixed=False, plateau=None):
     """Matched damping ratios that depend on model, value and e: no two curves are the same."""
     dims = ("damping_model", parameter, "restitution")
     values = np.asarray(values, dtype=float)
-    model, value = np.arange(4.0)[:, None, None], np.arange(values.size)[None, :, None]
+    model, value = np.arange(float(len(VISCOUS)))[:, None, None], np.arange(values.size)[None, :, None]
     ratio = (0.26 + 0.03 * model + 0.01 * value) * (1 - E)
     # SDR has the lowest error below e = 0.8 and CDR from there on.
-    error = (np.array([9.0, 4.0, 1.0, 2.0])[:, None, None] + 8.0 * (model == 2) * (E > 0.795)) * (1 - E) * (1 + value)
+    error = by_model(VISCOUS, 3.0, CDC=9.0, CDR=4.0, SDR=1.0, ECD=2.0)[:, None, None] + 8.0 * (model == 2) * (E > 0.795)
+    error = error * (1 - E) * (1 + value)
     shape = np.broadcast_shapes(ratio.shape, error.shape)
     data = {
         "damping_ratio": (dims, ratio),
@@ -126,7 +129,7 @@ def equivalence():
             "damping_ratio": (dims, matched),
             "damping_ratio_fit": (dims, 1.001 * matched),
             "giannini_masiani": ("restitution", 2 * (1 - E) / np.pi / (1 + E)),
-            "r_squared": (dims[:2], np.full((4, 3), 0.9987654)),
+            "r_squared": (dims[:2], np.full((len(VISCOUS), 3), 0.9987654)),
         },
         coords={"damping_model": VISCOUS, "cracked_stiffness_ratio": a1, "restitution": E, "window": 8.0},
     )
@@ -139,21 +142,24 @@ def validation(**attributes):
     moving = elapsed >= 1.5
     measured = np.where(moving, 0.02 * np.exp(-1.5 * (elapsed - 1.5)) * np.sin(8 * (elapsed - 1.5)), 0.0)
     peaks_at = 1.5 + (np.arange(4) + 0.5) * np.pi / 8
-    share = np.array([0.95, 0.9, 0.8, 0.7, 0.85])
+    share = by_model(ALL, 0.75, CR=0.95, CDC=0.9, CDR=0.8, SDR=0.7, ECD=0.85)
     data = xr.Dataset(
         {
             "displacement": (("damping_model", "elapsed"), share[:, None] * measured),
             "measured": ("elapsed", measured),
             "ground_acceleration": ("elapsed", motion),
-            "damping_ratio": ("damping_model", [np.nan, 0.03, 0.05, 0.07, 0.06]),
-            "collapsed": ("damping_model", np.zeros(5, dtype=np.int8)),
-            "rms_misfit": ("damping_model", 0.001 * (1 + np.arange(5.0))),
+            "damping_ratio": (
+                "damping_model",
+                by_model(ALL, 0.055, CR=np.nan, CDC=0.03, CDR=0.05, SDR=0.07, ECD=0.06),
+            ),
+            "collapsed": ("damping_model", np.zeros(len(ALL), dtype=np.int8)),
+            "rms_misfit": ("damping_model", 0.001 * (1 + np.arange(float(len(ALL))))),
             "peak_ratio_to_measured": ("damping_model", share),
             "decay_peak": (
                 ("damping_model", "half_cycle"),
                 share[:, None] * np.abs(np.interp(peaks_at, elapsed, measured)),
             ),
-            "decay_peak_elapsed": (("damping_model", "half_cycle"), np.tile(peaks_at, (5, 1))),
+            "decay_peak_elapsed": (("damping_model", "half_cycle"), np.tile(peaks_at, (len(ALL), 1))),
             "measured_decay_peak": ("half_cycle", np.abs(np.interp(peaks_at, elapsed, measured))),
             "measured_decay_peak_elapsed": ("half_cycle", peaks_at),
             "restitution": 0.835,
@@ -167,8 +173,9 @@ def validation(**attributes):
 
 def orders():
     step = 0.02 / 2.0 ** np.arange(5)
-    slopes = np.array([[[2.0] * 5] * 2, [[1.0, 2.0, 1.2, 1.3, 1.1]] * 2])
-    scale = 1e-4 * np.arange(1, 6)[:, None]
+    printed = by_model(ALL, 1.4, CR=1.0, CDC=2.0, CDR=1.2, SDR=1.3, ECD=1.1)
+    slopes = np.array([[np.full(len(ALL), 2.0)] * 2, [printed] * 2])
+    scale = 1e-4 * np.arange(1, len(ALL) + 1)[:, None]
     error = scale * (step / step[0]) ** slopes[..., None]
     dims = ("scheme", "excitation", "damping_model")
     data = xr.Dataset(
@@ -189,10 +196,10 @@ def orders():
 
 def dispersion():
     share, e = np.linspace(0.05, 0.95, 10), np.array([0.75, 0.85, 0.95])
-    models, a1, b1 = ["CDC", "CDR", "SDR", "POWER", "ECD"], np.array([0.02, 0.04, 0.2]), np.array([0.85, 0.85, 0.75])
-    slope = np.array([-0.6, -0.2, 0.3, 0.01, 0.0])[:, None, None, None]
+    models, a1, b1 = list(DAMPERS), np.array([0.02, 0.04, 0.2]), np.array([0.85, 0.85, 0.75])
+    slope = by_model(models, 0.1, CDC=-0.6, CDR=-0.2, SDR=0.3, POWER=0.01, ECD=0.0)[:, None, None, None]
     peaks = (1 + slope * share[:, None] * (1 - a1)[:, None, None]) * (1 - e) / np.pi
-    spread = abs(slope[..., 0]) * np.ones((5, 3, 3)) * (1 - a1)[:, None]
+    spread = abs(slope[..., 0]) * np.ones((len(models), 3, 3)) * (1 - a1)[:, None]
     dims, grid = ("damping_model", "case", "release_share", "restitution"), ("map_softening", "map_plateau_ratio")
     map_a1 = np.array([0.01, 0.04, 0.10, 0.20])
     best = np.broadcast_to(1.1 + 2.5 * map_a1 - 0.02 * np.arange(2)[:, None], (3, 2, 4))
@@ -232,13 +239,13 @@ def pulses():
     cells = ("pulse", "pulse_frequency", "load_ratio", "restitution")
     peak = np.broadcast_to((load[:, None] / frequency[:, None, None] ** 2 * 0.3 / (1 + e)), (2, 9, 11, 3)).copy()
     collapsed = peak > 1
-    ratio = np.array([1.1, 1.0, 0.9, 0.98])[:, None, None, None, None]
+    ratio = by_model(VISCOUS, 1.05, CDC=1.1, CDR=1.0, SDR=0.9, ECD=0.98)[:, None, None, None, None]
     by, bands = ("damping_ratio_source", "damping_model", "restitution"), 5
     edges = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
-    median = np.broadcast_to(ratio[:, 0, 0, 0, :, None], (2, 4, 3, bands))
+    median = np.broadcast_to(ratio[:, 0, 0, 0, :, None], (2, len(VISCOUS), 3, bands))
     data = xr.Dataset(
         {
-            "damping_ratio": (by, np.full((2, 4, 3), 0.05)),
+            "damping_ratio": (by, np.full((2, len(VISCOUS), 3), 0.05)),
             "reference_peak": (cells, peak),
             "reference_collapsed": (cells, collapsed.astype(np.int8)),
             "peak_displacement": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
@@ -247,7 +254,7 @@ def pulses():
             "log_dispersion": ((*by, "band"), 0.15 * median),
             "median_ratio_all": (by, median[..., 0]),
             "log_dispersion_all": (by, 0.15 * median[..., 0]),
-            **{name: (by, np.full((2, 4, 3), 7)) for name in ("false_safe", "false_collapse")},
+            **{name: (by, np.full((2, len(VISCOUS), 3), 7)) for name in ("false_safe", "false_collapse")},
             **{name: ("restitution", np.full(3, 480)) for name in ("reference_collapses", "reference_survivals")},
         },
         coords={

@@ -13,6 +13,7 @@ from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported, writes
 from rockdamp.report import Content
 from rockdamp.storage import dataset
+from rockdamp.studies.amplitude_dispersion import DAMPERS
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
@@ -84,7 +85,7 @@ def of_name(name):
 
 def coordinate(kind, dim):
     if dim == "damping_model" and kind in WITHOUT_CR:
-        return [*VISCOUS_MODELS, "POWER"] if kind == "dispersion" else list(VISCOUS_MODELS)
+        return list(DAMPERS) if kind == "dispersion" else list(VISCOUS_MODELS)
     return COORDINATES.get(dim, [0, 1, 2])
 
 
