@@ -1,6 +1,8 @@
 """The config parsed into settings: every stage of both configs, and what is missing or not known."""
 
 import copy
+import importlib
+import inspect
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from rockdamp.config.between_keys import subset
 from rockdamp.config.parsing import Settings
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
+from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
 from rockdamp.studies.earthquakes import settings as earthquakes
 from rockdamp.studies.settings import (
@@ -27,13 +30,13 @@ from rockdamp.studies.settings import (
 from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
 
 
-def stages(base=Settings):
+def kinds(base=Settings):
     for kind in base.__subclasses__():
         yield kind
-        yield from stages(kind)
+        yield from kinds(kind)
 
 
-STAGES = list(stages())
+KINDS = list(kinds())
 
 
 @pytest.fixture
@@ -42,7 +45,7 @@ def config():
 
 
 @pytest.mark.parametrize("overlay", [None, "minimal"])
-@pytest.mark.parametrize("kind", STAGES, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_each_stage_takes_the_part_of_the_config_that_has_its_keys(kind, overlay, config):
     if overlay:
         update_config(config, yaml_file.load((ROOT / f"config/{overlay}.yaml").read_text(encoding="utf-8")))
@@ -51,7 +54,38 @@ def test_each_stage_takes_the_part_of_the_config_that_has_its_keys(kind, overlay
         assert repr(kind.of(given)) == repr(kind.of(part))
 
 
-@pytest.mark.parametrize("kind", STAGES, ids=lambda kind: kind.__name__)
+class Asked(Exception):
+    """Carries the settings that a stage asks for, before it computes anything."""
+
+
+def within(key, section):
+    return key == section or key.startswith(f"{section}.")
+
+
+@pytest.mark.parametrize("stage", [stage for stage in TABLE.values() if stage.config], ids=lambda stage: stage.name)
+def test_a_stage_runs_again_when_a_key_that_it_reads_has_changed_and_for_no_other(stage, monkeypatch):
+    """Its keys in the table of stages are those that its settings name."""
+
+    def asked(kind, config):
+        raise Asked(kind.keys())
+
+    monkeypatch.setattr(Settings, "of", classmethod(asked))
+    module, _, name = stage.function.rpartition(".")
+    function = getattr(importlib.import_module(module), name)
+    if name == "gather" and stage.name == "natural":
+        return  # joins what others computed, and stands for the keys of them all
+    wildcards = ["amplitude"] if "{study}" in stage.file else ["0"] if "{share}" in stage.file else []
+    inputs = len(inspect.signature(function).parameters) - len(wildcards) - 1
+    with pytest.raises(Asked) as told:
+        function(*wildcards, {}, *([None] * inputs))
+    read, stated = told.value.args[0], [key.removesuffix(".{study}") for key in stage.config]
+    if stage.name == "windows":
+        stated[stated.index("studies.amplitude")] = "studies"  # the one that it looks at
+    assert [key for key in read if not any(within(key, section) for section in stated)] == []
+    assert [section for section in stated if not any(within(key, section) for key in read)] == []
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_a_key_that_a_stage_needs_and_that_is_missing_is_named(kind, config):
     for key in kind.keys():
         *sections, last = key.split(".")
@@ -144,6 +178,20 @@ def test_a_study_varies_its_parameter_and_nothing_else(name, config):
         assert study.release_amplitude[index] == (value if name == "amplitude" else 0.5)
         wall |= {STUDIES[name]: value} if STUDIES[name] in wall else {}
         assert study.frequency_parameter[index] == make_wall(wall).frequency_parameter
+
+
+@pytest.mark.parametrize(("parameter", "values"), [("hinge_ratio", [0.5, 0.6]), ("plateau_ratio", [0.6, 0.8, 0.9])])
+def test_a_fifth_study_varies_any_parameter_of_the_wall_or_the_curve(parameter, values, config, monkeypatch):
+    monkeypatch.setitem(STUDIES, "fifth", parameter)
+    config["studies"]["fifth"] = {parameter: values}
+    study = StudySettings.of(config).study("fifth")
+    assert study.values.tolist() == values and study.release_amplitude.tolist() == [0.5] * len(values)
+    b1 = values if parameter == "plateau_ratio" else [0.85] * len(values)
+    assert study.curve.plateau_ratio.tolist() == b1 and study.curve.cracked_stiffness_ratio.tolist() == [0.04] * len(b1)
+    walls = [make_wall({**config["wall"], "hinge_ratio": value}) for value in values]
+    if parameter == "hinge_ratio":
+        assert study.frequency_parameter.tolist() == [float(wall.frequency_parameter) for wall in walls]
+        assert len(set(study.frequency_parameter)) == len(values)
 
 
 def test_a_study_that_the_part_of_the_config_lacks_is_named(config):

@@ -33,10 +33,10 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
     *of_studies : xarray.Dataset
         What `matches.match` returned for each study, in the order of `STUDIES`, then what `decays.study` did.
     """
-    matches = dict(zip(STUDIES, of_studies[: len(STUDIES)], strict=True))
-    decays = dict(zip(STUDIES, of_studies[len(STUDIES) :], strict=True))
     given = AccuracySettings.of(config)
     step, scheme, seed, rigid = given.solver.step, given.solver.scheme, given.accuracy.seed, given.accuracy.rigid
+    matches = dict(zip(STUDIES, of_studies[: len(STUDIES)], strict=True))
+    decays = dict(zip(STUDIES, of_studies[len(STUDIES) :], strict=True))
     studies = {name: given.study(name) for name in STUDIES}
     ensemble = collect(
         studies,
