@@ -1,5 +1,6 @@
 """The config parsed into settings: every stage of both configs, and what is missing or not known."""
 
+import ast
 import copy
 import importlib
 import inspect
@@ -15,6 +16,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
+from rockdamp.storage.provenance import modules_of
 from rockdamp.studies.earthquakes import settings as earthquakes
 from rockdamp.studies.settings import (
     AccuracySettings,
@@ -37,6 +39,7 @@ def kinds(base=Settings):
 
 
 KINDS = list(kinds())
+MODULES = sorted({stage.module for stage in TABLE.values() if stage.module})
 
 
 @pytest.fixture
@@ -83,6 +86,17 @@ def test_a_stage_runs_again_when_a_key_that_it_reads_has_changed_and_for_no_othe
         stated[stated.index("studies.amplitude")] = "studies"  # the one that it looks at
     assert [key for key in read if not any(within(key, section) for section in stated)] == []
     assert [section for section in stated if not any(within(key, section) for key in read)] == []
+
+
+def test_the_config_stops_at_the_stages():
+    """In the studies the stages' own functions take a config, and below the studies nothing does."""
+    taking = set()
+    for name, path in modules_of(*MODULES).items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and "config" in [argument.arg for argument in node.args.args]:
+                taking.add(f"{name}.{node.name}")
+    stages = {stage.function for stage in TABLE.values() if stage.config}
+    assert {name for name in taking if not name.startswith("rockdamp.config.")} == stages
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

@@ -10,12 +10,7 @@ import xarray as xr
 from rockdamp.config.parsing import Config
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.settings import DecaySettings, Study, StudySettings
-
-
-def describe(name: str, config: Config) -> Study:
-    """Return the walls of study `name` as `config` states them."""
-    return StudySettings.of(config).study(name)
+from rockdamp.studies.settings import DecaySettings
 
 
 def step_count(length: float, step: float) -> int:
