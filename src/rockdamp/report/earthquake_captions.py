@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ from markupsafe import Markup
 from rockdamp.figures.natural import SOURCE, middle
 from rockdamp.figures.style import dampers
 from rockdamp.report.numbers import number, of_models, percent, plain
+from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import REFERENCE
 
-Data = Mapping[str, xr.Dataset]
 DASH = Markup("–")
 
 
@@ -34,81 +34,81 @@ def span(values: Any, show: Callable[[Any], Markup] = lambda value: known(value,
     return low if low == high else Markup("{} to {}").format(low, high)
 
 
-def _drawn(data: Data) -> xr.Dataset:
+def _drawn(data: Datasets) -> xr.Dataset:
     """What the figures draw: the middle e, the damping ratios of least error."""
     return middle(data["comparison"]).sel(damping_ratio_source=SOURCE)
 
 
-def _by_damper(one: xr.Dataset, show: Callable[[xr.Dataset], Markup]) -> Markup:
-    return of_models({model: show(one.sel(damping_model=model)) for model in dampers(one)})
+def _by_damper(statistics: xr.Dataset, show: Callable[[xr.Dataset], Markup]) -> Markup:
+    return of_models({model: show(statistics.sel(damping_model=model)) for model in dampers(statistics)})
 
 
-def fig_natural(data: Data) -> dict[str, Any]:
-    one = _drawn(data)
+def fig_natural(data: Datasets) -> dict[str, Any]:
+    drawn = _drawn(data)
     return {
-        "records": int(one["records"]),
-        "walls": int((one["pooled"] == 1).sum()),
-        "scales": one.sizes["scale"],
-        "restitution": plain(one["restitution"]),
+        "records": int(drawn["records"]),
+        "walls": int((drawn["pooled"] == 1).sum()),
+        "scales": drawn.sizes["scale"],
+        "restitution": plain(drawn["restitution"]),
         "medians": _by_damper(
-            one.isel(band=0),
+            drawn.isel(band=0),
             lambda at: Markup("{} ± {}").format(known(at["median_ratio"]), known(at["log_dispersion"], 2)),
         ),
-        "safe": _by_damper(one, lambda at: fraction(at["false_safe_rate"])),
-        "collapse": _by_damper(one, lambda at: fraction(at["false_collapse_rate"])),
+        "safe": _by_damper(drawn, lambda at: fraction(at["false_safe_rate"])),
+        "collapse": _by_damper(drawn, lambda at: fraction(at["false_collapse_rate"])),
     }
 
 
-def fig_natural_ratio(data: Data) -> dict[str, Any]:
-    one = _drawn(data).isel(band=0)
+def fig_natural_ratio(data: Datasets) -> dict[str, Any]:
+    drawn = _drawn(data).isel(band=0)
     return {
-        "restitution": plain(one["restitution"]),
-        "errors": _by_damper(one, lambda at: known(at["log_error"], 2)),
-        "sensitivity": span(one["varied_log_error"]),
+        "restitution": plain(drawn["restitution"]),
+        "errors": _by_damper(drawn, lambda at: known(at["log_error"], 2)),
+        "sensitivity": span(drawn["varied_log_error"]),
     }
 
 
-def fig_ida(data: Data) -> dict[str, Any]:
-    one = _drawn(data)
-    medians = one["fractile"].isel(probability=one.sizes["probability"] // 2)
+def fig_ida(data: Datasets) -> dict[str, Any]:
+    drawn = _drawn(data)
+    medians = drawn["fractile"].isel(probability=drawn.sizes["probability"] // 2)
     apart = abs(medians / medians.sel(damping_model=REFERENCE) - 1)
 
-    def told(at: xr.Dataset) -> Markup:
+    def median_and_largest(at: xr.Dataset) -> Markup:
         off = apart.sel(damping_model=at["damping_model"])
         return Markup("{} and {}").format(fraction(off.median()), fraction(off.max()))
 
     return {
-        "records": int(one["records"]),
-        "scales": one.sizes["scale"],
-        "restitution": plain(one["restitution"]),
-        "apart": _by_damper(one, told),
+        "records": int(drawn["records"]),
+        "scales": drawn.sizes["scale"],
+        "restitution": plain(drawn["restitution"]),
+        "apart": _by_damper(drawn, median_and_largest),
     }
 
 
-def fig_fragility(data: Data) -> dict[str, Any]:
-    one = _drawn(data)
-    cr = one.sel(damping_model=REFERENCE)
+def fig_fragility(data: Datasets) -> dict[str, Any]:
+    drawn = _drawn(data)
+    cr = drawn.sel(damping_model=REFERENCE)
     return {
-        "restitution": plain(one["restitution"]),
+        "restitution": plain(drawn["restitution"]),
         "medians": span(cr["wall_median_intensity"]),
         "dispersions": span(cr["wall_dispersion"]),
-        "ratios": _by_damper(one, lambda at: known(at["median_intensity_ratio"])),
+        "ratios": _by_damper(drawn, lambda at: known(at["median_intensity_ratio"])),
     }
 
 
-def fig_population(data: Data) -> dict[str, Any]:
-    one = data["population"]
-    index = one["sensitivity"].sel(damping_model=REFERENCE)
+def fig_population(data: Datasets) -> dict[str, Any]:
+    population = data["population"]
+    index = population["sensitivity"].sel(damping_model=REFERENCE)
     order = np.argsort(-np.nan_to_num(index.values))[:3]
-    cr = one.sel(damping_model=REFERENCE)
+    cr = population.sel(damping_model=REFERENCE)
     return {
-        "walls": one.sizes["wall"],
-        "records": int(one["records"]),
-        "intensities": one.sizes["intensity"],
+        "walls": population.sizes["wall"],
+        "records": int(population["records"]),
+        "intensities": population.sizes["intensity"],
         "median": known(cr["median_intensity"]),
         "dispersion": known(cr["dispersion"], 2),
         "ratios": _by_damper(
-            one,
+            population,
             lambda at: Markup("{} ({} to {})").format(
                 *map(known, (at["median_intensity_ratio"], *at["median_intensity_ratio_interval"].values))
             ),

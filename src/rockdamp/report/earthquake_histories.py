@@ -68,19 +68,19 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
     again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
     named = []
     for index in np.argwhere((over.where(~again) > 1).values):
-        one = over[tuple(index)]
-        source = str(one["damping_ratio_source"].values)
+        history = over[tuple(index)]
+        source = str(history["damping_ratio_source"].values)
         named.append(
             {
-                "record": str(one["record"].values),
-                "wall": str(one["wall"].values),
-                "scale": known(one["scale"]),
-                "restitution": plain(one["restitution"]),
-                "model": str(one["damping_model"].values),
-                "source": DASH if one["damping_model"] == REFERENCE else names.get(source, source),
+                "record": str(history["record"].values),
+                "wall": str(history["wall"].values),
+                "scale": known(history["scale"]),
+                "restitution": plain(history["restitution"]),
+                "model": str(history["damping_model"].values),
+                "source": DASH if history["damping_model"] == REFERENCE else names.get(source, source),
                 "peak": known(peak[tuple(index)], 2),
-                "bound": known(one, 2),
-                "order": -float(one),
+                "bound": known(history, 2),
+                "order": -float(history),
             }
         )
     return sorted(named, key=itemgetter("order"))

@@ -18,6 +18,7 @@ from rockdamp.figures.style import dampers
 from rockdamp.report import earthquake_histories as histories
 from rockdamp.report.earthquake_captions import fraction, known, span
 from rockdamp.report.numbers import listed, plain
+from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.earthquakes.comparison import best
 from rockdamp.vocabulary import REFERENCE
 
@@ -43,7 +44,7 @@ class Choice(NamedTuple):
     source: str
 
 
-def section(data: Mapping[str, xr.Dataset], config: Mapping[str, Any]) -> Markup | None:
+def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
     """Return the section as HTML, none without its datasets ``comparison`` and ``natural/walls``."""
     if "comparison" not in data or "natural/walls" not in data:
         return None
@@ -79,16 +80,20 @@ def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> Markup:
     return Markup("{} <small>({} to {})</small>").format(show(cell[name]), *(show(bound) for bound in bounds))
 
 
-def _e(one: xr.Dataset) -> str:
-    return plain(one["restitution"])
+def _e(at_e: xr.Dataset) -> str:
+    return plain(at_e["restitution"])
 
 
-def _cell(one: xr.Dataset, choice: Choice) -> xr.Dataset:
-    return one.sel(damping_model=choice.model, damping_ratio_source=choice.source)
+def _cell(statistics: xr.Dataset, choice: Choice) -> xr.Dataset:
+    return statistics.sel(damping_model=choice.model, damping_ratio_source=choice.source)
 
 
-def _choices(one: xr.Dataset) -> list[Choice]:
-    return [Choice(model, str(source)) for model in dampers(one) for source in one["damping_ratio_source"].values]
+def _choices(statistics: xr.Dataset) -> list[Choice]:
+    return [
+        Choice(model, str(source))
+        for model in dampers(statistics)
+        for source in statistics["damping_ratio_source"].values
+    ]
 
 
 def grouped(choices: Sequence[Choice]) -> Markup:
@@ -102,34 +107,34 @@ def grouped(choices: Sequence[Choice]) -> Markup:
 # --- what was run, and each e -----------------------------------------------------------------------------------------
 
 
-def tied(one: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
+def tied(at_e: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
     """Return the choice of least error over all bands, and those whose intervals overlap its own; none without errors.
 
     Parameters
     ----------
-    one : xarray.Dataset
+    at_e : xarray.Dataset
         The comparison at one e.
     """
-    error = one["log_error"].isel(band=0).sel(damping_model=dampers(one))
+    error = at_e["log_error"].isel(band=0).sel(damping_model=dampers(at_e))
     if not np.isfinite(error.values).all():
         return None
-    found = Choice(*best(one.expand_dims("restitution"), float(one["restitution"])))
-    high = float(_cell(one, found)["log_error_interval"].isel(band=0, bound=1))
+    least = Choice(*best(at_e.expand_dims("restitution"), float(at_e["restitution"])))
+    high = float(_cell(at_e, least)["log_error_interval"].isel(band=0, bound=1))
     near = [
         choice
-        for choice in _choices(one)
-        if choice != found and float(_cell(one, choice)["log_error_interval"].isel(band=0, bound=0)) <= high
+        for choice in _choices(at_e)
+        if choice != least and float(_cell(at_e, choice)["log_error_interval"].isel(band=0, bound=0)) <= high
     ]
-    return found, near
+    return least, near
 
 
-def _at(one: xr.Dataset) -> dict[str, Any]:
+def _at(at_e: xr.Dataset) -> dict[str, Any]:
     """The table of one e, and which damper errs least there."""
-    judged = tied(one)
+    judged = tied(at_e)
     marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "indistinguishable") if judged else {}
     rows = []
-    for choice in _choices(one):
-        cell, whole = _cell(one, choice), _cell(one, choice).isel(band=0)
+    for choice in _choices(at_e):
+        cell, whole = _cell(at_e, choice), _cell(at_e, choice).isel(band=0)
         rows.append(
             {
                 "model": choice.model,
@@ -143,12 +148,12 @@ def _at(one: xr.Dataset) -> dict[str, Any]:
                 "intensity": with_interval(cell, "median_intensity_ratio"),
             }
         )
-    found: dict[str, Any] = {"e": _e(one), "rows": rows, "least": None}
+    table: dict[str, Any] = {"e": _e(at_e), "rows": rows, "least": None}
     if judged:
-        found["least"] = grouped([judged[0]])
-        found["least_error"] = with_interval(_cell(one, judged[0]).isel(band=0), "log_error")
-        found["near"] = grouped(judged[1])
-    return found
+        table["least"] = grouped([judged[0]])
+        table["least_error"] = with_interval(_cell(at_e, judged[0]).isel(band=0), "log_error")
+        table["near"] = grouped(judged[1])
+    return table
 
 
 # --- CR's own sensitivity ---------------------------------------------------------------------------------------------
@@ -168,12 +173,12 @@ def _sensitivity(compared: xr.Dataset, change: str) -> dict[str, Any]:
                 "name": VARIATIONS.get(name, name).format(change),
                 "cells": [
                     {
-                        "error": known(one["varied_log_error"].isel(band=0), 2),
-                        "last": known(one["varied_log_error"].isel(band=-1), 2),
-                        "safe": fraction(one["varied_false_safe_rate"]),
-                        "collapse": fraction(one["varied_false_collapse_rate"]),
+                        "error": known(at_e["varied_log_error"].isel(band=0), 2),
+                        "last": known(at_e["varied_log_error"].isel(band=-1), 2),
+                        "safe": fraction(at_e["varied_false_safe_rate"]),
+                        "collapse": fraction(at_e["varied_false_collapse_rate"]),
                     }
-                    for one in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
+                    for at_e in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
                 ],
             }
         )
@@ -200,8 +205,8 @@ def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
     per_e = [tied(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])]
     if not all(per_e):
         return None
-    sets = [{one[0], *one[1]} for one in per_e if one]
-    common = [choice for choice in _choices(compared) if all(choice in found for found in sets)]
+    sets = [{judged[0], *judged[1]} for judged in per_e if judged]
+    common = [choice for choice in _choices(compared) if all(choice in choices for choices in sets)]
     if not common:
         return None
     errors = [float((_cell(compared, choice)["log_error"].isel(band=0) ** 2).mean()) for choice in common]
@@ -215,10 +220,10 @@ def holds(error: Any, own: Any) -> bool:
 
 
 def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
-    found = recommended(compared)
-    if found is None:
+    recommendation = recommended(compared)
+    if recommendation is None:
         return {"use": None}
-    first, others = found
+    first, others = recommendation
     cell, own = _cell(compared, first), own_sensitivity(compared)
     at_e = range(compared.sizes["restitution"])
     amplitudes = [_amplitude(compared, cell, own, band) for band in range(1, compared.sizes["band"])]
@@ -232,11 +237,11 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
         "times": span(over),
         "within": bool((over <= MULTIPLE).all()),
         "amplitudes": amplitudes,
-        "never": listed(row["band"] for row in amplitudes if not any(one["holds"] for one in row["cells"])),
+        "never": listed(row["band"] for row in amplitudes if not any(entry["holds"] for entry in row["cells"])),
         "sometimes": listed(
-            row["band"] for row in amplitudes if 0 < sum(one["holds"] for one in row["cells"]) < len(at_e)
+            row["band"] for row in amplitudes if 0 < sum(entry["holds"] for entry in row["cells"]) < len(at_e)
         ),
-        "everywhere": listed(row["band"] for row in amplitudes if all(one["holds"] for one in row["cells"])),
+        "everywhere": listed(row["band"] for row in amplitudes if all(entry["holds"] for entry in row["cells"])),
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: known(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], fraction),
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
@@ -276,25 +281,25 @@ def _fragility(cell: xr.Dataset) -> dict[str, Any]:
 
 def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
     """Dampers that err, from whatever source their ratio is, more than the multiple of CR's own at some e."""
-    found = []
+    refused = []
     for model in dampers(compared):
         error = compared["log_error"].sel(damping_model=model).isel(band=0).min("damping_ratio_source")
         beyond = ~np.array([holds(*pair) for pair in zip(error.values, own.isel(band=0).values, strict=True)])
         if beyond.any():
-            found.append(
+            refused.append(
                 {
                     "model": model,
                     "at": listed(plain(e) for e in compared["restitution"].values[beyond]),
                     "times": span((error / own.isel(band=0))[beyond]),
                 }
             )
-    return found
+    return refused
 
 
 def _odd_walls(compared: xr.Dataset, choice: Choice) -> Markup:
     """Walls and e at which the damper's median of collapse is outside the interval of CR's."""
-    cr, other = _cell(compared, Choice(REFERENCE, choice.source)), _cell(compared, choice)
-    bounds, median = cr["wall_median_intensity_interval"], other["wall_median_intensity"]
+    cr, damper = _cell(compared, Choice(REFERENCE, choice.source)), _cell(compared, choice)
+    bounds, median = cr["wall_median_intensity_interval"], damper["wall_median_intensity"]
     outside = (median < bounds.sel(bound="lower")) | (median > bounds.sel(bound="upper"))
     return listed(
         Markup("{} (e = {})").format(wall, ", ".join(plain(e) for e in compared["restitution"].values[at]))
@@ -314,20 +319,20 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     rows = [
         {
             "name": name,
-            "kind": "parapet" if int(one["parapet"]) == 1 else "wall",
+            "kind": "parapet" if int(wall["parapet"]) == 1 else "wall",
             "values": [
-                plain(one[key])
+                plain(wall[key])
                 for key in ("thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")
             ],
             "derived": [
-                known(one[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")
+                known(wall[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")
             ],
             "ratios": [
                 [known(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
                 for model in dampers(walls)
             ],
         }
-        for name, one in ((name, walls.sel(wall=name)) for name in names)
+        for name, wall in ((name, walls.sel(wall=name)) for name in names)
     ]
     apart = compared["wall"].values[compared["pooled"].values != 1]
     return {
