@@ -27,10 +27,10 @@ LANES = 64  # a multiple of every vector width; fewer than 32 and the compiler's
 
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
-ROWS = 23
+ROWS = 24
 X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
 K1, B1, KS, A1, A2, A3, H, G, E = (LANES * row for row in range(9, 18))
-C0, C1, C2, BY_ENERGY, HALF_N = (LANES * row for row in range(18, 23))
+C0, C1, C2, BY_ENERGY, HALF_N, ORDER = (LANES * row for row in range(18, 24))
 CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
 
 PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
@@ -167,6 +167,37 @@ def energy_at(w, i, z, v):
     z = np.maximum(z, TINY)
     f = force_at(w, i, z)
     return f, w[C1 + i] * np.sqrt(f * f / double_energy_at(w, i, z))
+
+
+@cache
+def energy_of_order_at(order):
+    """Return the formula of ECD of a whole order m: C goes with w and the m-th power of the kinetic fraction T/(T + V).
+
+    The power is of multiplications alone. At rest at the origin, where no energy is, the fraction is 0: 2V is not.
+    """
+
+    @register_jitable
+    def formula(w, i, z, v):
+        z = np.maximum(z, TINY)
+        f = force_at(w, i, z)
+        double_v = double_energy_at(w, i, z)
+        double_t = v * v
+        fraction = double_t / (double_t + double_v)
+        return f, w[C1 + i] * np.sqrt(f * f / double_v) * fraction**order
+
+    formula.__name__ = f"energy_{order}_at"
+    return formula
+
+
+@register_jitable
+def energy_of_any_order_at(w, i, z, v):
+    """ECD of any order m >= 0, each lane with its own."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    double_v = double_energy_at(w, i, z)
+    double_t = v * v
+    fraction = double_t / (double_t + double_v)
+    return f, w[C1 + i] * np.sqrt(f * f / double_v) * fraction ** w[ORDER + i]
 
 
 @register_jitable

@@ -94,6 +94,7 @@ def decay(
     damping_ratio: float | None,
     restitution: float | None,
     compare: bool,
+    order: float | None,
     release: float,
     length: tuple[str, float],
     output: Path | None,
@@ -108,7 +109,9 @@ def decay(
     wall = _optional_wall(**options)
     tau = _in_tau(length, wall)
     curve = make_curve(a1, b1, preset, a3, softening)
-    dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve, release_amplitude=release)
+    dampings = make_dampings(
+        damping_model, damping_ratio, restitution, compare, order, curve, release_amplitude=release
+    )
     from rockdamp.histories.side_by_side import decays, peaks
 
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
@@ -185,6 +188,7 @@ def respond(
     damping_ratio: float | None,
     restitution: float | None,
     compare: bool,
+    order: float | None,
     scale: float,
     tail: float,
     output: Path | None,
@@ -200,7 +204,7 @@ def respond(
     if animation is not None and compare:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     wall, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
-    dampings = make_dampings(damping_model, damping_ratio, restitution, compare, curve)
+    dampings = make_dampings(damping_model, damping_ratio, restitution, compare, order, curve)
     from rockdamp.errors import warnings_as_lines
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.catalogue import from_file

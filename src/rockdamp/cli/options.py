@@ -87,7 +87,8 @@ curve_options = _all(
 damping_options = _all(
     click.option("--damping-model", type=Model(MODELS), help="One model alone."),
     click.option("--damping-ratio", type=float, help="xi of a viscous model."),
-    click.option("--restitution", type=float, help="Coefficient of restitution e of CR, and for --compare."),
+    click.option("--restitution", type=float, help="Coefficient of restitution e of CR, of ECD, and for --compare."),
+    click.option("--order", type=float, help="Order m of ECD: the larger, the nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="CR and every viscous model at its equivalent damping ratio."),
 )
 
@@ -141,6 +142,7 @@ def make_dampings(
     damping_ratio: float | None,
     restitution: float | None,
     compare: bool,
+    order: float | None,
     curve: TrilinearCurve,
     **equivalence: float,
 ) -> list[Damping]:
@@ -154,6 +156,8 @@ def make_dampings(
     from rockdamp.equivalence.one_curve import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
 
+    if order is not None and damping_model != "ECD":
+        raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")
     if compare:
         if damping_model is not None or damping_ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
@@ -167,9 +171,15 @@ def make_dampings(
         if damping_ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
         return [Damping(damping_model, _given("--restitution", restitution, f"--damping-model {damping_model}"))]
+    named = {} if order is None else {"order": order}
     if restitution is not None:
-        raise click.UsageError(f"--restitution belongs to CR; {damping_model} must have --damping-ratio alone")
-    return [Damping(damping_model, _given("--damping-ratio", damping_ratio, f"--damping-model {damping_model}"))]
+        if damping_model != "ECD":
+            raise click.UsageError(f"--restitution belongs to CR and ECD; {damping_model} must have --damping-ratio")
+        if damping_ratio is not None:
+            raise click.UsageError("--damping-ratio and --restitution state the same of ECD; it must have one of them")
+        return [Damping.of_restitution(restitution, damping_model, **named)]
+    ratio = _given("--damping-ratio", damping_ratio, f"--damping-model {damping_model}")
+    return [Damping(damping_model, ratio, **named)]
 
 
 def _given(name: str, value: float | None, owner: str) -> float:

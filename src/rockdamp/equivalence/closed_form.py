@@ -135,7 +135,9 @@ def damping_ratio_energy(
     damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
     g = equivalence_factor(curve, damping, release_amplitude)
     if damping.same_loss_at_any_amplitude:
-        return np.broadcast_to(exact_ratio(e), np.broadcast_shapes(e.shape, g.shape)).copy()
+        return np.broadcast_to(
+            Damping.of_restitution(e, damping_model).damping_ratio, np.broadcast_shapes(e.shape, g.shape)
+        ).copy()
     return delta * g
 
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity, together
 from rockdamp.errors import InputError, require, require_finite
+from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.vocabulary import MODELS, TITLES
 
@@ -27,8 +28,11 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "restitution": ("restitution (e)", lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1"),
     "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
     "exponent": ("exponent (n)", lambda n: n >= 0, "at least 0"),
+    "order": ("order (m)", lambda m: m >= 0, "at least 0"),
 }
+Formula = Callable[..., tuple[Any, Any]]
 Law = Callable[[float, float, float, float], float]
+MULTIPLIED_ORDERS = (0, 1, 2, 4, 8, 16, 32)
 
 _KINDS: dict[str, type[Damping]] = {}
 
@@ -36,7 +40,8 @@ _KINDS: dict[str, type[Damping]] = {}
 class Damping:
     """One damping model with its parameters, numbers or arrays that broadcast against the walls they are given to.
 
-    Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)` or `Damping.power(1.3, 0.05)`.
+    Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)`, `Damping.power(1.3, 0.05)` or, as the damper that loses in
+    every half cycle what an impact takes, `Damping.of_restitution(0.85, order=8)`.
 
     Parameters
     ----------
@@ -44,7 +49,8 @@ class Damping:
         One of `vocabulary.MODELS`, or ``"POWER"`` for the general exponent.
     *values, **named : float or ndarray
         Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in (0, 1]; ``damping_ratio`` xi
-        for the others, >= 0; after it ``exponent`` n for POWER, >= 0. [-]
+        for the others, >= 0; after it ``exponent`` n for POWER and, by name, ``order`` m for ECD, which is 0 if not
+        given; both >= 0. [-]
 
     Attributes
     ----------
@@ -52,7 +58,7 @@ class Damping:
         Its short name and what it stands for.
     is_impact : bool
         Whether it takes energy at impacts, by `restitution`, rather than on the way, by `damping_ratio`.
-    restitution, damping_ratio, exponent : ndarray
+    restitution, damping_ratio, exponent, order : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
         Names of its parameters.
@@ -76,6 +82,7 @@ class Damping:
 
     model: ClassVar[str]
     names: ClassVar[tuple[str, ...]]
+    defaults: ClassVar[Mapping[str, float]] = {}  # of parameters that need not be given, and are by name alone
     is_impact: ClassVar[bool] = False
     secant_exponent: Any = None  # C goes with this power of the secant's frequency and with nothing else, where set
     same_loss_at_any_amplitude: ClassVar[bool] = False  # of energy, as a fraction, in every half cycle of any curve
@@ -83,6 +90,7 @@ class Damping:
     restitution: Quantity
     damping_ratio: Quantity
     exponent: Quantity
+    order: Quantity
 
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
         if cls is not Damping:
@@ -92,8 +100,9 @@ class Damping:
         return super().__new__(_KINDS[model])
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
-        given = dict(zip(self.names, values, strict=False)) | named
-        others = ["another value"] * (len(values) - len(self.names))
+        required = [name for name in self.names if name not in self.defaults]
+        given = {**self.defaults, **dict(zip(required, values, strict=False)), **named}
+        others = ["another value"] * (len(values) - len(required))
         if others or set(given) != set(self.names):
             raise InputError(
                 f"{self.model} takes {', '.join(self.names)} and nothing else;"
@@ -142,6 +151,45 @@ class Damping:
             xi, at least 0. [-]
         """
         return Damping("POWER", damping_ratio, exponent)
+
+    @classmethod
+    def of_restitution(cls, restitution: Quantity, model: str = "ECD", **named: Quantity) -> Damping:
+        """Return the damper that loses in every half cycle what an impact takes: exact, and without a fit.
+
+        Parameters
+        ----------
+        restitution : float or ndarray
+            e, in (0, 1]. [-]
+        model : str
+            ``"ECD"``, the energy-consistent damper, or ``"CR"`` itself.
+        **named
+            ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. [-]
+
+        Raises
+        ------
+        InputError
+            If e lies outside its range, or another model is asked for: its damping ratio depends on curve and
+            amplitude, and `rockdamp.equivalent` finds it.
+
+        Examples
+        --------
+        >>> import rockdamp as rd
+        >>> rd.Damping.of_restitution(0.85, order=8).damping_ratio.round(4)
+        array(0.0517)
+        """
+        kind = _KINDS.get(model)
+        if kind is None or not (kind.is_impact or kind.same_loss_at_any_amplitude):
+            exact = ", ".join(
+                name for name, kind in _KINDS.items() if kind.is_impact or kind.same_loss_at_any_amplitude
+            )
+            raise InputError(f"damping_model is {model!r}; it must be one of {exact}: the others need a fit")
+        e = np.asarray(Damping.cr(restitution).restitution)
+        return Damping(model, e if kind.is_impact else kind.exact_damping_ratio(e, **named), **named)
+
+    @classmethod
+    def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
+        """Return the damping ratio that loses in every half cycle what an impact takes, of a model that has one. [-]"""
+        raise NotImplementedError
 
     @classmethod
     def of(cls, model: str, **values: Quantity) -> Damping:
@@ -262,20 +310,20 @@ class Viscous(Damping):
     """A viscous damper: a coefficient C(x, v), in proportion to xi."""
 
     names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
-    formula: ClassVar[Callable[..., tuple[Any, Any]]]  # of the kernel; it reads the rows
-    printed_formula: ClassVar[Callable[..., tuple[Any, Any]] | None] = None  # that of the scheme as printed, if another
-    constant_branches: ClassVar[int] = 0  # of the curve, counted from x = 0, on which C = 2 w1 xi, as if it were linear
+    formula: Any  # of the kernel; it reads the rows
+    printed_formula: Any = None  # that of the scheme as printed, if another
+    constant_branches: Any = 0  # of the curve, counted from x = 0, on which C = 2 w1 xi, as if it were linear
 
     def _newmark(self) -> Callable[..., None]:
-        return kernels.viscous_newmark(type(self).formula)
+        return kernels.viscous_newmark(self.formula)
 
     def _printed(self) -> Callable[..., None]:
-        return kernels.viscous_printed(type(self).printed_formula or type(self).formula)
+        return kernels.viscous_printed(self.printed_formula or self.formula)
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
         lane = dict(zip(kernels.CURVE, curve.parameters(), strict=True)) | self.rows(curve)
         shape = np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape)
-        return np.broadcast_to(type(self).formula(lane, 0, np.abs(x), np.asarray(v))[1], shape).copy()
+        return np.broadcast_to(self.formula(lane, 0, np.abs(x), np.asarray(v))[1], shape).copy()
 
     def law(self, k1: float) -> Law:
         """Return C as a function of |x|, |f|, 2V and v on a curve whose first branch has the stiffness `k1`, for a
@@ -348,18 +396,55 @@ class GeneralExponent(OfTheSecant):
 
 
 class EnergyConsistent(Viscous):
-    """ECD: C = 2 xi w_E, w_E = |f|/sqrt(2V)."""
+    """ECD of order m: C = 2 xi N_m w_E (T/(T + V))^m, w_E = |f|/sqrt(2V); m = 0, which is meant by ECD alone, has no T.
+
+    It loses the same fraction of the energy in every half cycle, from any amplitude, on any odd curve; as m grows it
+    tends to restitution (docs/theory.md, section 8).
+    """
 
     model = "ECD"
+    names = ("damping_ratio", "order")
+    defaults = {"order": 0.0}
     same_loss_at_any_amplitude = True
-    formula = staticmethod(kernels.energy_at)
-    printed_formula = staticmethod(kernels.viscous_at)
-    constant_branches = 1
+
+    @property
+    def formula(self) -> Formula:
+        m = self._multiplied
+        if m is None:
+            return kernels.energy_of_any_order_at
+        return kernels.energy_of_order_at(m) if m else kernels.energy_at
+
+    @property
+    def printed_formula(self) -> Formula:
+        return self.formula if self._multiplied != 0 else kernels.viscous_at
+
+    @property
+    def _multiplied(self) -> int | None:
+        """m where it is one for all and its power takes multiplications alone: the kernel has a formula for each."""
+        orders = np.unique(self.order)
+        return int(orders[0]) if orders.size == 1 and orders[0] in MULTIPLIED_ORDERS else None
+
+    @property
+    def constant_branches(self) -> int:
+        return 1 if np.all(self.order == 0) else 0
+
+    @classmethod
+    def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
+        return half_cycle_loss.damping_ratio(0.0 - np.log(restitution), named.get("order", 0.0))
 
     def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        return {kernels.C1: 2 * self.damping_ratio, kernels.BY_ENERGY: np.ones(())}
+        scale = 2 * self.damping_ratio * half_cycle_loss.normalisation(self.order)
+        return {kernels.C1: scale, kernels.BY_ENERGY: np.ones(()), kernels.ORDER: self.order}
 
     def law(self, k1: float) -> Law:
-        w1 = math.sqrt(k1)
-        scale = 2 * float(self.damping_ratio) * w1
-        return lambda z, f, double_v, v: scale * (f / math.sqrt(double_v) / w1)
+        w1, m = math.sqrt(k1), float(self.order)
+        # N_m by Gamma functions of its own, and cos^2 of the phase's angle: the kernel has the energies' ratio.
+        size = math.exp(math.lgamma(m + 2) - math.lgamma(m + 1.5)) * math.sqrt(math.pi) / 2 if m else 1.0
+        scale = 2 * float(self.damping_ratio) * w1 * size
+
+        def of_state(z: float, f: float, double_v: float, v: float) -> float:
+            root = math.sqrt(double_v)
+            kinetic = math.cos(math.atan2(root, abs(v))) ** (2 * m) if m else 1.0
+            return scale * (f / root / w1) * kinetic
+
+        return of_state

@@ -1,0 +1,117 @@
+"""The energy-consistent damper of order m in both solvers: exact in free decay, second order, and CR as m grows."""
+
+import numpy as np
+import pytest
+
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import MULTIPLIED_ORDERS, Damping
+from rockdamp.solvers import event_driven
+from rockdamp.solvers.newmark import solve
+
+ORDERS = (0, 1, 2.5, 8, 32)
+CURVES = {
+    "paper": TrilinearCurve(0.04, 0.85),
+    "severe": TrilinearCurve(0.20, 0.50),
+    "steeper": TrilinearCurve(0.06, 0.72, 0.9, "steeper"),
+    "translated": TrilinearCurve(0.04, 0.85, 0.9, "translated"),
+}
+
+
+def pulse(step, amplitude=1.1, length=1.5, end=8.0):
+    """One sine of the load, sampled at `step`."""
+    tau = np.arange(round(end / step) + 1) * step
+    return np.where(tau < length, amplitude * np.sin(2 * np.pi * tau / length), 0.0)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
+def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order, curve):
+    for e, share in ((0.7, 0.9), (0.9, 0.02)):
+        x0 = share * float(curve.ultimate_ratio)
+        end = 1.5 * float(curve.period(x0))
+        run = event_driven.history(curve, Damping.of_restitution(e, order=order), [end], release_amplitude=x0)
+        peaks = np.abs(run.turning_displacement)
+        assert peaks.size >= 2
+        np.testing.assert_allclose(peaks, event_driven.cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 8, 32])
+@pytest.mark.parametrize("excitation", ["free", "forced"])
+def test_the_stepper_tends_to_the_event_driven_solution_with_the_square_of_the_step(order, excitation):
+    """The median of random walls: a single history's error jumps where a step meets a corner."""
+    damping, sample, times = Damping.of_restitution(0.85, order=order), 0.02, np.arange(1, 17) * 0.5
+    random = np.random.default_rng(1)
+    load, errors = pulse(sample), []
+    for _ in range(14):
+        curve = TrilinearCurve(random.uniform(0.03, 0.12), random.uniform(0.55, 0.85))
+        start = {"release_amplitude": 0.6} if excitation == "free" else {}
+        exact = event_driven.history(
+            curve, damping, times, **start, load=() if start else load, load_step=sample
+        ).displacement
+        of_wall = []
+        for substeps in (4, 8, 16, 32):
+            forced = {} if start else {"ground_acceleration": load, "load_factor": 1.0, "substeps": substeps}
+            steps = {"step": sample / substeps, "steps": 400 * substeps, "store_every": 25 * substeps}
+            run = solve(curve, damping, **steps, **start, **forced)
+            of_wall.append(np.sqrt(np.mean((run.displacement[1:] - exact) ** 2)))
+        errors.append(of_wall)
+    median = np.median(errors, axis=0)
+    assert -np.polyfit(np.arange(4), np.log2(median), 1)[0] == pytest.approx(2.0, abs=0.35)
+    assert median[-1] < 1e-6
+
+
+def test_as_the_order_grows_the_response_under_a_load_tends_to_restitution():
+    sample, load = 0.005, pulse(0.005)
+    run = {
+        "step": sample / 4,
+        "steps": 4 * (load.size - 1),
+        "ground_acceleration": load,
+        "load_factor": 1.0,
+        "substeps": 4,
+        "store_every": 4,
+    }
+    for curve in CURVES.values():
+        impact = solve(curve, Damping.cr(0.85), **run).displacement
+        away = [
+            np.sqrt(np.mean((solve(curve, Damping.of_restitution(0.85, order=m), **run).displacement - impact) ** 2))
+            for m in (8, 64, 512)
+        ]
+        assert away[0] > 2 * away[1] > 4 * away[2] > 0
+
+
+def test_an_order_by_multiplications_is_the_power_of_any_order():
+    curve, x = CURVES["paper"], np.array([0.01, 0.04, 0.3, 0.7])
+    v = np.array([[0.0], [0.1], [-0.4]])
+    for m in MULTIPLIED_ORDERS:
+        squared = Damping("ECD", 0.05, order=m)
+        power = Damping("ECD", 0.05, order=np.full((3, 1), [[m], [m], [m + 0.5]]))
+        assert squared.formula is not power.formula
+        np.testing.assert_allclose(squared.coefficient(curve, x, v)[:2], power.coefficient(curve, x, v)[:2], rtol=1e-13)
+
+
+def test_order_0_is_ecd_itself_whatever_way_it_is_said():
+    for damping in (Damping("ECD", 0.05, order=0), Damping("ECD", 0.05, order=np.zeros(3))):
+        assert damping.formula is Damping("ECD", 0.05).formula
+        assert damping.step("paper") is Damping("ECD", 0.05).step("paper")
+
+
+def test_at_rest_at_the_origin_there_is_no_damping_and_no_complaint():
+    curve = CURVES["paper"]
+    assert Damping("ECD", 0.05, order=4).coefficient(curve, 0.0, 0.0) == 0.0
+    run = solve(curve, Damping("ECD", 0.05, order=4), step=0.01, steps=100, store_every=1)
+    assert np.abs(run.displacement).max() < 1e-90
+
+
+@pytest.mark.parametrize("order", [-1, np.nan, "eight"])
+def test_an_order_that_is_none_is_refused(order):
+    with pytest.raises(InputError, match=r"order \(m\) is .*; it must be"):
+        Damping("ECD", 0.05, order=order)
+
+
+def test_of_restitution_takes_the_models_that_need_no_fit():
+    assert Damping.of_restitution(0.85, "CR").restitution == 0.85
+    with pytest.raises(InputError, match="damping_model is 'CDR'; it must be one of CR, ECD: the others need a fit"):
+        Damping.of_restitution(0.85, "CDR")
+    with pytest.raises(InputError, match=r"restitution \(e\) is 1.2"):
+        Damping.of_restitution(1.2, order=8)
