@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rockdamp.config import Config
 from rockdamp.config.earthquakes import natural_problems, population_problems
 from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import DEFAULT_WINDOW, PRESETS, STUDIES
-
-Config = Mapping[str, Any]
 
 WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, as a fraction of the number of steps
 STANDARD_GRAVITY = 9.80665  # [m s-2]

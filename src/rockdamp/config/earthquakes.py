@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
+from rockdamp.config import Config
 from rockdamp.config.schema import KeyPath, Problem, ascending
 from rockdamp.vocabulary import PRESETS
-
-Config = Mapping[str, Any]
 
 # Of the population's distributions: what every value must lie between, ends excluded where the third says so.
 LIMITS = {

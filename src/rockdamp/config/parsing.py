@@ -14,9 +14,9 @@ from typing import Annotated, Any, Self, get_args, get_origin, get_type_hints
 import numpy as np
 
 from rockdamp.arrays import Array
+from rockdamp.config import Config
 from rockdamp.errors import InputError
 
-Config = Mapping[str, Any]
 Parser = Callable[[Any, str], Any]  # takes a value and its dotted key
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import passes_zero

@@ -15,7 +15,7 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import QUIET, measured_displacement, record_attributes, respond, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.settings import DecaySettings

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Matched, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima

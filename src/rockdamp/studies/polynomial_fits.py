@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import giannini_masiani
 from rockdamp.studies.settings import PolynomialSettings
 

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.minima import global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import step_count

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles

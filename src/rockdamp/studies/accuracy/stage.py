@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
 from rockdamp.studies.earthquakes.settings import ComparisonSettings

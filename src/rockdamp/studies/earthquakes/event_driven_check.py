@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import xarray as xr
 
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import followed_by_rest

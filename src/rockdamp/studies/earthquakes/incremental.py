@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve

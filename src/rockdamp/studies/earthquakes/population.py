@@ -15,7 +15,7 @@ from scipy import stats
 from scipy.stats import qmc
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Config
+from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
