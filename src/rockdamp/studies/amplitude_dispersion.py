@@ -2,7 +2,7 @@
 
 Peaks: over the half cycle after the release the damper loses exactly what an impact takes, V(x1) = e^2 V(x0).
 Err: Eq. (17). Closed form: first order in the loss; and with the energy in the middle of the half cycle, second order
-(docs/theory.md derives both). The exponent n whose closed form depends least on the amplitude is found too.
+(docs/theory.md derives both). The exponent n whose closed form depends least on the amplitude comes with them.
 """
 
 from __future__ import annotations
@@ -298,14 +298,14 @@ def table(dataset: xr.Dataset) -> list[str]:
     head = ["model", *(f"spread, {name}" for name in ("closed form", "peaks", "Err")), *differences]
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for model in map(str, dataset["damping_model"].values):
-        one = dataset.sel(damping_model=model)
-        middle = one.isel(restitution=e.size // 2)
+        of_model = dataset.sel(damping_model=model)
+        middle = of_model.isel(restitution=e.size // 2)
         cells = ["best n" if model == BEST else model]
         for source in ("energy", "peaks", "error"):
             percent = 100 * middle[f"spread_{source}"].values
             cells.append(f"{percent.min():.1f} to {percent.max():.1f}")
         for first, second in differences.values():
-            difference = 100 * (one[first] / one[second] - 1)
+            difference = 100 * (of_model[first] / of_model[second] - 1)
             cells.append(" / ".join(_largest(difference.isel(restitution=i).values) for i in range(e.size)))
         lines.append("| " + " | ".join(cells) + " |")
     return lines

@@ -22,7 +22,7 @@ def explorer(config: Config, matches: xr.Dataset) -> xr.Dataset:
     config : dict
         Has the keys of `ExplorerSettings`.
     matches : xarray.Dataset
-        What `matching_studies.match` returned for the amplitude study.
+        What `matches.match` returned for the amplitude study.
 
     Returns
     -------

@@ -199,12 +199,14 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
 def table(dataset: xr.Dataset) -> list[str]:
     """Return the comparison at the middle e, damping ratios from the closed form, as a table in Markdown."""
     e = dataset["restitution"].values
-    one = dataset.isel(damping_ratio_source=0, restitution=e.size // 2)
-    bands = [f"{start:g}-{end:g}" for start, end in zip(one["band_start"].values, one["band_end"].values, strict=True)]
+    shown = dataset.isel(damping_ratio_source=0, restitution=e.size // 2)
+    bands = [
+        f"{start:g}-{end:g}" for start, end in zip(shown["band_start"].values, shown["band_end"].values, strict=True)
+    ]
     head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for model in one["damping_model"].values:
-        row = one.sel(damping_model=model)
+    for model in shown["damping_model"].values:
+        row = shown.sel(damping_model=model)
         medians = [row["median_ratio_all"].values, *row["median_ratio"].values]
         scatters = [row["log_dispersion_all"].values, *row["log_dispersion"].values]
         ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters, strict=True)]

@@ -52,7 +52,7 @@ def features(times: ArrayLike, displacement: ArrayLike, peaks: int) -> Array:
 
 def frequency_difference(wall: Wall) -> float:
     """p of the whole mass at u = 0 over that of 2/3 m, less one: the stiffness is the slender limit's for both. [-]"""
-    slender = float(wall.mass) / 3  # of the hinge's coordinate; half of 2/3 m, see `rigid.TwoBodies`
+    slender = float(wall.mass) / 3  # of the hinge's coordinate; half of 2/3 m, see `rigid_bodies.TwoBodies`
     return float(np.sqrt(slender / rigid_bodies.TwoBodies(wall).inertia(0.0)) - 1)
 
 
