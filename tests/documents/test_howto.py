@@ -1,47 +1,19 @@
 """The how-tos, word by word: the commands of each page are read from it and run in a copy of the tree."""
 
 import re
-import subprocess
-import sys
 
 import pytest
-import workflow_tree
 import xarray as xr
 import yaml
+from howto_pages import blocks, follow, make_tree
 from repository import ROOT
 
 pytestmark = pytest.mark.workflow
 
 
-def blocks(page, language):
-    text = (ROOT / f"docs/howto/{page}.md").read_text(encoding="utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
-
-
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the tree in which `.venv/bin` has the commands of this environment."""
-    tree = workflow_tree.Tree(tmp_path_factory.mktemp("howto") / "tree")
-    bin = tree.place / ".venv/bin"
-    bin.mkdir(parents=True)
-    commands = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}
-    for name, arguments in commands.items():
-        (bin / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n', encoding="utf-8")
-        (bin / name).chmod(0o755)
-    return tree
-
-
-def follow(tree, page):
-    """Run the commands of a page with coarser steps than the config's; return what they print."""
-    printed = ""
-    for block in blocks(page, "sh"):
-        command = block.replace("--configfile ", "--configfile config/minimal.yaml ")
-        run = subprocess.run(
-            ["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True
-        )
-        assert run.returncode == 0, block + run.stdout + run.stderr
-        printed += run.stdout
-    return printed
+    return make_tree(tmp_path_factory.mktemp("howto") / "tree")
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,10 @@ def test_the_data_dictionary_is_in_step_with_the_tables():
 
 
 def test_what_uses_a_dataset_is_computed():
-    assert dictionary.used_by("loops") == ["accuracy", "claims", "fig3", "fig4", "report"]
-    assert dictionary.used_by("decay") == ["match", "windows", "accuracy"]
+    assert {"accuracy", "claims", "fig3", "fig4", "report"} <= set(dictionary.used_by("loops"))
+    assert {"match", "windows", "accuracy"} <= set(dictionary.used_by("decay"))
+    assert not {"fig6", "loops", "report"} & set(dictionary.used_by("decay"))
     assert dictionary.used_by("natural_records") == ["natural"]
-    assert "fig6" in dictionary.used_by("match")
 
 
 def test_every_kind_of_dataset_has_its_section():

@@ -48,7 +48,7 @@ def paths(value, path=()):
 
 
 WHOLE = loaded()
-RULES = yaml_file.load(SCHEMA.read_text(encoding="utf-8"))
+RULES = checks.read_schema(SCHEMA)
 PATHS = sorted(paths(WHOLE), key=str)
 # Of the sections that the cheap stages below read, so that more than the schema is asked.
 READ = [

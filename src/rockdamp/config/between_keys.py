@@ -64,6 +64,13 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
         raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in wrong))
 
 
+def read_schema(path: str | Path) -> dict[str, Any]:
+    """Read the config's schema, JSON Schema as YAML; it requires every study of free decay."""
+    schema: dict[str, Any] = yaml_file.load(Path(path).read_text(encoding="utf-8"))
+    schema["properties"]["studies"]["required"] = list(STUDIES)
+    return schema
+
+
 def check(config: Config) -> None:
     """Raise `InputError`, with a line for each thing, where values of a config that fits the schema do not agree."""
     wrong = problems(config)

@@ -1,0 +1,86 @@
+"""A study and a figure, added to a copy of the tree as the how-tos say, word by word."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+import xarray as xr
+from howto_pages import edit, follow, make_tree
+
+pytestmark = pytest.mark.workflow
+RESULTS = "results/minimal"
+PAGE = """
+from report_content import content
+from rockdamp import report
+print(report.build(content()))
+"""
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """The copy, after both pages."""
+    tree = make_tree(tmp_path_factory.mktemp("additions") / "tree")
+    for page in ("add-a-study", "add-a-figure"):
+        edit(tree, page)
+        follow(tree, page)
+    return tree
+
+
+@pytest.fixture(scope="module")
+def dictionary(tree):
+    return (tree.place / "results/README.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(tree):
+    """The report of the copy, of made-up datasets: building all that the real one is given takes minutes."""
+    places = [str(tree.place / name) for name in ("src", "tests/support")]
+    script = f"import sys; sys.path[:0] = {places}\n{PAGE}"
+    run = subprocess.run([sys.executable, "-c", script], cwd=tree.place, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+def test_the_new_study_is_released_and_matched_as_the_others(tree):
+    with xr.open_dataset(tree.place / RESULTS / "match/hinge.nc") as matched:
+        assert matched["hinge_ratio"].values.tolist() == [0.6, 0.7]
+        assert matched["hinge_ratio"].attrs["symbol"] == "h1/h"
+        ratio = matched["damping_ratio"]
+        assert float(abs(ratio.diff("hinge_ratio")).max()) == 0  # in tau the wall does not matter
+        assert float(abs(matched["damping_ratio_fixed_seconds"].diff("hinge_ratio")).min()) > 0
+
+
+def test_the_new_stage_computes_its_dataset(tree):
+    with xr.open_dataset(tree.place / RESULTS / "periods.nc") as periods:
+        assert periods["period"].dims == ("release_amplitude",)
+        assert (periods["period"].diff("release_amplitude") > 0).all()
+        assert periods.attrs["title"] == "Period of the undamped reference wall"
+
+
+def test_the_new_figure_is_drawn(tree):
+    for suffix in ("pdf", "png"):
+        assert (tree.place / RESULTS / f"figures/fig_impacts.{suffix}").stat().st_size > 1000
+
+
+def test_all_three_stand_in_the_data_dictionary(dictionary):
+    assert "| `hinge` | `hinge_ratio` |" in dictionary
+    assert "Period of the undamped reference wall. Used by report." in dictionary
+    assert re.search(r"under a coefficient of restitution\. Used by .*periods.*fig_impacts\.", dictionary)
+
+
+def test_all_three_stand_in_the_report(page):
+    assert "<code>periods.nc</code>" in page and "<code>match/hinge.nc</code>" in page
+    (figure,) = re.findall(r'<figure id="fig_impacts">.*?</figure>', page, flags=re.DOTALL)
+    assert "<h3>Impacts in the whole response</h3>" in figure
+    assert "<figcaption>The less an impact takes, the more of them follow.</figcaption>" in figure
+    assert page.index('id="fig_orders"') < page.index('id="fig_impacts"') < page.index('id="fig_dispersion"')
+
+
+def test_the_rule_of_the_report_needs_all_three(tree):
+    """What would run where everything is forced to is what it needs."""
+    run = tree.snakemake("--dry-run", "--forceall", "report")
+    table = (run.stdout + run.stderr).partition("Job stats:")[2].partition("total")[0]
+    needed = dict(re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE))
+    assert needed["decay_study"] == needed["match_study"] == "5"
+    assert needed["periods"] == needed["fig_impacts"] == "1"

@@ -1,0 +1,67 @@
+"""A how-to's edits, made as the page says, and its commands.
+
+The first line of a block of code names the file, ``# config/default.yaml, after: studies:``; a file that is not
+there is made of the block.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+
+from repository import ROOT
+from workflow_tree import Tree
+
+COMMANDS = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}
+PLACE = re.compile(r"# (?P<file>[\w./-]+\.\w+)(?:, (?P<where>before|after): (?P<line>.+))?")
+
+
+def blocks(page, *languages):
+    """The blocks of code of a page, in their order."""
+    text = (ROOT / f"docs/howto/{page}.md").read_text(encoding="utf-8")
+    wanted = "|".join(languages)
+    return re.findall(rf"^```(?:{wanted})\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def make_tree(place):
+    """A copy of the tree, the data dictionary included, in which `.venv/bin` has the commands of this environment."""
+    tree = Tree(place)
+    (tree.place / "results").mkdir()
+    shutil.copy(ROOT / "results/README.md", tree.place / "results")
+    bin = tree.place / ".venv/bin"
+    bin.mkdir(parents=True)
+    for name, arguments in COMMANDS.items():
+        (bin / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n', encoding="utf-8")
+        (bin / name).chmod(0o755)
+    return tree
+
+
+def edit(tree, page):
+    """Make the edits of a page in a copy of the tree."""
+    for block in blocks(page, "python", "yaml"):
+        first, _, code = block.partition("\n")
+        place = PLACE.fullmatch(first)
+        assert place, f"{page}.md: {first!r} does not say where the block goes"
+        path = tree.place / place["file"]
+        if place["where"] is None:
+            assert not path.exists(), path
+            path.write_text(code, encoding="utf-8")
+            continue
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        same = [line for line in lines if line.rstrip() == place["line"]] or lines
+        (at,) = [number for number, line in enumerate(lines) if line in same and line.strip() == place["line"]]
+        lines.insert(at + (place["where"] == "after"), code)
+        path.write_text("".join(lines), encoding="utf-8")
+
+
+def follow(tree, page):
+    """Run the commands of a page with coarser steps than the config's; return what they print."""
+    printed = ""
+    for block in blocks(page, "sh"):
+        command = block.replace("--configfile ", "--configfile config/minimal.yaml ")
+        run = subprocess.run(
+            ["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True
+        )
+        assert run.returncode == 0, block + run.stdout + run.stderr
+        printed += run.stdout
+    return printed
