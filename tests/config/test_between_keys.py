@@ -86,7 +86,7 @@ OPTIONAL = {
 
 
 def test_every_key_is_described_and_required_and_none_is_left_open():
-    schema = load(SCHEMA)
+    schema = checks.read_schema(SCHEMA)
     Draft202012Validator.check_schema(schema)
     definitions = schema["$defs"]
     described = dict(sections(schema, definitions))

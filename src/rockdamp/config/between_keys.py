@@ -34,6 +34,7 @@ class Case(NamedTuple):
     softening: str
     step: tuple[KeyPath, float]
     releases: Sequence[tuple[KeyPath, float]]
+    varied: str = "cracked_stiffness_ratio"  # what the one value is
 
     @property
     def a2(self) -> float:
@@ -58,7 +59,7 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
     InputError
         With a line for each thing that is wrong, and where it stands.
     """
-    wrong = schema_problems(config, yaml_file.load(Path(schema).read_text(encoding="utf-8"))) or problems(config)
+    wrong = schema_problems(config, read_schema(schema)) or problems(config)
     if wrong:
         files = list(files)
         raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in wrong))
@@ -132,12 +133,12 @@ def _cases(config: Config) -> Iterator[Case]:
     varied = [((*path, index), x0) for index, x0 in enumerate(studies["amplitude"]["release_amplitude"])]
     yield Case(("curve",), *_parameters(curve), step, [released, *varied])
 
-    _, b1, a3, softening = _parameters(curve)
-    path = ("studies", "cracked_stiffness", "cracked_stiffness_ratio")
-    beyond = studies["cracked_stiffness"]["plateau_ratio_beyond"]
-    for index, a1 in enumerate(studies["cracked_stiffness"]["cracked_stiffness_ratio"]):
-        own_b1 = beyond["plateau_ratio"] if a1 >= beyond["cracked_stiffness_ratio"] else b1
-        yield Case((*path, index), a1, own_b1, a3, softening, step, [released])
+    for study, key in STUDIES.items():
+        for index, value in enumerate(studies[study][key] if key in curve else []):
+            own, beyond = {**curve, key: value}, studies[study].get("plateau_ratio_beyond")
+            if beyond and value >= beyond[key]:
+                own["plateau_ratio"] = beyond["plateau_ratio"]
+            yield Case(("studies", study, key, index), *_parameters(own), step, [released], key)
 
     released = (("loops", "rigid", "release_amplitude"), rigid["release_amplitude"])
     a1, b1 = rigid["cracked_stiffness_ratio"], rigid["plateau_ratio"]
@@ -154,16 +155,20 @@ def _parameters(curve: Config) -> tuple[float, float, float, str]:
 def _curve_problems(case: Case) -> Iterator[Problem]:
     """The curve has a plateau and a softening branch, the step is stable on it, no release is beyond its end."""
     one_value = isinstance(case.path[-1], int)
-    at_a1 = case.path if one_value else (*case.path, "cracked_stiffness_ratio")
-    at_a3 = ("curve", "ultimate_ratio") if one_value else (*case.path, "ultimate_ratio")
+    at_a1, at_a3 = (
+        case.path if one_value and case.varied == key else (*(("curve",) if one_value else case.path), key)
+        for key in ("cracked_stiffness_ratio", "ultimate_ratio")
+    )
+    of_a1, of_a3 = (
+        "" if path[: len(case.path)] == case.path else f", of {dotted(case.path)}" for path in (at_a1, at_a3)
+    )
     steeper = case.softening == "steeper"
     room = 1 - case.b1 if steeper else case.a1 + case.b1
     if not case.a3 > room:
         reason = "1 - b1 with steeper softening" if steeper else "a1 + b1 with translated softening"
-        here = f", of {dotted(case.path)}" if one_value else ""
-        yield Problem(at_a3, f"is {case.a3}; a3 must be greater than {reason}, {room:.6g}{here}")
+        yield Problem(at_a3, f"is {case.a3}; a3 must be greater than {reason}, {room:.6g}{of_a3}")
     elif not case.a1 < case.a2:
-        text = f"is {case.a1}; a1 must be less than a2, where the plateau ends, {case.a2:.6g} at b1 = {case.b1}"
+        text = f"is {case.a1}; a1 must be less than a2, where the plateau ends, {case.a2:.6g} at b1 = {case.b1}{of_a1}"
         yield Problem(at_a1, text)
     limit = 2 / math.sqrt(case.b1 / case.a1)
     path, step = case.step
@@ -236,9 +241,8 @@ def _window_problems(config: Config, cases: Sequence[Case]) -> Iterator[Problem]
     # Held in seconds at the length that the reference wall has, the response of another wall is another length in tau.
     released = first_impact(cases[0], config["release_amplitude"])
     seconds = window / frequency_parameter(config["wall"])
-    for study in ("slenderness", "overburden"):
-        key = STUDIES[study]
-        for index, value in enumerate(config["studies"][study][key]):
+    for study, key in STUDIES.items():
+        for index, value in enumerate(config["studies"][study][key] if key in config["wall"] else []):
             length = seconds * frequency_parameter({**config["wall"], key: value})
             if not released < length <= longest:
                 text = f"is {value}; at {seconds:.6g} s its response has length {length:.6g} (in tau), which must be"

@@ -19,17 +19,15 @@ from rockdamp.studies.decays import step_count
 from rockdamp.studies.settings import Matching, MatchSettings, Study
 from rockdamp.vocabulary import VISCOUS_MODELS
 
-FIXED_SECONDS = ("slenderness", "overburden")  # studies whose walls differ in their time scale, 1/p
-
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Match every viscous model to the stored decays of one study.
 
     By the protocol of `equivalence.matching`, against the decays as they are stored.
 
-    For slenderness and overburden the response length is also held in seconds, at the length that the wall of the
-    config has: then the walls' lengths in tau differ, and with them the damping ratios. Those other lengths are matched
-    at the solver's step.
+    Where the study varies the wall, and with it the time scale 1/p, the response length is also held in seconds, at the
+    length that the wall of the config has: then the walls' lengths in tau differ, and with them the damping ratios.
+    Those other lengths are matched at the solver's step.
 
     Parameters
     ----------
@@ -51,7 +49,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
     restitution, window, scan = decays["restitution"].values, given.matching.window, given.matching.scan
     steps = step_count(window, step)
-    fixed = _windows_of_fixed_seconds(study, given.wall, window) if name in FIXED_SECONDS else None
+    fixed = _windows_of_fixed_seconds(study, given.wall, window) if study.of_wall else None
     last = steps if fixed is None else max(steps, step_count(float(fixed.max()), step))
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)

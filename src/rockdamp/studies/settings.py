@@ -237,6 +237,8 @@ class Study:
         u0/u_ins. [-]
     frequency_parameter : ndarray
         p. [rad s-1]
+    of_wall : bool
+        Whether the parameter is the wall's, on which p depends.
     """
 
     name: str
@@ -245,6 +247,7 @@ class Study:
     curve: TrilinearCurve
     release_amplitude: Array
     frequency_parameter: Array
+    of_wall: bool
 
 
 @dataclass(frozen=True)
@@ -273,11 +276,14 @@ class StudySettings(Settings):
             self.curve,
             np.full(varied.values.shape, self.release_amplitude),
         )
+        of_wall = parameter in ("slenderness", *(field.name for field in fields(Wall)))
         if parameter == "release_amplitude":
             release = values
         elif parameter == "slenderness":
             wall = replace(wall, height=wall.thickness * values)
-        elif parameter in (field.name for field in fields(Wall)):
+        elif parameter == "thickness":  # the config states the slenderness, so that stays
+            wall = replace(wall, thickness=values, height=wall.height / wall.thickness * values)
+        elif of_wall:
             wall = replace(wall, **{parameter: values})
         else:
             beyond = varied.plateau_ratio_beyond
@@ -291,6 +297,7 @@ class StudySettings(Settings):
             curve.map(lambda p: np.broadcast_to(p, values.shape)),
             release,
             np.broadcast_to(wall.frequency_parameter, values.shape),
+            of_wall,
         )
 
 

@@ -1,0 +1,118 @@
+"""A fifth study of free decay: its name, its parameter and its values are enough for every stage."""
+
+import pytest
+import report_content
+from accuracy_cases import made_up
+from repository import ROOT
+
+from rockdamp.config import between_keys as checks
+from rockdamp.errors import InputError
+from rockdamp.pipeline import dictionary
+from rockdamp.storage import dataset, yaml_file
+from rockdamp.studies import damping_loops, decays, matches
+from rockdamp.studies.accuracy.stage import accuracy
+from rockdamp.studies.settings import StudySettings
+from rockdamp.vocabulary import STUDIES
+
+SCHEMA, DEFAULT = ROOT / "workflow/schemas/config.schema.yaml", ROOT / "config/default.yaml"
+MEANINGS = {"hinge_ratio": "height of the hinge over height of the wall", "plateau_ratio": "plateau over strength"}
+
+
+HINGE, PLATEAU = ("hinge", "hinge_ratio", [0.6, 0.7]), ("plateau", "plateau_ratio", [0.6, 0.85])
+
+
+@pytest.fixture(params=[HINGE, PLATEAU], ids=["of the wall", "of the curve"])
+def fifth(request, monkeypatch):
+    """Its name and parameter, and a small config that has it: of the wall, and of the curve."""
+    name, parameter, values = request.param
+    monkeypatch.setitem(STUDIES, name, parameter)
+    monkeypatch.setitem(dataset.registry()["common"], parameter, {"units": "1", "long_name": MEANINGS[parameter]})
+    config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
+    config["solver"]["step"] = 0.01
+    config["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.05}
+    config["studies"] |= {name: {parameter: values}}
+    config["matching"] |= {"window": 5.0, "refinement": 2, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
+    config["windows"] = {"start": 3, "stop": 10, "step": 1}
+    config["loops"]["window"] = 12
+    config["accuracy"] |= {"restitutions": 1, "doublings": 0, "halvings": 1, "minima": 1, "bracket": 0.3}
+    config["accuracy"]["rigid"] |= {"slenderness": [8], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
+    config["studies"]["amplitude"]["release_amplitude"] = [0.5]
+    config["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.02, 0.04]
+    return name, parameter, config
+
+
+def test_it_is_released_and_matched(fifth):
+    name, parameter, config = fifth
+    released = decays.study(name, config)
+    matched = matches.match(name, config, released)
+    dataset.check(released, "decay")
+    dataset.check(matched, "match")
+    assert matched["damping_ratio"].dims == ("damping_model", parameter, "restitution")
+    apart = abs(matched["damping_ratio"].diff(parameter))
+    if name == "hinge":  # in tau the wall does not matter, in seconds it does
+        assert float(apart.max()) == 0
+        assert float(abs(matched["damping_ratio_fixed_seconds"].diff(parameter)).min()) > 0
+    else:
+        assert float(apart.sel(damping_model="CDR").min()) > 0
+        assert "damping_ratio_fixed_seconds" not in matched
+
+
+@pytest.mark.parametrize("fifth", [PLATEAU], indirect=True, ids=["of the curve"])
+def test_accuracy_is_given_it_and_measures_it(fifth):
+    name, _, config = fifth
+    matched = {study: made_up(config, study) for study in STUDIES}
+    released = [decays.study(study, config) for study in STUDIES]
+    measured = accuracy(config, damping_loops.loops(config), *matched.values(), *released)
+    assert measured["study"].values.tolist() == [*STUDIES]
+    assert float(measured["decay_energy_residual"].sel(study=name)) < 1e-3
+    assert int(measured["published_count"]) == sum(one["damping_ratio"][0].size for one in matched.values())
+    assert sorted(measured["plateau_ratio"].values) == [0.6, 0.85, 0.85]  # of the curves: 0.85 at two values of a1
+
+
+def test_a_study_that_is_not_handed_over_is_missed(fifth):
+    _, _, config = fifth
+    four = [made_up(config, study) for study in list(STUDIES)[:-1]]
+    with pytest.raises(ValueError, match="zip"):
+        accuracy(config, four[0], *four, *four)
+
+
+def test_it_stands_in_the_report_and_in_the_data_dictionary(fifth):
+    name, parameter, _ = fifth
+    assert f"match/{name}" in report_content.content().datasets
+    assert f"| `{name}` | `{parameter}` |" in list(dictionary.lines())
+
+
+def test_its_values_are_checked_before_the_run(fifth, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    name, parameter, config = fifth
+    wrong = {"hinge": [0.05, 0.7], "plateau": [0.6, 0.97]}[name]
+    config["studies"][name][parameter] = wrong
+    lines = "\n".join(map(str, checks.problems(config)))
+    said = {
+        "hinge": "studies.hinge.hinge_ratio[0] is 0.05; at",
+        "plateau": "curve.cracked_stiffness_ratio is 0.04; a1 must be less than a2, where the plateau ends, 0.03"
+        " at b1 = 0.97, of studies.plateau.plateau_ratio[1]",
+    }
+    assert said[name] in lines
+    config["studies"][name][parameter] = wrong[::-1]
+    assert f"studies.{name}.{parameter}[1] is {wrong[0]}; it must be greater" in "\n".join(
+        map(str, checks.problems(config))
+    )
+
+
+def test_a_config_without_it_is_refused(fifth, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    name, _, config = fifth
+    del config["studies"][name]
+    with pytest.raises(InputError, match=f"studies.{name} is missing"):
+        checks.validate(config, SCHEMA, [DEFAULT])
+
+
+@pytest.mark.parametrize("parameter", ["thickness", "slenderness"])
+def test_a_wall_has_the_slenderness_that_the_config_states_whatever_its_thickness(parameter, monkeypatch):
+    monkeypatch.setitem(STUDIES, "fifth", parameter)
+    config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
+    config["studies"]["fifth"] = {parameter: [0.5, 2.0]}
+    walls = StudySettings.of(config).study("fifth")
+    stated = [checks.frequency_parameter({**config["wall"], parameter: value}) for value in (0.5, 2.0)]
+    assert walls.frequency_parameter.tolist() == pytest.approx(stated)
