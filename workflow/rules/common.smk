@@ -28,8 +28,10 @@ def shares(count, per_job):
     return range(-(-count // per_job))
 
 
+BY_RECORDS = shares(len(catalogue.listing(config["records"])), config["natural"]["records_per_job"])
 SHARES = {
-    "natural/records-{share}": shares(len(catalogue.listing(config["records"])), config["natural"]["records_per_job"]),
+    "natural/records-{share}": BY_RECORDS,
+    "natural/orders-{share}": BY_RECORDS,
     "population/walls-{share}": shares(config["population"]["walls"], config["population"]["walls_per_job"]),
 }
 

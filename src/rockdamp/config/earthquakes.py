@@ -39,10 +39,13 @@ def natural_problems(config: Config) -> Iterator[Problem]:
             yield Problem((*path, "cracked_stiffness_ratio"), text)
     for key in ("restitution", "bands"):
         yield from ascending(("natural", key), section[key])
-    change, e = section["restitution_change"], section["restitution"]
-    if not (e[0] - change > 0 and e[-1] + change <= 1):
-        text = f"is {change}; every e of natural.restitution must stay above 0 and up to 1 with it"
-        yield Problem(("natural", "restitution_change"), text)
+    yield from ascending(("natural", "orders", "order"), section["orders"]["order"])
+    yield from ascending(("natural", "orders", "restitution"), section["orders"]["restitution"])
+    change = section["restitution_change"]
+    for key, e in (("restitution", section["restitution"]), ("orders.restitution", section["orders"]["restitution"])):
+        if not (e[0] - change > 0 and e[-1] + change <= 1):
+            text = f"is {change}; every e of natural.{key} must stay above 0 and up to 1 with it"
+            yield Problem(("natural", "restitution_change"), text)
     start, stop = section["scale"]["start"], section["scale"]["stop"]
     if not start < stop:
         yield Problem(("natural", "scale", "stop"), f"is {stop}; it must be greater than natural.scale.start, {start}")

@@ -72,6 +72,26 @@ class ComparisonSettings(Settings):
 
 
 @dataclass(frozen=True)
+class OrderRecordSettings(Settings):
+    records: tuple[str, ...]
+    walls: Annotated[NamedWalls, "natural.walls"]
+    restitution: Annotated[Array, "natural.orders.restitution"]
+    restitution_change: Annotated[float, "natural.restitution_change"]
+    order: Annotated[Array, "natural.orders.order"]
+    scale: Annotated[Array, "natural.scale", geometric]
+    step: Annotated[float, "natural.orders.step"]
+    tail: Annotated[float, "natural.tail"]
+    records_per_job: Annotated[int, "natural.records_per_job"]
+
+
+@dataclass(frozen=True)
+class OrderComparisonSettings(Settings):
+    restitution_change: Annotated[float, "natural.restitution_change"]
+    bands: Annotated[Array, "natural.bands"]
+    bootstrap: Annotated[Bootstrap, "natural.bootstrap"]
+
+
+@dataclass(frozen=True)
 class EventDrivenCheckSettings(Settings):
     records: tuple[str, ...]
     walls: Annotated[NamedWalls, "natural.walls"]

