@@ -19,21 +19,22 @@ import yaml
 from measure import Section, Table, interleaved, number
 
 from rockdamp import Damping, TrilinearCurve
+from rockdamp.pipeline.figures import FIGURES as TABLE
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
 from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
-FIGURES = ["fig1", "fig2", "fig3", "fig4", "fig5", "fig6", "fig6_error", "fig7", "fig8"]
+FIGURES = [name for name, figure in TABLE.items() if figure.number]  # the paper's
 CORES = 2
 NOT_COPIED = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
 MEBIBYTE = 2**20
 IMPORTS = "import rockdamp.equivalence.matching"
 
 FLOOR = {
-    "data.py": "import numba\nimport xarray\n\nfrom rockdamp import dataset\n",
-    "figure.py": "import matplotlib.pyplot\nimport numba\nimport xarray\n\nfrom rockdamp import dataset\n",
+    "data.py": "import numba\nimport xarray\n\nfrom rockdamp.storage import dataset\n",
+    "figure.py": "import matplotlib.pyplot\nimport numba\nimport xarray\n\nfrom rockdamp.storage import dataset\n",
 }
 TOUCH = "\nfor path in snakemake.output:\n    open(path, 'w').close()\n"
 

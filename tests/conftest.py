@@ -15,7 +15,7 @@ settings.register_profile("rockdamp", derandomize=True, deadline=None, database=
 settings.load_profile("rockdamp")
 
 # They take minutes, so they go first: no process is left alone with one of them at the end.
-LONG = ("test_workflow", "test_howto", "test_natural")
+LONG = ("test_workflow", "test_howto", "test_howto_additions")
 
 
 def pytest_collection_modifyitems(items):
