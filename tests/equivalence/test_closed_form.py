@@ -11,7 +11,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
-from rockdamp.vocabulary import VISCOUS_MODELS
+from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 CURVES = [
     TrilinearCurve(0.04, 0.85),
@@ -47,7 +47,7 @@ def factor_by_mpmath(curve, damping, x0):
 
 
 @pytest.mark.parametrize("curve", CURVES, ids=lambda c: f"a1={c.cracked_stiffness_ratio}")
-@pytest.mark.parametrize("model", VISCOUS_MODELS)
+@pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
 @pytest.mark.parametrize("x0", [0.03, 0.3, 0.85])
 def test_the_factor_equals_adaptive_quadrature(curve, model, x0):
     damping = Damping(model, 1.0)
@@ -85,7 +85,7 @@ def test_the_energy_consistent_damper_has_the_factor_one_over_pi_of_any_curve(a1
     assert factor == pytest.approx(1 / np.pi, rel=1e-9)
 
 
-@pytest.mark.parametrize("model", VISCOUS_MODELS)
+@pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
 def test_every_model_has_the_factor_one_over_pi_on_the_first_branch(model):
     factor = equivalence_factor(CURVES[0], Damping(model, 1.0), 0.9 * 0.04)
     assert float(factor) == pytest.approx(1 / np.pi, rel=1e-12)

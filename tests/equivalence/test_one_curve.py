@@ -4,6 +4,7 @@ import pytest
 
 import rockdamp as rd
 from rockdamp.equivalence.polynomials import shipped_coefficients
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 KEYS = [
     "restitution",
@@ -17,13 +18,15 @@ KEYS = [
 
 def test_a_row_for_each_viscous_model_with_the_agreed_keys():
     rows = rd.equivalent(0.85, 0.04, 0.85)
-    assert [row["damping_model"] for row in rows] == ["CDC", "CDR", "SDR", "ECD"]
+    assert [row["damping_model"] for row in rows] == list(VISCOUS_MODELS)
     assert all(list(row) == KEYS for row in rows)
 
 
 def test_polynomial_and_match_agree_within_the_largest_residual():
     table = shipped_coefficients()
-    for row in rd.equivalent(0.85, 0.04, 0.85):
+    rows = [row for row in rd.equivalent(0.85, 0.04, 0.85) if row["damping_model"] in table["damping_model"]]
+    assert len(rows) >= 4
+    for row in rows:
         own = (table["damping_model"] == row["damping_model"]) & (table["cracked_stiffness_ratio"] == 0.04)
         limit = float(table["largest_residual"][own][0]) + 2e-3 * row["damping_ratio"]
         assert abs(row["damping_ratio_fit"] - row["damping_ratio"]) <= limit
@@ -42,9 +45,10 @@ def test_without_loss_every_damping_ratio_is_zero():
 
 def test_several_restitutions_come_in_ascending_order():
     rows = rd.equivalent([0.9, 0.8], 0.04, 0.85)
-    assert [row["restitution"] for row in rows] == [0.8] * 4 + [0.9] * 4
+    count = len(VISCOUS_MODELS)
+    assert [row["restitution"] for row in rows] == [0.8] * count + [0.9] * count
     alone = rd.equivalent(0.9, 0.04, 0.85)
-    assert rows[4:] == alone
+    assert rows[count:] == alone
 
 
 @pytest.mark.parametrize(

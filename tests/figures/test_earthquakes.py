@@ -147,7 +147,7 @@ def test_a_study_too_small_for_any_statistic_is_drawn_empty(comparison, name):
 def test_spectra_mark_what_overturns_and_on_every_panel_where_cr_does():
     pulses = made_up_studies.pulses()
     figure = FIGURES["fig_spectra"](pulses)
-    grid = np.reshape([axes for axes in figure.axes if axes.get_label() != "<colorbar>"], (2, 5))
+    grid = np.reshape([axes for axes in figure.axes if axes.get_label() != "<colorbar>"], (2, len(earthquakes.MODELS)))
     one = pulses.sel(restitution=0.85, damping_ratio_source="closed form")
     for row, shape in zip(grid, pulses["pulse"].values, strict=True):
         cr = one["reference_collapsed"].sel(pulse=shape)

@@ -29,7 +29,7 @@ def test_fig5_draws_what_there_is_where_the_papers_amplitudes_are_missing():
 
 
 def test_fig6_shows_every_wall_and_what_a_length_in_seconds_changes():
-    panels = np.reshape(drawn("fig6").axes, (5, 4))
+    panels = np.reshape(drawn("fig6").axes, (5, len(VISCOUS)))
     for strips, row, name, parameter in (
         (panels[0], panels[1], "slenderness", "slenderness"),
         (panels[2], panels[3], "overburden", "overburden_ratio"),
@@ -45,7 +45,7 @@ def test_fig6_shows_every_wall_and_what_a_length_in_seconds_changes():
 
 
 def test_fig6_shows_a1_only_where_the_plateau_is_the_first_ones():
-    row, data = np.reshape(drawn("fig6").axes, (5, 4))[4], made_up()["match/cracked_stiffness"]
+    row, data = np.reshape(drawn("fig6").axes, (5, len(VISCOUS)))[4], made_up()["match/cracked_stiffness"]
     for axes, model in zip(row, VISCOUS, strict=True):
         assert len(lines(axes)) == 3
         for a1 in (0.02, 0.04, 0.14):

@@ -84,7 +84,7 @@ def test_a_model_has_one_colour_line_and_marker_everywhere(name):
     for axes in drawn(name).axes:
         title = axes.get_title().split(",")[0].split(" ")[0]
         for line in axes.get_lines():
-            model = re.match(r"(CR|CDC|CDR|SDR|ECD)\b", str(line.get_label()))
+            model = re.match(rf"({'|'.join(ALL)})\b", str(line.get_label()))
             model = model[1] if model else title if line.get_label() == "computed" else None
             if model:
                 assert to_rgb(line.get_color()) == to_rgb(style_of(model).colour)
@@ -94,7 +94,7 @@ def test_a_model_has_one_colour_line_and_marker_everywhere(name):
 
 
 def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
-    spare = ["one more", "another", "a third"]
+    spare = ["one more", "another"]
     monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
     for one, other in combinations([style_of(model) for model in (*ALL, "POWER", *spare)], 2):
         assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour

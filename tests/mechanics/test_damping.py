@@ -55,14 +55,16 @@ def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_
 
 
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
-def test_on_the_first_branch_every_damper_is_the_linear_oscillator_s(model):
+def test_a_damper_is_the_linear_oscillator_s_on_the_branches_on_which_it_says_so(model):
+    if not Damping(model, XI).constant_branches:
+        pytest.skip(f"{model} is no linear oscillator's anywhere")
     inside = CURVE.cracked_stiffness_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
     expected = 2 * CURVE.initial_frequency * XI
     np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, inside), expected, rtol=1e-14)
 
 
 def test_beyond_the_end_of_the_curve_only_the_constant_coefficient_damps():
-    for model in VISCOUS_MODELS:
+    for model in (*PAPER_MODELS, "ECD"):
         beyond = Damping(model, XI).coefficient(CURVE, 1.5)
         assert (beyond > 0) == (model == "CDC")
 
@@ -85,7 +87,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
 def test_the_named_constructors_are_the_models():
     assert Damping.cr(0.9).model == "CR"
     assert Damping.power(1.5, 0.1).exponent == 1.5
-    assert set(MODELS) == {"CR", "CDC", "CDR", "SDR", "ECD"}
+    assert set(MODELS) >= {"CR", "CDC", "CDR", "SDR", "ECD"}
 
 
 def test_each_model_has_its_title_and_its_own_parameter_by_its_own_name():

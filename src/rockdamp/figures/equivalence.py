@@ -19,7 +19,9 @@ from rockdamp.figures.style import (
     PALE,
     RESTITUTION,
     SINGLE_COLUMN,
+    columns_of,
     few_ticks,
+    grid_of,
     is_beyond_paper,
     line_of,
     nearest,
@@ -55,8 +57,9 @@ def models_of(dataset: xr.Dataset) -> list[str]:
     return [str(model) for model in dataset["damping_model"].values]
 
 
-def _title(axes: Axes, model: str) -> None:
-    axes.set_title(title_of(model), color=style_of(model).colour, fontweight="bold")
+def _title(axes: Axes, model: str, narrow: bool = False) -> None:
+    title = title_of(model).replace(" (", "\n(") if narrow else title_of(model)
+    axes.set_title(title, color=style_of(model).colour, fontweight="bold")
 
 
 def _every(e: xr.DataArray) -> int:
@@ -87,8 +90,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
         ``damping_ratio`` and ``damping_ratio_energy`` (damping_model, release_amplitude, restitution).
     """
     models = models_of(amplitude)
-    figure = new_figure(DOUBLE_COLUMN, 78.0)
-    panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
+    columns = columns_of(len(models), 4)
+    figure = new_figure(DOUBLE_COLUMN, 78.0 * -(-len(models) // columns))
+    panels = grid_of(figure, len(models), columns)
     values = numbers(amplitude, "release_amplitude")
     chosen = present(values, PAPER_AMPLITUDES)
     for axes, model in zip(panels, models, strict=True):
@@ -99,10 +103,12 @@ def fig5(amplitude: xr.Dataset) -> Figure:
             axes.plot(e, curve["damping_ratio_energy"], color=colour, **CLOSED_FORM)
         axes.plot([], [], color=GREY, label="closed form", **CLOSED_FORM)
         _title(axes, model)
-        axes.set_xlabel(RESTITUTION)
         axes.legend(loc="upper right")
+    for axes in panels[-columns:]:
+        axes.set_xlabel(RESTITUTION)
+    for axes in panels[::columns]:
+        axes.set_ylabel(DAMPING_RATIO)
     few_ticks(panels[0], 3)
-    panels[0].set_ylabel(DAMPING_RATIO)
     panels[0].set_ylim(0, 1.05 * _largest(amplitude.isel(release_amplitude=chosen)))
     _note(panels[-1], _window(amplitude))
     return figure
@@ -148,7 +154,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         panels[0].set_ylim(0, 1.05 * max(float(study["damping_ratio"].max()) for study, _, _ in studies))
         _legend(panels[-1], models, title, numbers(dataset, parameter), strips is not None)
     for axes, model in zip(grid[0], models, strict=True):
-        _title(axes, model)
+        _title(axes, model, narrow=len(models) > 4)
     for strip in grid[[0, 2], 0]:
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
     for axes in grid[-1]:
@@ -252,7 +258,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     per_sample = float((study["rms_error"] / root).mean())
     beside = axes.secondary_yaxis("right", functions=scaling(1000 * per_sample))
     beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
-    figure.legend(loc="outside upper center", ncols=len(models))
+    figure.legend(loc="outside upper center", ncols=len(models) if len(models) <= 4 else 2)
     few_ticks(axes, 6)
     length = f"$\\tau = {float(study['window']):g}$ in $k = {int(study['steps'])}$ steps"
     axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {length}")

@@ -77,6 +77,8 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
         axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.1 * (high - low) * max(loops.sizes["viscous_model"] - 4, 0))  # room for the legend
     limit = 1.06 * float(np.abs(loops["displacement"]).max())
     axes.set_xlim(-limit, limit)
     axes.set_xlabel(DISPLACEMENT)

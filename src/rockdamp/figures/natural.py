@@ -84,15 +84,16 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
     """
     histories = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
     models = dampers(histories)
-    figure = new_figure(DOUBLE_COLUMN, 20.0 + 80.0 * -(-len(models) // 2))
-    panels = grid_of(figure, len(models), 2)
+    columns = 2 if len(models) <= 4 else 3
+    figure = new_figure(DOUBLE_COLUMN, 20.0 + 160.0 / columns * -(-len(models) // columns))
+    panels = grid_of(figure, len(models), columns)
     low = float(comparison["band_start"].min()) / 2
     norm = LogNorm(1, _busiest(histories))
     for axes, model in zip(panels, models, strict=True):
         _peaks(axes, histories, model, low, norm)
-    for axes in panels[-2:]:
+    for axes in panels[-columns:]:
         axes.set_xlabel(PEAK_OF_CR)
-    for axes in panels[::2]:
+    for axes in panels[::columns]:
         axes.set_ylabel(r"peak with the damper, $u/u_\mathrm{ins}$ [-]")
     _count_bar(figure, panels, norm)
     figure.legend(

@@ -42,13 +42,14 @@ CHOSEN = {
     "POWER": ModelStyle("#8C6D1F", (0, (6.0, 1.2, 1.0, 1.2)), "P"),
 }
 # Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ.
-SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A")
+SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A", "#8B5A2B")
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (5.0, 1.2, 1.0, 1.2)),
     (0, (1.0, 1.0, 4.0, 1.0)),
     (0, (10.0, 2.0)),
+    (0, (2.0, 2.0)),
 )
-SPARE_MARKERS = ("X", "<", ">", "p", "h")
+SPARE_MARKERS = ("X", "<", ">", "p", "h", "d", "H")
 GREY, PALE = "#6E6E6E", "#B5B5B5"
 
 # Symbols and units of the axes; "-" is dimensionless.
@@ -72,6 +73,11 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of a print size. [mm]"""
     return Figure(figsize=(width / INCH, height / INCH))
+
+
+def columns_of(count: int, most: int) -> int:
+    """Return how many columns, `most` of them at most, hold `count` panels or entries in rows of equal length."""
+    return -(-count // -(-count // most))
 
 
 def grid_of(figure: Figure, count: int, columns: int) -> list[Axes]:

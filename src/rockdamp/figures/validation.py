@@ -31,8 +31,11 @@ def fig8(validation: xr.Dataset) -> Figure:
         and the attribute ``record_synthetic``.
     """
     models = [str(model) for model in validation["damping_model"].values]
-    figure = new_figure(DOUBLE_COLUMN, 155.0)
-    panels = figure.subplots((len(models) + 2) // 2, 2, sharex=True, squeeze=False).ravel()
+    rows = -(-(1 + len(models)) // 2)
+    figure = new_figure(DOUBLE_COLUMN, 155.0 / 3 * rows)
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False).ravel()
+    for spare in panels[1 + len(models) :]:
+        spare.remove()
     _table(panels[0], validation)
     for axes, model in zip(panels[1 : 1 + len(models)], models, strict=True):
         if axes is not panels[1]:
