@@ -233,6 +233,29 @@ def test_a_curve_states_all_of_its_parameters(config):
         make_curve(config["curve"])
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("parameters.slendernes", {}, "population.parameters.slendernes is not a key of the config"),
+        (
+            "parameters.slenderness.distribution",
+            "normall",
+            "slenderness.distribution of the config is 'normall'",
+        ),
+        ("correlations.slendernes", {}, "population.correlations.slendernes is not a key of the config"),
+        ("correlations.restitution.slendernes", 0.5, "correlations.restitution.slendernes is not a key of the config"),
+    ],
+)
+def test_a_population_of_misspelt_parameters_or_distributions_is_refused(key, value, told, config):
+    *sections, last = key.split(".")
+    inner = config["population"]
+    for section in sections:
+        inner = inner[section]
+    inner[last] = value
+    with pytest.raises(InputError, match=told):
+        earthquakes.PopulationWallSettings.of(config)
+
+
 def test_a_normal_distribution_alone_has_moments(config):
     drawn = earthquakes.PopulationWallSettings.of(config).parameters
     assert drawn["restitution"].mean == 0.86 and drawn["thickness"].mean is None

@@ -14,17 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config.parsing import (
-    Settings,
-    arithmetic,
-    geometric,
-    members,
-    number,
-    numbers,
-    refusal,
-    section,
-    text,
-)
+from rockdamp.config.parsing import Settings, arithmetic, geometric, members, number, numbers, refusal, section, text
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve

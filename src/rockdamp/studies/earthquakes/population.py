@@ -29,6 +29,7 @@ from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit, interval, resample
 from rockdamp.studies.earthquakes.settings import (
+    PARAMETERS,
     Distribution,
     PopulationSettings,
     PopulationShareSettings,
@@ -36,15 +37,6 @@ from rockdamp.studies.earthquakes.settings import (
 )
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
-PARAMETERS = (
-    "thickness",
-    "slenderness",
-    "overburden_ratio",
-    "hinge_ratio",
-    "cracked_stiffness_ratio",
-    "plateau_ratio",
-    "restitution",
-)
 HARMONICS = 10  # of RBD-FAST, the usual number
 FEWEST = 100  # walls: of fewer the indices are noise
 SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall

@@ -7,8 +7,20 @@ from functools import partial
 from typing import Annotated, Any
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Settings, each, geometric, number, section
+from rockdamp.config.parsing import Settings, each, geometric, members, number, refusal, section
 from rockdamp.studies.settings import Matching, NamedWall, Solver, make_named_wall
+
+# What describes a wall of the population.
+PARAMETERS = (
+    "thickness",
+    "slenderness",
+    "overburden_ratio",
+    "hinge_ratio",
+    "cracked_stiffness_ratio",
+    "plateau_ratio",
+    "restitution",
+)
+DISTRIBUTIONS = ("uniform", "loguniform", "normal")
 
 NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
 
@@ -30,14 +42,23 @@ class Distribution:
 
 def _distributions(value: Any, key: str) -> dict[str, Distribution]:
     """The distribution of each parameter of a population."""
-    return {name: section(Distribution, entry, f"{key}.{name}") for name, entry in value.items()}
+    return {name: _distribution(entry, f"{key}.{name}") for name, entry in members(value, key, PARAMETERS).items()}
+
+
+def _distribution(value: Any, key: str) -> Distribution:
+    made: Distribution = section(Distribution, value, key)
+    if made.distribution not in DISTRIBUTIONS:
+        raise refusal(made.distribution, f"{key}.distribution", f"one of {', '.join(DISTRIBUTIONS)}")
+    return made
 
 
 def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
     """The correlation of each pair of a population's parameters."""
+    given = members(value, key, (), PARAMETERS)
+    stated = {name: members(others, f"{key}.{name}", (), PARAMETERS) for name, others in given.items()}
     return {
         (name, other): number(correlation, f"{key}.{name}.{other}")
-        for name, others in value.items()
+        for name, others in stated.items()
         for other, correlation in others.items()
     }
 
