@@ -65,7 +65,7 @@ class Response:
     Attributes
     ----------
     outcome : ndarray of int, shape
-        `COMPLETED`, or `COLLAPSED` where `|u|` went beyond u3 and the run ended. [-]
+        0 where the run was completed, 1 where the wall collapsed: `|u|` went beyond u3 and the run ended. [-]
     outcome_tau : ndarray, shape
         Dimensionless time of the end: of the last step, or of the step that collapsed. [-]
     peak, peak_tau : ndarray, shape
