@@ -62,6 +62,8 @@ class Damping:
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
         Names of its parameters.
+    defaults : dict
+        Values of the parameters that need not be given, by name. [-]
     secant_exponent : float, ndarray or None
         The power of the secant's frequency that C is in proportion to, if it depends on nothing else. [-]
     same_loss_at_any_amplitude : bool
@@ -162,7 +164,7 @@ class Damping:
             e, in (0, 1]. [-]
         model : str
             ``"ECD"``, the energy-consistent damper, or ``"CR"`` itself.
-        **named
+        **named : float or ndarray
             ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. [-]
 
         Raises
@@ -188,7 +190,15 @@ class Damping:
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        """Return the damping ratio that loses in every half cycle what an impact takes, of a model that has one. [-]"""
+        """Return the damping ratio that loses in every half cycle what an impact takes, of a model that has one. [-]
+
+        Parameters
+        ----------
+        restitution : float or ndarray
+            e, in (0, 1]. [-]
+        **named : float or ndarray
+            The model's other parameters, by name. [-]
+        """
         raise NotImplementedError
 
     @classmethod
