@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rockdamp.histories.half_cycles import excursion_peaks, half_cycles, passes_zero, turning_points
+from rockdamp.histories.half_cycles import excursion_peaks, half_cycles, passes_zero, turning_points, turns
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
@@ -67,3 +67,17 @@ def test_noise_near_zero_makes_no_half_cycles():
 
 def test_a_history_that_stays_below_the_threshold_has_no_half_cycles():
     assert half_cycles(np.arange(5.0), np.full(5, 0.1), 0.2).peak.size == 0
+
+
+def test_turns_are_where_and_when_the_motion_turns_to_second_order_and_the_release_is_none():
+    lanes = np.array([[1.0], [2.5]])  # a linear spring of two stiffnesses: turns at every half period, in amplitude 1
+    away = []
+    for step in (0.04, 0.02):
+        tau = step * np.arange(round(8.0 / step) + 1)
+        found, elapsed = turns(np.cos(lanes * tau), -lanes * np.sin(lanes * tau), step)
+        assert np.isfinite(found).sum(axis=1).tolist() == [2, 6] and found.shape == elapsed.shape == (2, 6)
+        expected = np.pi / lanes * np.arange(1, 7)
+        away.append([np.nanmax(np.abs(elapsed - expected)), np.nanmax(np.abs(np.abs(found) - 1))])
+        assert np.sign(found[1]).tolist() == [-1, 1] * 3
+    assert np.all(np.array(away[1]) < [1e-4, 1e-5])
+    assert turns(np.ones((2, 4)), np.zeros((2, 4)), 0.1)[0].shape == (2, 0)

@@ -125,7 +125,8 @@ def test_the_map_has_no_value_where_the_curve_does_not_exist(found):
 
 
 def test_curves_are_those_of_the_config_and_the_presets_in_every_variant_that_exists(config):
-    steeper, translated = groups(DispersionSettings.of(config))
+    given = DispersionSettings.of(config)
+    steeper, translated = groups(given.dispersion, given.plateau_ratio, given.plateau_ratio_beyond)
     assert steeper.name[:5] == ["a1 = 0.04", "a1 = 0.2", "new", "moderate", "severe"]
     assert len(steeper.name) == 10 and steeper.name[-1] == "severe, steeper"
     # a1 + b1 is 0.89, 0.95, 0.78, 0.73 and 0.70.

@@ -5,7 +5,7 @@ from collections import Counter
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study, reported
 
-SHARES = {"natural_records": 2, "population_share": 2}  # jobs of the minimal config
+SHARES = {"natural_records": 2, "earthquake_order_records": 2, "population_share": 2}  # jobs of the minimal config
 
 
 def _graph():

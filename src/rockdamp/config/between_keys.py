@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import natural_problems, population_problems
+from rockdamp.config.pulses import damper_order_problems, pulse_problems
 from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
@@ -104,7 +105,7 @@ def problems(config: Config) -> list[Problem]:
     if not wrong:  # what follows needs curves that exist
         wrong += _window_problems(config, cases)
     wrong += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
-    wrong += [*_dispersion_problems(config), *_pulse_problems(config)]
+    wrong += [*_dispersion_problems(config), *pulse_problems(config), *damper_order_problems(config)]
     of_walls = list(natural_problems(config))
     wrong += of_walls or _matched_wall_problems(config)
     wrong += population_problems(config)
@@ -338,22 +339,6 @@ def _dispersion_problems(config: Config) -> Iterator[Problem]:
         yield from ascending(("dispersion", key), section[key])
     for key in ("cracked_stiffness_ratio", "plateau_ratio"):
         yield from ascending(("dispersion", "map", key), section["map"][key])
-
-
-def _pulse_problems(config: Config) -> Iterator[Problem]:
-    """Frequencies, loads, e and bands ascend, and the step is stable."""
-    section, curve = config["pulses"], config["curve"]
-    for key in ("frequency", "load"):
-        start, stop = section[key]["start"], section[key]["stop"]
-        if not start < stop:
-            text = f"is {stop}; it must be greater than pulses.{key}.start, {start}"
-            yield Problem(("pulses", key, "stop"), text)
-    for key in ("restitution", "bands"):
-        yield from ascending(("pulses", key), section[key])
-    limit = 2 / math.sqrt(curve["plateau_ratio"] / curve["cracked_stiffness_ratio"])
-    if not section["step"] < limit:
-        text = f"is {section['step']}; it must be less than the stability limit 2 sqrt(a1/b1), {limit:.6g} for curve"
-        yield Problem(("pulses", "step"), text)
 
 
 def _matched_wall_problems(config: Config) -> Iterator[Problem]:

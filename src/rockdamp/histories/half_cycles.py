@@ -62,6 +62,33 @@ def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
     return (before != 0) & (before * after <= 0)
 
 
+def turns(displacement: Array, velocity: Array, step: float | Array) -> tuple[Array, Array]:
+    """Return where and when histories turn after the release, to second order between the samples.
+
+    Parameters
+    ----------
+    displacement, velocity : ndarray, shape (lanes, n)
+        From the release on, which is at rest and counts as no turn.
+    step : float or ndarray, shape (lanes,)
+        Between samples.
+
+    Returns
+    -------
+    displacement, elapsed : ndarray, shape (lanes, most)
+        Of each lane's turns, from the release on; NaN after its last.
+    """
+    lane, at = np.nonzero(passes_zero(velocity[:, 1:]))
+    count = np.bincount(lane, minlength=velocity.shape[0])
+    rank = np.arange(lane.size) - np.repeat(np.cumsum(count) - count, count)
+    turned, elapsed = np.full((2, count.size, int(count.max(initial=0))), np.nan)
+    v, h = velocity[lane, at + 1], np.broadcast_to(step, count.shape)[lane]
+    # At the turn x is quadratic in time: it is v s/2 beyond x, s the time to the turn at a constant acceleration.
+    s = h * v / (v - velocity[lane, at + 2])
+    turned[lane, rank] = displacement[lane, at + 1] + 0.5 * s * v
+    elapsed[lane, rank] = (at + 1) * h + s
+    return turned, elapsed
+
+
 def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
     """Return the samples of one history's peaks: the release at rest, and the last sample before each change of sign.
 

@@ -19,13 +19,13 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.errors import InputError
-from rockdamp.histories.half_cycles import passes_zero
+from rockdamp.histories.half_cycles import turns
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.settings import CurveMap, DispersionSettings
+from rockdamp.studies.settings import CurveMap, Dispersion, DispersionSettings, PlateauBeyond
 from rockdamp.vocabulary import PAPER_MODELS, PRESETS, SOFTENING, VISCOUS_MODELS
 
 BEST = "POWER"  # the general exponent, at the best n of each curve
@@ -48,17 +48,25 @@ class Group:
     curve: TrilinearCurve
 
 
-def groups(given: DispersionSettings) -> list[Group]:
+def groups(asked: Dispersion, plateau_ratio: float, beyond: PlateauBeyond) -> list[Group]:
     """Return the curves of the study: steeper (and, for a3 = 1, without a variant), then translated.
 
     They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets; each at
     a3 = 1 and at the settings' a3 in both variants, the translated one where it leaves room for a plateau.
+
+    Parameters
+    ----------
+    asked : Dispersion
+    plateau_ratio : float
+        b1 of the reference curve. [-]
+    beyond : PlateauBeyond
+        Of the cracked stiffness study.
     """
-    a1s = given.dispersion.cracked_stiffness_ratio
-    plateaus = given.plateau_ratio_beyond.at(a1s, given.plateau_ratio)
+    a1s = asked.cracked_stiffness_ratio
+    plateaus = beyond.at(a1s, plateau_ratio)
     shapes = [(f"a1 = {a1:g}", a1, b1) for a1, b1 in zip(a1s, plateaus, strict=True)]
     shapes += [(name, a1, b1) for name, (b1, a1) in PRESETS.items()]
-    a3 = given.dispersion.ultimate_ratio
+    a3 = asked.ultimate_ratio
     steeper = [(*shape, 1.0) for shape in shapes] + [(*shape, a3) for shape in shapes]
     translated = [(*shape, a3) for shape in shapes if shape[1] + shape[2] < a3]
     return [
@@ -90,7 +98,8 @@ def dispersion(config: Config) -> xr.Dataset:
         spreads of the closed form over a map of curves.
     """
     given = DispersionSettings.of(config)
-    parts = [_compare(group, given) for group in groups(given)]
+    curves = groups(given.dispersion, given.plateau_ratio, given.plateau_ratio_beyond)
+    parts = [_compare(group, given) for group in curves]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     best = exponent_map(given.dispersion.map, given.dispersion.release_share, given.dispersion.ultimate_ratio)
     return dataset.merge(best).assign_coords(window=given.matching.window)
@@ -198,15 +207,10 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
     response = solve(
         curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS, store_every=1
     )
-    turns = passes_zero(response.velocity[:, 1:])  # the release is at rest
-    if not turns.any(axis=-1).all():
+    turned, _ = turns(response.displacement, response.velocity, step)
+    if not turned.shape[1] or np.isnan(turned[:, 0]).any():
         raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")
-    after = 2 + turns.argmax(axis=-1)
-    lane = np.arange(after.size)
-    x, v = response.displacement[lane, after - 1], response.velocity[lane, after - 1]
-    # At the turn x is quadratic in time: it is v s/2 beyond x, s the time to the turn at a constant acceleration.
-    x1 = x + 0.5 * step * v * v / (v - response.velocity[lane, after])
-    return 0.5 * np.log(curve.energy(release_amplitude) / curve.energy(x1))
+    return 0.5 * np.log(curve.energy(release_amplitude) / curve.energy(turned[:, 0]))
 
 
 # --- the exponent ----------------------------------------------------------------------------------------------------

@@ -82,7 +82,7 @@ def pulses(config: Config) -> xr.Dataset:
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(frequency, f"{name} pulses")):
             step = given.pulses.step
-            run = _Run(given.curve, pulse(name, float(w), step), load, step, given.pulses.tail)
+            run = Run(given.curve, pulse(name, float(w), step), load, step, given.pulses.tail)
             histories = run.histories(Damping.cr(e))
             reference[0, i, j], reference[1, i, j] = histories.peak, histories.outcome == COLLAPSED
             reference[2, i, j] = _impacts_before_peak(histories, step)
@@ -113,7 +113,7 @@ def pulses(config: Config) -> xr.Dataset:
 
 
 @dataclass(frozen=True)
-class _Run:
+class Run:
     """A pulse of one frequency at every load, for the dampers that are asked for."""
 
     curve: TrilinearCurve

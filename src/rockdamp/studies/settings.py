@@ -140,6 +140,23 @@ class Pulses:
 
 
 @dataclass(frozen=True)
+class OrderPulses:
+    frequency: Annotated[Array, geometric]
+    load: Annotated[Array, geometric]
+    step: float
+    tail: float
+
+
+@dataclass(frozen=True)
+class DamperOrder:
+    order: Array
+    restitution: Array
+    restitution_change: float
+    release_share: Array
+    pulses: OrderPulses
+
+
+@dataclass(frozen=True)
 class Convergence:
     seed: int
     lanes: int
@@ -343,6 +360,24 @@ class DispersionSettings(Settings):
     plateau_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.plateau_ratio_beyond"]
     matching: Matching
     dispersion: Dispersion
+
+
+@dataclass(frozen=True)
+class DamperOrderSettings(Settings):
+    """The reference curve and those of the dispersion, and the wall and record of Fig. 8."""
+
+    solver: Solver
+    curve: Curve
+    release_amplitude: float
+    matching: Matching
+    dispersion: Dispersion
+    plateau_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.plateau_ratio_beyond"]
+    damper_order: DamperOrder
+    shown_restitution: Annotated[float, "loops.restitution"]
+    tested_wall: Annotated[Strip, "validation.wall"]
+    tested_curve: Annotated[Curve, "validation.curve"]
+    tested_restitution: Annotated[float, "validation.restitution"]
+    tested_step: Annotated[float, "validation.step"]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,337 @@
+"""From viscous damping to restitution: ECD of order m against CR by its order, in free decay and under load.
+
+Its damping ratio is exact and nothing is fitted. Beside it stand the dampers of `VISCOUS_MODELS`, which are fitted by
+Eq. (17), and what a change of e makes of CR itself: a damper that is nearer to CR than that is restitution for any use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.histories.half_cycles import passes_zero, turns
+from rockdamp.histories.under_a_record import record_attributes, respond
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.records import Record
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COLLAPSED, Histories, Options, Reference
+from rockdamp.studies.amplitude_dispersion import Group, groups
+from rockdamp.studies.decays import step_count
+from rockdamp.studies.matches import match_decays
+from rockdamp.studies.pulses import PULSES, Run, pulse
+from rockdamp.studies.settings import DamperOrderSettings
+from rockdamp.vocabulary import VISCOUS_MODELS
+
+VARIATIONS = ("lower e", "higher e")
+PULSE_DIMS = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+MEASURES = ("rms_error", "peak_error", "duration_error")
+
+R = TypeVar("R")
+Variables = dict[str, tuple[tuple[str, ...], NDArray[Any]]]
+
+
+def damper_order(config: Config, record: Record) -> xr.Dataset:
+    """Compare ECD of each order with CR.
+
+    Parameters
+    ----------
+    config : dict
+        Has the keys of `DamperOrderSettings`.
+    record : Record
+        Of Fig. 8; its motion alone is used.
+
+    Returns
+    -------
+    xarray.Dataset
+        In free decay ``rms_error``, ``peak_error`` and ``duration_error`` (order, case, release_share, restitution) on
+        the curves of the dispersion, and the same on the reference curve (``curve_...``); beside them those of the
+        fitted dampers (``fitted_rms_error``) and of CR with another e (``varied_...``). Under load ``pulse_ratio``, the
+        peak over CR's, ``pulse_ratio_before_impact``, the same up to CR's first impact, with what `compare` makes of
+        them, and ``record_peak``. Histories of one decay (``shown_...``).
+    """
+    given = DamperOrderSettings.of(config)
+    asked = groups(given.dispersion, float(given.curve.plateau_ratio), given.plateau_ratio_beyond)
+    parts = [_on_group(group, given) for group in asked]
+    curves = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
+    parts = [_on_curve(given), _fitted(given), _shown(given), _under_pulses(given), _under_record(given, record)]
+    return xr.merge([curves, *parts], join="exact", compat="no_conflicts").assign_attrs(record_attributes(record))
+
+
+@dataclass(frozen=True)
+class Dampers:
+    """What is compared with CR at each e: ECD of each order, then CR at an e a little lower and a little higher."""
+
+    order: Array
+    restitution: Array
+    change: float
+
+    def each(self, run: Callable[[Damping], R], description: str = "") -> list[R]:
+        """Call a function for each of them, which have the shape of `restitution`."""
+        e = self.restitution
+        dampings = [Damping.of_restitution(e, order=m) for m in self.order]
+        dampings += [Damping.cr(e - self.change), Damping.cr(e + self.change)]
+        return [run(damping) for damping in (track(dampings, description) if description else dampings)]
+
+    def split(self, measures: Mapping[str, NDArray[Any]], *dims: str) -> Variables:
+        """Return values of all of them as two variables each, of the orders and of CR itself."""
+        many = self.order.size
+        of_order = {name: (("order", *dims), values[:many]) for name, values in measures.items()}
+        varied = {f"varied_{name}": (("variation", *dims), values[many:]) for name, values in measures.items()}
+        return {**of_order, **varied}
+
+    @property
+    def coords(self) -> dict[str, list[object]]:
+        return {"order": list(self.order), "variation": list(VARIATIONS)}
+
+
+def _dampers(given: DamperOrderSettings, restitution: Array) -> Dampers:
+    return Dampers(given.damper_order.order, restitution, given.damper_order.restitution_change)
+
+
+# --- free decay ------------------------------------------------------------------------------------------------------
+
+
+def measured(
+    curve: TrilinearCurve, release_amplitude: Array, dampers: Dampers, *, window: float, step: float, scheme: str
+) -> dict[str, Array]:
+    """Compare decays with those under CR, each of shape (lanes,).
+
+    Returns
+    -------
+    dict of ndarray, shape (dampers, lanes)
+        ``rms_error``, sqrt(Err/k) of Eq. (17) over the window in tau; ``peak_error`` and ``duration_error``, the
+        largest difference of a peak, and of the time from one peak to the next, as a fraction of those under CR. [-]
+    """
+    steps = step_count(window, step)
+    start: Options = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
+    restitution = solve(curve, Damping.cr(dampers.restitution), store_every=1, **start)
+    reference = Reference(restitution.displacement, np.arange(release_amplitude.size), [steps])
+    expected = turns(restitution.displacement, restitution.velocity, step)
+
+    def compare(damping: Damping) -> tuple[Array, Array, Array]:
+        run = solve(curve, damping, reference=reference, store_every=1, **start)
+        peaks, elapsed = turns(run.displacement, run.velocity, step)
+        most = min(peaks.shape[1], expected[0].shape[1])
+        lasting, lasted = (np.diff(times[:, :most], prepend=0.0) for times in (elapsed, expected[1]))
+        return (
+            np.sqrt(run.error[0] / steps),
+            _largest(peaks[:, :most] / expected[0][:, :most] - 1),
+            _largest(lasting / lasted - 1),
+        )
+
+    return dict(zip(MEASURES, map(np.stack, zip(*dampers.each(compare), strict=True)), strict=True))
+
+
+def _largest(difference: Array) -> Array:
+    """Largest size over the last axis; NaN where nothing is known."""
+    return np.fmax.reduce(np.abs(difference), axis=-1, initial=np.nan)
+
+
+def _on_group(group: Group, given: DamperOrderSettings) -> xr.Dataset:
+    share, e = given.damper_order.release_share, given.damper_order.restitution
+    shape = (len(group.name), share.size, e.size)
+    case, share_at, e_at = (index.ravel() for index in np.indices(shape))
+    ultimate = np.asarray(group.curve.ultimate_ratio)
+    dampers = _dampers(given, e[e_at])
+    found = measured(
+        group.curve.map(lambda p: p[case]),
+        share[share_at] * ultimate[case],
+        dampers,
+        window=given.matching.window,
+        step=given.solver.step,
+        scheme=given.solver.scheme,
+    )
+    shaped = {name: values.reshape(-1, *shape) for name, values in found.items()}
+    return xr.Dataset(
+        dampers.split(shaped, "case", "release_share", "restitution"),
+        coords={**dampers.coords, "case": group.name, "release_share": share, "restitution": e},
+    )
+
+
+def _on_curve(given: DamperOrderSettings) -> xr.Dataset:
+    """On the reference curve, with the damping ratios."""
+    e = given.damper_order.restitution
+    dampers = _dampers(given, e)
+    found = measured(
+        given.curve,
+        np.full(e.size, given.release_amplitude),
+        dampers,
+        window=given.matching.window,
+        step=given.solver.step,
+        scheme=given.solver.scheme,
+    )
+    variables = dampers.split({f"curve_{name}": values for name, values in found.items()}, "restitution")
+    ratio = [Damping.of_restitution(e, order=m).damping_ratio for m in dampers.order]
+    return xr.Dataset(
+        {**variables, "damping_ratio": (("order", "restitution"), np.stack(ratio))},
+        coords={
+            **dampers.coords,
+            "restitution": e,
+            "restitution_change": dampers.change,
+            "release_amplitude": given.release_amplitude,
+            "window": given.matching.window,
+        },
+    )
+
+
+def _fitted(given: DamperOrderSettings) -> xr.Dataset:
+    """The dampers of least Err on the reference curve, by the protocol of all published damping ratios."""
+    e = given.damper_order.restitution
+    matched = match_decays(
+        given.curve.map(lambda p: np.full(e.size, p)),
+        np.full(e.size, given.release_amplitude),
+        e,
+        VISCOUS_MODELS,
+        given.matching,
+        step=given.solver.step,
+        scheme=given.solver.scheme,
+        description="fitted dampers",
+    )
+    dims = ("damping_model", "restitution")
+    return xr.Dataset(
+        {
+            "fitted_damping_ratio": (dims, np.stack([of.damping_ratio for of in matched.values()])),
+            "fitted_damping_ratio_uncertainty": (dims, np.stack([of.uncertainty for of in matched.values()])),
+            "fitted_rms_error": (dims, np.stack([of.rms_error for of in matched.values()])),
+        },
+        coords={"damping_model": list(matched), "restitution": e},
+    )
+
+
+def _shown(given: DamperOrderSettings) -> xr.Dataset:
+    """Histories under CR and each order, of the decay on the reference curve at the e of the loops."""
+    e, step, order = given.shown_restitution, given.solver.step, given.damper_order.order
+    steps = step_count(given.matching.window, step)
+    dampings = [Damping.cr(e), *(Damping.of_restitution(e, order=m) for m in order)]
+    impact, *runs = [
+        solve(
+            given.curve,
+            damping,
+            release_amplitude=given.release_amplitude,
+            step=step,
+            steps=steps,
+            store_every=1,
+            scheme=given.solver.scheme,
+        )
+        for damping in dampings
+    ]
+    force = [
+        damping.coefficient(given.curve, run.displacement, run.velocity) * run.velocity
+        for damping, run in zip(dampings[1:], runs, strict=True)
+    ]
+    return xr.Dataset(
+        {
+            "shown_reference_displacement": ("tau", impact.displacement),
+            "shown_reference_velocity": ("tau", impact.velocity),
+            "shown_displacement": (("order", "tau"), np.stack([run.displacement for run in runs])),
+            "shown_velocity": (("order", "tau"), np.stack([run.velocity for run in runs])),
+            "shown_damping_force": (("order", "tau"), np.stack(force)),
+        },
+        coords={"order": list(order), "tau": step * np.arange(steps + 1), "shown_restitution": e},
+    )
+
+
+# --- under load ------------------------------------------------------------------------------------------------------
+
+
+def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
+    section, e = given.damper_order.pulses, given.damper_order.restitution
+    dampers = _dampers(given, e)
+    shape = (len(PULSES), section.frequency.size, section.load.size, e.size)
+    rows = dampers.order.size + len(VARIATIONS)
+    fell, before, peak = np.empty((rows, *shape), dtype=bool), np.empty((rows, *shape)), np.empty((rows, *shape))
+    reference_fell = np.empty(shape, dtype=bool)
+    for i, name in enumerate(PULSES):
+        for j, w in enumerate(track(section.frequency, f"{name} pulses by order")):
+            run = Run(given.curve, pulse(name, float(w), section.step), section.load, section.step, section.tail)
+            impact = run.histories(Damping.cr(e))
+            histories = dampers.each(run.histories)
+            reference_fell[i, j] = impact.outcome == COLLAPSED
+            for row, history in enumerate(histories):
+                fell[row, i, j] = history.outcome == COLLAPSED
+                peak[row, i, j] = history.peak / impact.peak
+                before[row, i, j] = ratio_before_impact(impact.displacement, history.displacement)
+    ratio = np.where(fell | reference_fell, np.nan, peak)
+    return xr.Dataset(
+        {
+            **dampers.split({"pulse_ratio": ratio, "pulse_ratio_before_impact": before}, *PULSE_DIMS),
+            **dampers.split(compare(ratio, before, fell, reference_fell), "restitution"),
+            "pulse_collapses": ("restitution", reference_fell.sum((0, 1, 2))),
+            "pulse_survivals": ("restitution", (~reference_fell).sum((0, 1, 2))),
+        },
+        coords={
+            **dampers.coords,
+            "pulse": list(PULSES),
+            "pulse_frequency": section.frequency,
+            "load_ratio": section.load,
+            "restitution": e,
+        },
+    )
+
+
+def compare(
+    ratio: Array, before: Array, fell: NDArray[np.bool_], reference_fell: NDArray[np.bool_]
+) -> dict[str, NDArray[Any]]:
+    """Median and error of ratios of peaks at each e, the last axis, and the collapses that only one of both has.
+
+    The error is the root mean square of the logarithm. NaN where there is no ratio.
+
+    Parameters
+    ----------
+    ratio, before, fell : ndarray, shape (dampers, pulses, frequencies, loads, e)
+        Peak over CR's, the same up to CR's first impact, and whether the damper's wall collapses.
+    reference_fell : ndarray, shape (pulses, frequencies, loads, e)
+        Whether CR's does.
+    """
+    cells = (1, 2, 3)
+    measures: dict[str, NDArray[Any]] = {
+        "pulse_false_safe": (reference_fell & ~fell).sum(cells),
+        "pulse_false_collapse": (~reference_fell & fell).sum(cells),
+    }
+    for name, values in {"pulse": ratio, "pulse_before_impact": before}.items():
+        logarithm = xr.DataArray(np.log(values), dims=("damper", *PULSE_DIMS))
+        measures[f"{name}_median_ratio"] = np.exp(logarithm.median(PULSE_DIMS[:-1]).to_numpy())
+        measures[f"{name}_log_error"] = np.sqrt((logarithm**2).mean(PULSE_DIMS[:-1]).to_numpy())
+    return measures
+
+
+def ratio_before_impact(reference: Array, displacement: Array) -> Array:
+    """Peak over that of the reference, both up to the reference's first impact; NaN where one collapses before it.
+
+    Parameters
+    ----------
+    reference, displacement : ndarray, shape (..., n)
+        From rest at x = 0; NaN after a collapse.
+    """
+    impacts = passes_zero(reference[..., 1:])  # the start is at rest at 0
+    before: NDArray[np.bool_] = np.cumsum(impacts, axis=-1) <= impacts
+    peak, expected = (np.abs(np.where(before, x[..., 1:-1], 0.0)).max(axis=-1) for x in (displacement, reference))
+    return np.asarray(peak / expected)
+
+
+def _under_record(given: DamperOrderSettings, record: Record) -> xr.Dataset:
+    """The tested wall under the record's motion: the largest displacement. [m]"""
+    wall, e = given.tested_wall, np.asarray(given.tested_restitution)
+    dampers = _dampers(given, e)
+
+    def run(damping: Damping) -> Histories:
+        return respond(record, wall, given.tested_curve, damping, given.tested_step)
+
+    impact, histories = run(Damping.cr(e)), dampers.each(run)
+    u_ins = float(wall.instability_displacement)
+    return xr.Dataset(
+        {
+            "record_reference_peak": u_ins * float(impact.peak),
+            **dampers.split({"record_peak": u_ins * np.array([float(history.peak) for history in histories])}),
+        },
+        coords={**dampers.coords, "record_restitution": float(e)},
+    )
