@@ -32,8 +32,15 @@ LANES = np.array(
     ]
 )
 RESTITUTION, RATIO, EXPONENT = 0.8, 0.12, 1.5
-CASES = [(model, scheme) for model in (*MODELS, "POWER") for scheme in ("newmark", "paper")]
+ORDERS = {"ECD of order 8": 8.0, "ECD of order 2.5": 2.5}
+CASES = [(model, scheme) for model in (*MODELS, "POWER", *ORDERS) for scheme in ("newmark", "paper")]
 each_kind = pytest.mark.parametrize(("model", "scheme"), CASES)
+
+
+def damping_of(model, damping_ratio=RATIO, restitution=RESTITUTION):
+    if model in ORDERS:
+        return Damping("ECD", damping_ratio, order=ORDERS[model])
+    return Damping.of(model, restitution=restitution, damping_ratio=damping_ratio, exponent=EXPONENT)
 
 
 def run(model, scheme, **changes):
@@ -52,8 +59,7 @@ def run(model, scheme, **changes):
         "threads": 1,
         **changes,
     }
-    damping = Damping.of(model, restitution=RESTITUTION, damping_ratio=RATIO, exponent=EXPONENT)
-    return solve(TrilinearCurve(a1, b1, a3), damping, **given)
+    return solve(TrilinearCurve(a1, b1, a3), damping_of(model), **given)
 
 
 # --- the formulas -----------------------------------------------------------------------------------------------------
@@ -86,7 +92,7 @@ class Textbook:
         a1, b1, a3, self.x, self.v, self.factor = lane
         self.corners = np.array([0, a1, 1 - b1, a3])
         self.values = np.array([0, b1, b1, 0])
-        self.a = self.factor * GROUND[0] - self.force(self.x) - self.c(self.x) * self.v
+        self.a = self.factor * GROUND[0] - self.force(self.x) - self.c(self.x, self.v) * self.v
 
     def force(self, x):
         return np.sign(x) * np.interp(abs(x), self.corners, self.values)
@@ -96,17 +102,22 @@ class Textbook:
         slopes = np.diff(self.values) / np.diff(self.corners)
         return slopes[branch - 1] if branch < 4 else 0.0
 
-    def c(self, x):
+    def energy(self, x):
+        fine = np.union1d(np.clip(self.corners, 0, abs(x)), [abs(x)])
+        return np.trapezoid(np.interp(fine, self.corners, self.values), fine)
+
+    def c(self, x, v):
         if self.model == "CR":
             return 0.0
         w1 = np.sqrt(self.values[1] / self.corners[1])
         w = np.sqrt(self.force(x) / x) if x else w1
         if self.model == "ECD":
-            fine = np.union1d(np.clip(self.corners, 0, abs(x)), [abs(x)])
-            energy = np.trapezoid(np.interp(fine, self.corners, self.values), fine)
-            w = abs(self.force(x)) / np.sqrt(2 * energy) if x else w1
-        exponent = {"CDC": 0, "CDR": 1, "ECD": 1, "SDR": 2, "POWER": EXPONENT}[self.model]
-        return 2 * w1 * RATIO * (w / w1) ** exponent
+            w = abs(self.force(x)) / np.sqrt(2 * self.energy(x)) if x else w1
+        exponents = {"CDC": 0, "CDR": 1, "ECD": 1, "SDR": 2, "POWER": EXPONENT}
+        if self.model in exponents:
+            return 2 * w1 * RATIO * (w / w1) ** exponents[self.model]
+        x = max(abs(x), 1e-100)
+        return damping_of(self.model).law(w1**2)(x, self.force(x), 2 * self.energy(x), v)
 
     def explicit(self, p0, p1):
         """Step by beta 0, gamma 1/2; CR is split where the parabola of the displacement crosses zero."""
@@ -119,14 +130,14 @@ class Textbook:
             self.v = RESTITUTION * (self.v + s / 2 * (self.a + load))
             self.a, left = load, STEP - s
             x = left * self.v + left**2 / 2 * self.a
-        c, half = self.c(x), self.v + left / 2 * self.a
+        c, half = self.c(x, self.v + left * self.a), self.v + left / 2 * self.a
         self.a = (p1 - self.force(x) - c * half) / (1 + left / 2 * c)
         self.x, self.v = x, half + left / 2 * self.a
 
     def printed(self, p0, p1):
         """Step by beta 1/6, gamma 1/2 in increments, with the tangent and C of the step's start, without iteration."""
         beta, gamma, h = 1 / 6, 1 / 2, STEP
-        k, c = self.tangent(self.x), self.c(self.x)
+        k, c = self.tangent(self.x), self.c(self.x, self.v)
         stiffness = k + gamma / (beta * h) * c + 1 / (beta * h**2)
         load = p1 - p0 + (1 / (beta * h) + gamma / beta * c) * self.v
         load += (1 / (2 * beta) + h * (gamma / (2 * beta) - 1) * c) * self.a
@@ -136,7 +147,7 @@ class Textbook:
         self.x, self.v = self.x + dx, self.v + dv
         if self.model == "CR" and crossed:
             self.v *= RESTITUTION  # Eq. (8), at the end of the step
-        self.a = p1 - self.force(self.x) - self.c(self.x) * self.v
+        self.a = p1 - self.force(self.x) - self.c(self.x, self.v) * self.v
 
     def history(self, scheme):
         """Displacements at all steps, NaN from a collapse on, and the step of the end."""
@@ -195,7 +206,7 @@ def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, schem
 def test_a_free_decay_without_reference_or_history_takes_the_short_way(monkeypatch, model):
     # On the first branch explicit Newmark without damping is x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2.
     monkeypatch.setattr(kernels, "march", kernels.plain_march)
-    damping = Damping.of(model, restitution=1.0, damping_ratio=0.0, exponent=EXPONENT)
+    damping = damping_of(model, damping_ratio=0.0, restitution=1.0)
     curve = TrilinearCurve(0.1, 0.5)
     steps = 9  # before the first crossing, which CR would split
     response = solve(curve, damping, release_amplitude=0.09, step=STEP, steps=steps)

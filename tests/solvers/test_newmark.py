@@ -66,7 +66,11 @@ def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(mod
     assert typical[1] < typical[0] / 3
 
 
-@pytest.mark.parametrize("model", VISCOUS_MODELS)
+# On the curve's first branch these are the linear oscillator's damper.
+LINEAR_INSIDE = [model for model in VISCOUS_MODELS if Damping(model, 0.0).constant_branches]
+
+
+@pytest.mark.parametrize("model", LINEAR_INSIDE)
 def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(model):
     xi, release, step = np.array([0.0, 0.02, 0.1, 0.4]), 0.03, 1e-3
     response = solve(CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000, store_every=1)
@@ -79,7 +83,7 @@ def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(mode
     np.testing.assert_allclose(response.displacement, expected, atol=5e-5 * release)
 
 
-@pytest.mark.parametrize("model", ["CR", *VISCOUS_MODELS])
+@pytest.mark.parametrize("model", ["CR", *LINEAR_INSIDE])
 def test_on_the_first_branch_one_impact_per_crossing_is_delta_pi_xi_over_the_root_of_1_minus_xi_squared(model):
     damping = Damping.cr(RESTITUTIONS) if model == "CR" else Damping(model, matched_ratio(RESTITUTIONS))
     response = solve(CURVE, damping, release_amplitude=0.03, step=5e-4, steps=8000, store_every=1)

@@ -4,6 +4,7 @@ import numpy as np
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import MODELS
 
 CURVES = (
     TrilinearCurve(0.04, 0.85),
@@ -12,7 +13,7 @@ CURVES = (
     TrilinearCurve(0.06, 0.72, 0.8, "translated"),
     TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
 )
-DAMPERS = (
+KNOWN = (
     Damping.cr(0.85),
     Damping("CDC", 0.05),
     Damping("CDR", 0.06),
@@ -20,6 +21,7 @@ DAMPERS = (
     Damping("ECD", 0.05),
     Damping.power(1.3, 0.05),
 )
+DAMPERS = (*KNOWN, *(Damping(model, 0.05) for model in MODELS if model not in {one.model for one in KNOWN}))
 NAMES = [damper.model for damper in DAMPERS]
 
 

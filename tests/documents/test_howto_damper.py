@@ -1,0 +1,67 @@
+"""A damper, added to a copy of the tree as the how-to says, word by word."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+import xarray as xr
+from howto_pages import edit, follow, make_tree
+
+pytestmark = pytest.mark.workflow
+NAME = "QVD"
+REPORT = """
+from report_content import content
+from rockdamp import report
+print(report.build(content()))
+"""
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """The copy, with the damper and what its commands printed."""
+    tree = make_tree(tmp_path_factory.mktemp("damper") / "tree")
+    edit(tree, "add-a-damper")
+    tree.printed = follow(tree, "add-a-damper")
+    return tree
+
+
+def run(tree, *arguments):
+    """What Python prints in the copy, its tests' helpers on the path."""
+    places = [str(tree.place / name) for name in ("src", "tests/support")]
+    environment = {**tree.environment, "PYTHONPATH": ":".join(places)}
+    done = subprocess.run([sys.executable, *arguments], cwd=tree.place, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_decay_equivalent_and_respond_know_it(tree):
+    assert len(re.findall(rf"^ *{NAME} +\d+ +[\d.]+ +0\.\d+$", tree.printed, flags=re.MULTILINE)) > 3
+    (row,) = re.findall(rf"^ *0\.85 +{NAME} +(0\.\d+) +0\.\d+ +(0\.\d+) +-$", tree.printed, flags=re.MULTILINE)
+    assert 0.5 < float(row[0]) / float(row[1]) < 2  # of least error, and by the closed form
+    assert re.search(rf"^ *{NAME} +0\.\d+ .* completed", tree.printed, flags=re.MULTILINE)
+
+
+def test_its_matched_decay_stands_beside_the_others(tree):
+    with xr.open_dataset(tree.place / "results/minimal/loops.nc") as loops:
+        assert loops["damping_model"].values.tolist()[-1] == NAME
+        one = loops.sel(damping_model=NAME)
+        speed = abs(one["velocity"])
+        force = abs(one["damping_force"]).where(speed > 0.05)
+        ratio = force / speed**2
+        assert float(ratio.max() / ratio.min()) == pytest.approx(1)  # C = c |v|
+        assert float(one["damping_ratio"]) > 0.02
+    assert (tree.place / "results/minimal/figures/fig3.png").stat().st_size > 1000
+
+
+def test_the_report_shows_it(tree):
+    page = run(tree, "-c", REPORT)
+    assert '"title":"quadratic velocity damper"' in page.replace('": "', '":"')
+    assert f"<td>{NAME}</td>" in page or f">{NAME}<" in page
+
+
+def test_the_suite_takes_it_up_without_an_edit(tree):
+    folders = [f"tests/{name}" for name in ("mechanics", "solvers", "equivalence/test_closed_form.py", "figures")]
+    chosen = f"{NAME} or test_models_are_told_apart or fig_natural or fig5 or fig_spectra"
+    told = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *folders, "-k", chosen)
+    assert int(re.search(r"(\d+) passed", told)[1]) > 20
