@@ -9,10 +9,11 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from rockdamp.figures.damper_order import at_middle, at_shown
 from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_captions import known
-from rockdamp.report.numbers import number, of_models, percent, plain
+from rockdamp.report.numbers import listed, number, of_models, percent, plain
 from rockdamp.storage.dataset import Datasets
 
 TITLES = {BEST: "best n"}
@@ -91,6 +92,33 @@ def fig_pulses(data: Datasets) -> dict[str, Any]:
         "survivals": int(at_e["reference_survivals"]),
         "false_safe": _by_model(at_e["false_safe"], lambda value: str(int(value))),
         "false_collapse": _by_model(at_e["false_collapse"], lambda value: str(int(value))),
+    }
+
+
+def fig_order(data: Datasets) -> dict[str, Any]:
+    by_order, earthquakes = data["damper_order"], at_middle(data["natural/orders"])
+    at_e, order = at_shown(by_order), by_order["order"]
+    within = at_e["pulse_log_error"] <= at_e["varied_pulse_log_error"].max("variation")
+    error = at_e["curve_rms_error"]
+    return {
+        "change": plain(by_order["restitution_change"]),
+        "earthquake_restitution": plain(earthquakes["restitution"]),
+        "earthquake_order": known(earthquakes["smallest_order"]),
+        "pulse_order": known(order.where(within).min()),
+        "restitution": plain(at_e["restitution"]),
+        "lowest": plain(order[0]),
+        "highest": plain(order[-1]),
+        "zero": number(error[0], 2),
+        "last": number(error[-1], 2),
+        "fitted": _by_model(at_e["fitted_rms_error"], lambda value: number(value, 2)),
+        "peaks": percent(at_e["peak_error"].max(), 1),
+        "record": listed(
+            Markup("{}&nbsp;mm (m&nbsp;=&nbsp;{})").format(
+                number(1e3 * by_order["record_peak"].sel(order=m), 4), plain(m)
+            )
+            for m in order.values
+        ),
+        "record_reference": number(1e3 * by_order["record_reference_peak"], 4),
     }
 
 

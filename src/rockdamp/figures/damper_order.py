@@ -1,0 +1,200 @@
+"""From viscous to impact: the error of ECD of order m by its order, and what the damper does at a crossing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, NullFormatter
+
+from rockdamp.figures.style import (
+    DISPLACEMENT,
+    DOUBLE_COLUMN,
+    GREY,
+    PALE,
+    line_of,
+    nearest,
+    new_figure,
+    numbers,
+    present,
+    ramp,
+    style_of,
+    styled,
+    texts,
+)
+from rockdamp.vocabulary import REFERENCE
+
+SHOWN = (0, 1, 4, 16)  # orders whose histories are drawn
+LINES: tuple[Any, ...] = ("dotted", "dashdot", (0, (3.0, 1.4)), (0, (8.0, 1.6)))
+NEAR = 0.35  # in tau, shown before and after the crossing
+E_VARIATIONS = ["lower e", "higher e"]
+
+
+@styled
+def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure:
+    """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay.
+
+    Parameters
+    ----------
+    damper_order : xarray.Dataset
+        As `rockdamp.studies.damper_order.damper_order` returns it.
+    earthquake_orders : xarray.Dataset
+        As `rockdamp.studies.earthquakes.orders.compare` returns it.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 135.0)
+    grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])
+    decay, pulses, earthquakes = (figure.add_subplot(grid[0, 2 * i : 2 * i + 2]) for i in range(3))
+    _decay(decay, at_shown(damper_order))
+    _pulses(pulses, at_shown(damper_order))
+    _earthquakes(earthquakes, earthquake_orders)
+    force, velocity = figure.add_subplot(grid[1, :3]), figure.add_subplot(grid[1, 3:])
+    _force(force, damper_order)
+    _velocity(velocity, damper_order)
+    figure.legend(handles=force.get_legend_handles_labels()[0], loc="outside lower center", ncols=len(SHOWN) + 1)
+    return figure
+
+
+def at_shown(damper_order: xr.Dataset) -> xr.Dataset:
+    """Return what was measured at the e nearest to that of the histories."""
+    shown = float(damper_order["shown_restitution"])
+    return damper_order.isel(restitution=nearest(numbers(damper_order, "restitution"), shown))
+
+
+def at_middle(earthquake_orders: xr.Dataset) -> xr.Dataset:
+    """Return what all records gave, at the middle e."""
+    return earthquake_orders.isel(record_set=0, restitution=earthquake_orders.sizes["restitution"] // 2)
+
+
+# --- error against order ---------------------------------------------------------------------------------------------
+
+
+def _by_order(axes: Axes, orders: Sequence[float], own: xr.DataArray, change: float) -> Sequence[int]:
+    """Prepare a panel with the orders evenly spaced and a band of CR's own sensitivity; return where the orders are."""
+    places = range(len(orders))
+    low, high = float(own.min()), float(own.max())
+    axes.axhspan(low, high, color=PALE, alpha=0.8, linewidth=0, label=rf"CR, $e \mp {change:g}$")
+    axes.set_yscale("log", subs=[2, 5])
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set_xticks(list(places), texts(orders))
+    axes.set_xlim(-0.35, len(orders) - 0.65)
+    axes.set_xlabel("order $m$ [-]")
+    return places
+
+
+def _line(label: str, marker: str | None = None, **changed: Any) -> dict[str, Any]:
+    style = style_of("ECD")
+    return {"color": style.colour, "marker": marker or style.marker, "label": label, **changed}
+
+
+def _decay(axes: Axes, at_e: xr.Dataset) -> None:
+    """On the reference curve, and the range over all curves and releases; the fitted dampers as marks at the left."""
+    places = _by_order(axes, numbers(at_e, "order"), at_e["varied_curve_rms_error"], float(at_e["restitution_change"]))
+    every = ("case", "release_share")
+    low, high = (at_e["rms_error"].reduce(end, every).values for end in (np.min, np.max))
+    axes.fill_between(
+        places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="all curves, releases"
+    )
+    axes.plot(places, at_e["curve_rms_error"], **_line("ECD of order $m$"))
+    for model in map(str, at_e["damping_model"].values):
+        error = float(at_e["fitted_rms_error"].sel(damping_model=model))
+        axes.axhline(error, linewidth=0.9, label=f"{model}, fitted", **line_of(model))
+    axes.set_ylabel(r"rms of $\Delta|u|/u_\mathrm{ins}$ [-]")
+    _titled(axes, f"(a) free decay, $e = {float(at_e['restitution']):g}$", columns=2)
+
+
+def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
+    places = _by_order(axes, numbers(at_e, "order"), at_e["varied_pulse_log_error"], float(at_e["restitution_change"]))
+    axes.plot(places, at_e["pulse_log_error"], **_line("whole response"))
+    before = _line("before the first impact", marker="^", linestyle=(0, (4.0, 1.6)), markerfacecolor="white")
+    axes.plot(places, at_e["pulse_before_impact_log_error"], **before)
+    _peak_axis(axes)
+    _titled(axes, f"(b) pulses, $e = {float(at_e['restitution']):g}$")
+
+
+def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
+    at_e = at_middle(earthquake_orders)
+    own, change = at_e["varied_log_error"].sel(variation=E_VARIATIONS), float(at_e["restitution_change"])
+    places = _by_order(axes, numbers(at_e, "order"), own, change)
+    low, high = (at_e["log_error_interval"].isel(bound=bound) for bound in (0, -1))
+    axes.fill_between(places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="95 % interval")
+    axes.plot(places, at_e["log_error"], **_line("all walls"))
+    _peak_axis(axes)
+    _titled(axes, f"(c) {int(at_e['records'])} records, $e = {float(at_e['restitution']):g}$")
+
+
+def _peak_axis(axes: Axes) -> None:
+    for set_formatter in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        set_formatter(FormatStrFormatter("%g"))
+    axes.set_ylabel("rms of ln(peak ratio) [-]")
+
+
+def _titled(axes: Axes, title: str, columns: int = 1) -> None:
+    """Give a panel its title and a legend below it, where no line passes."""
+    axes.set_title(title)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=columns)
+
+
+# --- in the first half cycle -----------------------------------------------------------------------------------------
+
+
+def _drawn(damper_order: xr.Dataset) -> list[tuple[xr.Dataset, dict[str, Any]]]:
+    """The histories of the orders that are shown, and how each is drawn."""
+    orders = present(numbers(damper_order, "order"), SHOWN)[: len(LINES)]
+    colours = ramp(style_of("ECD").colour, len(orders))
+    return [
+        (
+            damper_order.isel(order=order),
+            {
+                "color": colour,
+                "linestyle": line,
+                "linewidth": 1.3,
+                "label": f"$m = {float(damper_order['order'][order]):g}$",
+            },
+        )
+        for order, colour, line in zip(orders, colours, LINES, strict=False)
+    ]
+
+
+def crossing(damper_order: xr.Dataset) -> int:
+    """Return the last sample before CR's first impact."""
+    return int(np.argmax(damper_order["shown_reference_displacement"].values <= 0)) - 1
+
+
+def _force(axes: Axes, damper_order: xr.Dataset) -> None:
+    """Damping force against displacement, up to the first turn, and the impact, a force without bound."""
+    for of_order, line in _drawn(damper_order):
+        u, force = of_order["shown_displacement"].values, of_order["shown_damping_force"].values
+        turned = np.flatnonzero(of_order["shown_velocity"].values[1:] >= 0)
+        end = int(turned[0]) + 1 if turned.size else u.size
+        axes.plot(u[:end], force[:end], **line)
+    lowest = 1.25 * float(damper_order["shown_damping_force"].min())
+    axes.set_ylim(lowest, -0.02 * lowest)
+    style = style_of(REFERENCE)
+    axes.plot([0, 0], [0, lowest], color=style.colour, linewidth=1.6, label="impact (CR)")
+    axes.annotate(
+        "", (0, lowest), (0, 0.85 * lowest), arrowprops={"arrowstyle": "-|>", "color": style.colour, "linewidth": 1.6}
+    )
+    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    release = float(damper_order["release_amplitude"])
+    axes.set_xlim(release, -release)  # as time goes, from left to right
+    axes.set_xlabel(DISPLACEMENT)
+    axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
+    axes.set_title(f"(d) the first half cycle of a decay, $e = {float(damper_order['shown_restitution']):g}$")
+
+
+def _velocity(axes: Axes, damper_order: xr.Dataset) -> None:
+    """Velocity around the first crossing, in time from CR's impact."""
+    tau, at = damper_order["tau"].values, crossing(damper_order)
+    near = np.abs(tau - tau[at]) <= NEAR
+    for of_order, line in _drawn(damper_order):
+        axes.plot(tau[near] - tau[at], of_order["shown_velocity"].values[near], **line)
+    velocity = damper_order["shown_reference_velocity"].values
+    axes.plot(tau[near] - tau[at], velocity[near], label="impact (CR)", **line_of(REFERENCE))
+    axes.axvline(0, color=GREY, linewidth=0.4, zorder=0)
+    axes.set_xlabel(r"dimensionless time from the impact $p\,t$ [-]")
+    axes.set_ylabel(r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
+    axes.set_title("(e) its velocity at the crossing")
