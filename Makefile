@@ -7,7 +7,7 @@ PYTEST_FLAGS ?=
 LOCK_FLAGS ?=
 
 bin := .venv/bin
-# A file of tests at a time in each of up to four processes, the long ones first (tests/conftest.py).
+# A file or folder of tests at a time in each of up to four processes, the long ones first (tests/conftest.py).
 parallel := --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 # The user's Python settings stay out of the environments; text is UTF-8 under any locale.
@@ -57,7 +57,7 @@ rulegraph: setup ## Draw the graph of the rules anew, docs/figures/rules.svg
 peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with it (OpenSeesPy, CF checker)
 
 test-peers: peers ## Run the tests that need the peers
-	.venv-peers/bin/python -m pytest -m peers $(parallel) $(PYTEST_FLAGS)
+	.venv-peers/bin/python -m pytest -m peers $$(grep -rl --include='*.py' 'mark\.peers' tests) $(parallel) $(PYTEST_FLAGS)
 
 benchmark: peers ## Measure speed and memory beside other programs, on a quiet machine; writes benchmarks/README.md
 	.venv-peers/bin/python benchmarks/side_by_side.py

@@ -68,7 +68,7 @@ rule all:
         built(stage.dataset for stage in STAGES.values() if stage.dataset),
         rules.coefficients.output,
         rules.claims.output,
-        [drawn(figure) for figure in FIGURES.values()],
+        [getattr(rules, name).output for name in FIGURES],
         rules.report.output,
     message:
         "Every dataset, every figure and the report are up to date"

@@ -14,12 +14,27 @@ from rockdamp.storage import yaml_file
 settings.register_profile("rockdamp", derandomize=True, deadline=None, database=None)
 settings.load_profile("rockdamp")
 
-# They take minutes, so they go first: no process is left alone with one of them at the end.
-LONG = ("test_workflow", "test_howto", "test_howto_additions")
+# These take minutes, so they go first: no process is left alone with one of them at the end.
+LONG = ("tests/workflow/", "tests/documents/test_howto")
+# The files of each of these folders go to one process: they share what takes long to make.
+TOGETHER = ("tests/workflow/pipeline/", "tests/figures/", "tests/studies/accuracy/")
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: item.path.stem not in LONG)
+    items.sort(key=lambda item: not item.nodeid.startswith(LONG))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """`--dist loadfile`, but for the folders that stay together."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFile(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            folders = (folder for folder in TOGETHER if nodeid.startswith(folder))
+            return next(folders, super()._split_scope(nodeid))
+
+    return ByFile(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 def areas_under(corners, force, end):

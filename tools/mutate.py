@@ -1,24 +1,30 @@
-"""Break one equation at a time and see that the suite notices: `.venv/bin/python tools/mutate.py [NAME ...]`.
+"""Break one equation at a time and see that the suite notices.
 
-Run by hand. The mutations stand in mutations.yaml. Each is made in a copy of the package, against which the tests named
-with it run until one fails.
-The last line counts; the exit status is 1 if any mutation survives, or no longer finds the text that it changes.
+    .venv/bin/python tools/mutate.py [--jobs 2] [NAME ...]
+
+Run by hand, some minutes. The mutations stand in mutations.yaml. Each is made in a copy of the package, against which
+the tests named with it run until one fails. The last line counts; the exit status is 1 if any mutation survives, or no
+longer finds the text that it changes.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import SimpleQueue
 from typing import NamedTuple
 
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
+PYTEST = (sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", "--tb=no")
 
 
 class Mutation(NamedTuple):
@@ -31,43 +37,64 @@ class Mutation(NamedTuple):
     tests: list[str]
 
 
-MUTATIONS = [
-    Mutation(**entry) for entry in yaml.safe_load(Path(__file__).with_name("mutations.yaml").read_text("utf-8"))
-]
+class Copy:
+    """A copy of the package, in which one file at a time is wrong; what is compiled of the others is kept."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.source = folder, folder / "src"
+        shutil.copytree(ROOT / "src", self.source, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+
+    def test(self, mutation: Mutation) -> str:
+        """Return the first test that fails, or an empty string where the mutation survives."""
+        path = self.source / "rockdamp" / mutation.file
+        text = path.read_text(encoding="utf-8")
+        # Numba's cache does not notice every edit of what it compiled.
+        cache = self.folder / ("mutated" if "numba" in text else "cache")
+        path.write_text(text.replace(mutation.right, mutation.wrong), encoding="utf-8")
+        try:
+            return first_failure(mutation.tests, {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(cache)})
+        finally:
+            shutil.copy2(ROOT / "src/rockdamp" / mutation.file, path)
+            shutil.rmtree(self.folder / "mutated", ignore_errors=True)
 
 
-def run(mutation: Mutation, folder: Path) -> str:
-    """Return the first failing test, or an empty string where the mutation survives."""
-    source = folder / "src"
-    shutil.rmtree(source, ignore_errors=True)
-    shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-    path = source / "rockdamp" / mutation.file
-    text = path.read_text(encoding="utf-8")
-    if text.count(mutation.right) < 1:
-        raise SystemExit(f"{mutation.name}: {mutation.file} does not hold {mutation.right!r} any more")
-    path.write_text(text.replace(mutation.right, mutation.wrong), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    tests = [str(ROOT / "tests" / name) for name in mutation.tests]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", "--tb=no", *tests]
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    shutil.rmtree(folder / "cache", ignore_errors=True)
-    if done.returncode == 0:
+def first_failure(tests: list[str], changes: dict[str, str]) -> str:
+    command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]
+    run = subprocess.run(command, cwd=ROOT, env={**os.environ, **changes}, capture_output=True, text=True)
+    if run.returncode == 0:
         return ""
-    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return failed[0].split(" - ")[0].split("::", 1)[-1] if failed else f"exit status {done.returncode}"
+    failed = [line for line in run.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return failed[0].split(" - ")[0].split("::", 1)[-1] if failed else f"exit status {run.returncode}"
 
 
 def main() -> int:
     """Run the mutations whose names contain one of the arguments, or all."""
-    chosen = [m for m in MUTATIONS if not sys.argv[1:] or any(word in m.name for word in sys.argv[1:])]
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("names", nargs="*", metavar="NAME", help="a part of a mutation's name")
+    options.add_argument("--jobs", type=int, default=2, help="mutations at once")
+    given = options.parse_args()
+    entries = yaml.safe_load(Path(__file__).with_name("mutations.yaml").read_text(encoding="utf-8"))
+    listed = [Mutation(**entry) for entry in entries]
+    chosen = [m for m in listed if not given.names or any(word in m.name for word in given.names)]
+    for mutation in chosen:
+        if mutation.right not in (ROOT / "src/rockdamp" / mutation.file).read_text(encoding="utf-8"):
+            sys.exit(f"{mutation.name}: {mutation.file} does not hold {mutation.right!r} any more")
     survivors = 0
     print("| mutation | file | noticed by | s |\n|---|---|---|---|")
-    with tempfile.TemporaryDirectory() as folder:
-        for mutation in chosen:
-            start = time.perf_counter()
-            noticed = run(mutation, Path(folder))
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(given.jobs) as pool:
+        copies: SimpleQueue[Copy] = SimpleQueue()
+        for number in range(given.jobs):
+            copies.put(Copy(Path(folder, str(number))))
+
+        def run(mutation: Mutation) -> tuple[str, float]:
+            start, copy = time.perf_counter(), copies.get()
+            try:
+                return copy.test(mutation), time.perf_counter() - start
+            finally:
+                copies.put(copy)
+
+        for mutation, (noticed, seconds) in zip(chosen, pool.map(run, chosen), strict=True):
             survivors += not noticed
-            seconds = time.perf_counter() - start
             print(f"| {mutation.name} | {mutation.file} | {noticed or '**survived**'} | {seconds:.0f} |", flush=True)
     print(f"{len(chosen) - survivors} of {len(chosen)} noticed")
     return 1 if survivors else 0

@@ -12,7 +12,6 @@ import sys
 from repository import ROOT
 from workflow_tree import Tree
 
-COMMANDS = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}
 PLACE = re.compile(r"# (?P<file>[\w./-]+\.\w+)(?:, (?P<where>before|after): (?P<line>.+))?")
 
 
@@ -30,8 +29,10 @@ def make_tree(place):
     shutil.copy(ROOT / "results/README.md", tree.place / "results")
     bin = tree.place / ".venv/bin"
     bin.mkdir(parents=True)
-    for name, arguments in COMMANDS.items():
-        (bin / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n', encoding="utf-8")
+    warm = f"{tree.warm}/python"
+    commands = {"python": sys.executable, "snakemake": f"{warm} -m snakemake", "rockdamp": f"{warm} -m rockdamp"}
+    for name, command in commands.items():
+        (bin / name).write_text(f'#!/bin/sh\nexec {command} "$@"\n', encoding="utf-8")
         (bin / name).chmod(0o755)
     return tree
 

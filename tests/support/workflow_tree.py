@@ -5,11 +5,12 @@ import os
 import re
 import shutil
 import subprocess
-import sys
+import tempfile
 
+import warm_python
 from repository import ROOT
 
-NOT_COPIED = (".*", "results", "logs", "__pycache__", "build", "dist", "htmlcov")
+NOT_COPIED = (".*", "results", "logs", "build", "dist", "htmlcov")
 
 
 class Tree:
@@ -27,6 +28,7 @@ class Tree:
             "COVERAGE_PROCESS_START",
         )
         self.environment = {key: value for key, value in os.environ.items() if key not in dropped} | own
+        self.warm = warm_python.start()
 
     def snakemake(self, *arguments, overlay=None):
         """Run it on the minimal config, with more keys from `overlay` where that is given."""
@@ -34,8 +36,12 @@ class Tree:
         if overlay is not None:
             (self.place / "overlay.yaml").write_text(overlay, encoding="utf-8")
             files.append("overlay.yaml")
-        command = [sys.executable, "-m", "snakemake", "--cores", "2", "--nocolor", *arguments, "--configfile", *files]
-        return subprocess.run(command, cwd=self.place, env=self.environment, capture_output=True, text=True)
+        run = ["-m", "snakemake", "--cores", "2", "--nocolor", *arguments, "--configfile", *files]
+        with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as error, open(os.devnull) as nothing:
+            standard = [file.fileno() for file in (nothing, output, error)]
+            status = warm_python.ask(self.warm, run, self.place, self.environment, standard)
+            said = [os.pread(file, os.fstat(file).st_size, 0).decode() for file in standard[1:]]
+        return subprocess.CompletedProcess(run, status, *said)
 
     def planned(self, overlay=None):
         """Jobs that a run would execute: rules with the number of their jobs, without `all`."""

@@ -1,0 +1,57 @@
+"""Accidents: folders that cannot be written, damaged results, kills. tools/hurt.py has more of them."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+from minimal_build import RESULTS
+
+pytestmark = pytest.mark.workflow
+
+
+def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):
+    run = tree.snakemake("mechanism", overlay="results: LICENSE/results\n")
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    assert "LICENSE cannot be written; the results need a folder in which files can be made\n" in run.stderr
+    assert "Job stats:" in run.stderr and "Execute 1 jobs" not in run.stderr
+
+
+def test_a_truncated_dataset_is_named_by_the_job_that_reads_it_and_deleting_it_mends_all(tree):
+    before = tree.digests(RESULTS)
+    path = tree.place / RESULTS / "mechanism.nc"
+    os.truncate(path, path.stat().st_size // 2)
+    run = tree.snakemake("fig1")
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    (line,) = {line for line in run.stderr.splitlines() if line.startswith("fig1: ")}
+    assert f"{RESULTS}/mechanism.nc cannot be read" in line and line.endswith("; delete it and run again")
+    assert not list((tree.place / RESULTS).rglob("*.part"))
+    path.unlink()
+    assert tree.snakemake().returncode == 0
+    assert tree.digests(RESULTS) == before
+
+
+def test_a_run_beside_another_or_after_a_kill_is_told_of_the_lock_and_goes_on_without_it(tree):
+    overlay = tree.place / "killed.yaml"
+    overlay.write_text("results: results/killed\n", encoding="utf-8")
+    files = ["config/minimal.yaml", overlay.name]
+    command = [sys.executable, "-m", "snakemake", "--cores", "2", "mechanism", "--configfile", *files]
+    process = subprocess.Popen(
+        command, cwd=tree.place, env=tree.environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert any("Select jobs to execute" in line for line in process.stderr)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    second = subprocess.run(command, cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+    assert second.returncode != 0
+    assert "Directory cannot be locked" in second.stderr and "--unlock" in second.stderr
+    for more in (["--unlock"], ["--rerun-incomplete"]):
+        run = subprocess.run([*command, *more], cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
+    built = tree.digests("results/killed")
+    shutil.rmtree(tree.place / "results/killed")
+    assert built["results/killed/mechanism.nc"] == tree.digests(RESULTS)[f"{RESULTS}/mechanism.nc"]

