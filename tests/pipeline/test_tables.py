@@ -53,7 +53,7 @@ def test_a_stage_takes_its_wildcards_the_config_its_record_and_its_inputs(name):
 
 
 @pytest.mark.parametrize("name", [name for name in COMPUTED if name != "natural"])
-def test_a_stage_runs_again_for_every_key_that_its_settings_read(name):
+def test_a_stage_runs_again_for_the_keys_that_its_settings_read_and_no_others(name):
     function = function_of(STAGES[name])
     parsed = re.findall(r"(\w+)\.of\(config\)", inspect.getsource(function))
     assert parsed
@@ -61,6 +61,7 @@ def test_a_stage_runs_again_for_every_key_that_its_settings_read(name):
     study = "studies.{study}" if "{study}" in STAGES[name].file else "studies.amplitude"
     told = ["studies" if key == study else key for key in STAGES[name].config]
     assert [key for key in read if not any(f"{key}.".startswith(f"{one}.") for one in told)] == []
+    assert [one for one in told if not any(f"{key}.".startswith(f"{one}.") for key in read)] == []
 
 
 def test_what_only_joins_shares_runs_again_with_any_of_them():

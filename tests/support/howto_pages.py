@@ -30,7 +30,7 @@ def make_tree(place):
     bin = tree.place / ".venv/bin"
     bin.mkdir(parents=True)
     warm = f"{tree.warm}/python"
-    commands = {"python": sys.executable, "snakemake": f"{warm} -m snakemake", "rockdamp": f"{warm} -m rockdamp"}
+    commands = {"python": f'"{sys.executable}"', "snakemake": f"{warm} -m snakemake", "rockdamp": f"{warm} -m rockdamp"}
     for name, command in commands.items():
         (bin / name).write_text(f'#!/bin/sh\nexec {command} "$@"\n', encoding="utf-8")
         (bin / name).chmod(0o755)

@@ -5,7 +5,7 @@ from collections import Counter
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study, reported
 
-SHARES = {"natural_records": 2, "earthquake_order_records": 2, "population_share": 2}  # jobs of the minimal config
+SHARES = {stage.rule: 2 for stage in STAGES.values() if stage.shares_of}  # so many jobs of each in the minimal config
 
 
 def _graph():
@@ -36,6 +36,23 @@ def jobs_after(*new):
     return dict(jobs | {rule: count for rule, count in SHARES.items() if rule in jobs})
 
 
-def every_job():
-    """The jobs of a whole build."""
-    return jobs_after(*STAGES, *FIGURES)
+def readers(changes):
+    """Datasets and figures that read any key of some changes, nested as the config is."""
+    keys = list(_leaves(changes))
+    found = [name for name in FIGURES if _meet(keys, ["figures"])]
+    for stage in STAGES.values():
+        for name in each_study(stage.dataset):
+            study = name.rpartition("/")[2]
+            if _meet(keys, [key.replace("{study}", study) for key in stage.config]):
+                found.append(name)
+    return found
+
+
+def _leaves(changes, path=""):
+    for key, value in changes.items():
+        yield from _leaves(value, f"{path}{key}.") if isinstance(value, dict) else [f"{path}{key}"]
+
+
+def _meet(keys, others):
+    """Whether one of some dotted keys is one of the others, or within it."""
+    return any(f"{key}.".startswith(f"{other}.") for key in keys for other in others)

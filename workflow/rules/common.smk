@@ -23,36 +23,33 @@ def part(*keys):
     return of_job
 
 
-def shares(count, per_job):
-    """Return the numbers of the jobs that work on `count` things, `per_job` of them at a time."""
-    return range(-(-count // per_job))
-
-
-BY_RECORDS = shares(len(catalogue.listing(config["records"])), config["natural"]["records_per_job"])
-SHARES = {
-    "natural/records-{share}": BY_RECORDS,
-    "natural/orders-{share}": BY_RECORDS,
-    "population/walls-{share}": shares(config["population"]["walls"], config["population"]["walls_per_job"]),
-}
-
-
-def built(datasets, stage=None):
-    """Return the files of datasets: of every study and share, but where the stage that they are for has its own."""
-    files = []
-    for name in datasets:
-        every = {"study": list(STUDIES), "share": SHARES.get(name, [])}
-        own = stage.file if stage else ""
-        free = {key: values for key, values in every.items() if f"{{{key}}}" in name and f"{{{key}}}" not in own}
-        files += expand(f"{RESULTS}/{name}.nc", **free, allow_missing=True)
-    return files
-
-
 def stated(key):
     """Return the value of a dotted key of the config."""
     value = config
     for name in key.split("."):
         value = value[name]
     return value
+
+
+def shares(dataset):
+    """Return the numbers of the shares that make up a dataset, whose name has {share} in it."""
+    (stage,) = [stage for stage in STAGES.values() if stage.dataset == dataset]
+    whole = stated(stage.shares_of)
+    count = whole if isinstance(whole, int) else len(catalogue.listing(whole))
+    return list(range(-(-count // stated(stage.per_share))))
+
+
+def built(datasets, stage=None):
+    """Return the files of datasets: of every study and share, but where the stage that they are for has its own."""
+    files, own = [], stage.file if stage else ""
+    for name in datasets:
+        every = {}
+        if "{study}" in name and "{study}" not in own:
+            every["study"] = list(STUDIES)
+        if "{share}" in name and "{share}" not in own:
+            every["share"] = shares(name)
+        files += expand(f"{RESULTS}/{name}.nc", **every, allow_missing=True)
+    return files
 
 
 def motions(stage):

@@ -25,6 +25,8 @@ class Stage:
     function: str = ""
     inputs: Sequence[str] = ()
     config: Sequence[str] = ()
+    shares_of: str = ""
+    per_share: str = ""
     threads: int = 1
     record: str = ""
     motions: str = ""
