@@ -5,6 +5,7 @@ import pytest
 
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.report import interactive
+from rockdamp.vocabulary import MODELS
 
 
 def test_the_closed_form_is_given_the_packages_constants(content):
@@ -35,4 +36,4 @@ def test_the_explorer_starts_at_the_studys_curve(content):
 def test_dashes_of_the_screen_are_those_of_the_figures():
     assert interactive.dash("solid") == []
     assert interactive.dash((0, (3.0, 1.4))) == [6.0, 2.8]
-    assert set(interactive.styles()) == {"CR", "CDC", "CDR", "SDR", "ECD"}
+    assert set(interactive.styles()) == set(MODELS)

@@ -44,7 +44,7 @@ def test_misfits_are_counted_against_the_papers_range():
 
     e = np.array([0.75, 0.80, 0.91, 0.95])
     lowest = {"perfect": ["SDR", "CDR", "CDR", "SDR"], "never": ["SDR"] * 4, "always": ["CDR"] * 4}
-    error = np.ones((3, 4, 4))
+    error = np.ones((3, 4, len(VISCOUS_MODELS)))
     for w, models in enumerate(lowest.values()):
         for i, model in enumerate(models):
             error[w, i, VISCOUS_MODELS.index(model)] = 0.5

@@ -37,7 +37,7 @@ def equivalence():
     ]
     fits = np.polynomial.polynomial.polyfit(e, np.reshape(ratios, (-1, e.size)).T, 2)
     return xr.Dataset(
-        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), fits.T.reshape(4, 3, 3))},
+        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), fits.T.reshape(-1, 3, 3))},
         coords={
             "damping_model": list(VISCOUS_MODELS),
             "cracked_stiffness_ratio": a1,

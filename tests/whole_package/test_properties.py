@@ -10,7 +10,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import COLLAPSED, COMPLETED
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 SCHEMES = ("newmark", "paper")
 TAU = np.linspace(0, 8, 161)
@@ -40,6 +40,10 @@ def curves(draw, softening=("steeper", "translated")):
 def dampings(draw, models=MODELS):
     model = draw(st.sampled_from(models))
     return Damping(model, draw(numbers(0.5, 1.0) if model == "CR" else numbers(0.0, 0.4)))
+
+
+# In proportion to the velocity: of these C depends on the state as a whole and not on its size.
+LINEAR = [model for model in MODELS if model in ("CR", *PAPER_MODELS, "ECD")]
 
 
 @st.composite
@@ -100,7 +104,7 @@ def test_a_mirrored_start_and_load_give_the_mirrored_history_bit_for_bit(scheme,
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@given(curve=curves(("translated",)), damping=dampings(), start=starts, seed=seeds, halvings=st.integers(1, 3))
+@given(curve=curves(("translated",)), damping=dampings(LINEAR), start=starts, seed=seeds, halvings=st.integers(1, 3))
 @settings(max_examples=60)
 def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(scheme, curve, damping, start, seed, halvings):
     # With slope -K0 kept, a1, b1 and a3 times s is the same curve at scale s: x, x' and the load scale with it.

@@ -40,7 +40,11 @@ def test_the_error_of_a_history_is_against_the_exact_one(stage, drawn, excitatio
 
 
 def test_medians_and_largest_errors_are_over_walls_and_restitutions(stage):
-    error = stage["solver_error"].transpose("excitation", "damping_model", "step", ...).values.reshape(2, 5, 4, -1)
+    error = (
+        stage["solver_error"]
+        .transpose("excitation", "damping_model", "step", ...)
+        .values.reshape(2, len(MODELS), 4, -1)
+    )
     np.testing.assert_allclose(stage["median_solver_error"], np.median(error, axis=-1))
     np.testing.assert_allclose(stage["largest_solver_error"], error.max(axis=-1))
     np.testing.assert_allclose(stage["order"], ensemble.fitted_order(stage["step"], stage["median_solver_error"]))

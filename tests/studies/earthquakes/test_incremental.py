@@ -36,16 +36,17 @@ def config():
 def equivalence():
     """The polynomials that the package ships, as the pipeline's dataset has them."""
     fits = shipped()
+    a1 = np.asarray(fits.cracked_stiffness_ratio)
     return xr.Dataset(
         {
             "coefficient": (
                 ("damping_model", "cracked_stiffness_ratio", "degree"),
-                [fits.coefficient[model] for model in VISCOUS_MODELS],
+                [fits.coefficient.get(model, np.tile([0.05, 0.0, 0.0], (a1.size, 1))) for model in VISCOUS_MODELS],
             )
         },
         coords={
             "damping_model": list(VISCOUS_MODELS),
-            "cracked_stiffness_ratio": fits.cracked_stiffness_ratio,
+            "cracked_stiffness_ratio": a1,
             "degree": np.arange(3),
             "restitution": list(fits.restitution),
         },
@@ -193,10 +194,10 @@ def made_up(ratio=1.0):
     capacity = rng.lognormal(0.0, 0.4, (40, 2, 2))
     cr = 0.6 * scale[None, :, None, None] / capacity[:, None]
     dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
-    factor = np.array([1.0] + [ratio] * 4)
-    peaks = np.broadcast_to((cr[..., None] * factor)[..., None], (*cr.shape, 5, 3)).copy()
+    factor = np.array([1.0] + [ratio] * len(VISCOUS_MODELS))
+    peaks = np.broadcast_to((cr[..., None] * factor)[..., None], (*cr.shape, len(MODELS), 3)).copy()
     varied = np.broadcast_to(cr[..., None], (*cr.shape, 4)).copy()
-    xi = np.full((2, 2, 5, 3), 0.05)
+    xi = np.full((2, 2, len(MODELS), 3), 0.05)
     xi[:, :, 0] = np.nan
     data = {
         "peak_displacement": (dims, peaks),
