@@ -97,4 +97,4 @@ def test_a_result_that_was_deleted_is_built_again_alone(tree):
 
 def test_an_edited_record_runs_what_reads_it(tree, edited):
     edited("data/sin-03-00-synthetic.csv", lambda text: text.replace("# ", "# edited: yes\n# ", 1))
-    assert tree.planned() == jobs_after("validation", "calibration")
+    assert tree.planned() == jobs_after("validation", "calibration", "damper_order")
