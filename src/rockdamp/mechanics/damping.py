@@ -177,7 +177,7 @@ class Damping:
         --------
         >>> import rockdamp as rd
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
-        array([0.071 , 0.0517])
+        array([0.0709, 0.0517])
         """
         kind = _KINDS.get(model)
         if kind is None or not (kind.is_impact or kind.same_loss_at_any_amplitude):
