@@ -89,6 +89,7 @@ def comparison():
             **_statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
             **_statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
             **_statistic("wall_median_intensity", wall_dims, of_wall),
+            **_statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
             **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "scale"), collapse),
             "fractile": (("probability", *wall_dims, "scale"), np.where(peaks < 1, peaks, np.nan)),
@@ -112,7 +113,15 @@ def comparison():
             "band_end": ("band", np.r_[EDGES[-1], EDGES[1:]]),
         },
     )
-    return _complete(data, "comparison")
+    return _complete(with_excess(data), "comparison")
+
+
+def with_excess(data):
+    """The excess over the least error at each e, with intervals of 0.011 to each side."""
+    error = data["log_error"].isel(band=0, drop=True).where(data["damping_model"] != MODELS[0])
+    excess = error - error.min(("damping_model", "damping_ratio_source"))
+    bounds = xr.concat([excess - 0.011, excess + 0.011], "bound").transpose(..., "bound")
+    return data.assign(log_error_excess=excess, log_error_excess_interval=bounds.assign_coords(bound=data["bound"]))
 
 
 def _statistic(name, dims, values):

@@ -20,7 +20,6 @@ from rockdamp.report.earthquake_captions import fraction, known, span
 from rockdamp.report.numbers import listed, plain
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.earthquakes.comparison import best
-from rockdamp.vocabulary import REFERENCE
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
@@ -108,22 +107,23 @@ def grouped(choices: Sequence[Choice]) -> Markup:
 
 
 def tied(at_e: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
-    """Return the choice of least error over all bands, and those whose intervals overlap its own; none without errors.
+    """Return the choice of least error over all bands, and those that are not told apart from it; none without errors.
+
+    Told apart is where the interval of the difference of both errors, over the same histories, lies above zero. That
+    the intervals of both errors overlap says nothing: the dampers share the records.
 
     Parameters
     ----------
     at_e : xarray.Dataset
         The comparison at one e.
     """
-    error = at_e["log_error"].isel(band=0).sel(damping_model=dampers(at_e))
-    if not np.isfinite(error.values).all():
+    if not np.isfinite(at_e["log_error"].isel(band=0).sel(damping_model=dampers(at_e)).values).any():
         return None
     least = Choice(*best(at_e.expand_dims("restitution"), float(at_e["restitution"])))
-    high = float(_cell(at_e, least)["log_error_interval"].isel(band=0, bound=1))
     near = [
         choice
         for choice in _choices(at_e)
-        if choice != least and float(_cell(at_e, choice)["log_error_interval"].isel(band=0, bound=0)) <= high
+        if choice != least and float(_cell(at_e, choice)["log_error_excess_interval"].sel(bound="lower")) <= 0
     ]
     return least, near
 
@@ -131,7 +131,7 @@ def tied(at_e: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
 def _at(at_e: xr.Dataset) -> dict[str, Any]:
     """The table of one e, and which damper errs least there."""
     judged = tied(at_e)
-    marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "indistinguishable") if judged else {}
+    marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "not told apart") if judged else {}
     rows = []
     for choice in _choices(at_e):
         cell, whole = _cell(at_e, choice), _cell(at_e, choice).isel(band=0)
@@ -143,6 +143,7 @@ def _at(at_e: xr.Dataset) -> dict[str, Any]:
                 "median": with_interval(whole, "median_ratio"),
                 "dispersion": known(whole["log_dispersion"]),
                 "error": with_interval(whole, "log_error"),
+                "excess": with_interval(cell, "log_error_excess"),
                 "safe": with_interval(cell, "false_safe_rate", rate=True),
                 "collapse": with_interval(cell, "false_collapse_rate", rate=True),
                 "intensity": with_interval(cell, "median_intensity_ratio"),
@@ -198,7 +199,7 @@ def _band(compared: xr.Dataset, index: int) -> str:
 
 
 def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
-    """Return the damper and source to use, and those that serve as well: the least error or tied with it at every e.
+    """Return the damper and source to use, and those that serve as well: at no e told apart from the least error.
 
     Of several the one with the least error over all e is named first.
     """
@@ -297,10 +298,9 @@ def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
 
 
 def _odd_walls(compared: xr.Dataset, choice: Choice) -> Markup:
-    """Walls and e at which the damper's median of collapse is outside the interval of CR's."""
-    cr, damper = _cell(compared, Choice(REFERENCE, choice.source)), _cell(compared, choice)
-    bounds, median = cr["wall_median_intensity_interval"], damper["wall_median_intensity"]
-    outside = (median < bounds.sel(bound="lower")) | (median > bounds.sel(bound="upper"))
+    """Walls and e at which the interval of the ratio of the damper's median of collapse to CR's does not hold 1."""
+    bounds = _cell(compared, choice)["wall_median_intensity_ratio_interval"]
+    outside = (bounds.sel(bound="lower") > 1) | (bounds.sel(bound="upper") < 1)
     return listed(
         Markup("{} (e = {})").format(wall, ", ".join(plain(e) for e in compared["restitution"].values[at]))
         for wall in compared["wall"].values

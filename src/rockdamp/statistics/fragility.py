@@ -75,6 +75,32 @@ def fit(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragilit
     return Fragility(median, dispersion)
 
 
+def fit_resampled(
+    intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike, weights: Array
+) -> tuple[Fragility, Fragility]:
+    """Fit fragility curves to counts by record: of all records, and of each replicate of a bootstrap.
+
+    A replicate draws whole groups, and groups differ in size: its runs are those of what it drew, not all of them.
+
+    Parameters
+    ----------
+    intensity : ndarray, shape (stripes,)
+        As for `fit`.
+    collapses, runs : ndarray, shape (records, ..., stripes)
+        Counts of each record; they broadcast. [-]
+    weights : ndarray, shape (replicates, records)
+        How often each record is drawn, as `resample` returns it.
+
+    Returns
+    -------
+    whole, drawn : Fragility
+        Of shape (...) and (replicates, ...).
+    """
+    counts = np.broadcast_arrays(np.asarray(collapses, dtype=float), np.asarray(runs, dtype=float))
+    whole = fit(intensity, *(count.sum(axis=0) for count in counts))
+    return whole, fit(intensity, *(np.tensordot(weights, count, 1) for count in counts))
+
+
 def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
     """Whether a wall collapses at a lower stripe than one at which a wall stands."""
     stripes = np.arange(k.shape[-1])

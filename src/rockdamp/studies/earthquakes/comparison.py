@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.progress import track
-from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
+from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
 from rockdamp.studies.earthquakes.settings import ComparisonSettings
 from rockdamp.vocabulary import REFERENCE
 
@@ -44,10 +44,12 @@ def compare(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         Over all records, scales and the walls that have a damping ratio from every source: ``median_ratio``,
         ``log_dispersion`` (standard deviation of the logarithm), ``log_error`` (root mean square of the logarithm) and
         ``pairs`` of the peaks over CR's where neither collapses, by band of CR's peak (the first band is all of them);
-        ``false_safe_rate`` (of CR's collapses) and ``false_collapse_rate`` (of its survivals); ``median_intensity``,
-        ``dispersion`` and ``median_intensity_ratio`` of the fragilities. Names with ``_interval`` are 95 % bootstrap
-        intervals, those with ``varied_`` are CR's own under small changes. For each wall: ``wall_median_intensity``,
-        ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks.
+        ``log_error_excess``, how much more a damper errs than the one of least error at that e, over the histories that
+        stand with both; ``false_safe_rate`` (of CR's collapses) and ``false_collapse_rate`` (of its survivals);
+        ``median_intensity``, ``dispersion`` and ``median_intensity_ratio`` of the fragilities. Names with ``_interval``
+        are 95 % bootstrap intervals, those of ratios and of the excess paired; those with ``varied_`` are CR's own
+        under small changes. For each wall: ``wall_median_intensity``, its ratio to CR's, ``wall_dispersion``,
+        ``collapse_fraction`` and ``fractile`` of the peaks.
     """
     given = ComparisonSettings.of(config)
     weights = resample(earthquakes["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
@@ -58,6 +60,7 @@ def compare(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     statistics = xr.merge(
         [
             damper.ratios(edges, weights, ""),
+            _excess(pooled, edges, weights),
             damper.collapses(weights, ""),
             varied.ratios(edges, weights, "varied_"),
             varied.collapses(weights, "varied_"),
@@ -182,15 +185,11 @@ class _Alternatives:
 
     def fragility(self, weights: Array) -> xr.Dataset:
         """Fragilities over all walls together, and the ratio of their medians to CR's."""
-        order = ("record", "restitution", *self.dims, "scale")
-        collapsed = (self.earthquakes["collapsed"] == 1).sum("wall").transpose(*order).values.astype(float)
-        runs = float(self.earthquakes.sizes["wall"])
-        scale = self.earthquakes["scale"].values
-        whole = fit(scale, collapsed.sum(axis=0), runs * collapsed.shape[0])
-        drawn = fit(scale, np.tensordot(weights, collapsed, 1), runs * collapsed.shape[0])
-        cr = self.earthquakes["damping_model"].values.tolist().index(REFERENCE)
-        ratio, drawn_ratio = (median / median[..., cr : cr + 1, :] for median in (whole.median, drawn.median))
         lead = ("restitution", *self.dims)
+        stored = self.earthquakes["collapsed"].transpose("record", *lead, "scale", "wall").values
+        collapses, runs = ((stored == 1).sum(axis=-1), (stored >= 0).sum(axis=-1))
+        whole, drawn = fit_resampled(self.earthquakes["scale"].values, collapses, runs, weights)
+        ratio, drawn_ratio = (_over_reference(self.earthquakes, each.median) for each in (whole, drawn))
         return xr.Dataset(
             {
                 "median_intensity": (lead, whole.median),
@@ -221,12 +220,53 @@ def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
     }
 
 
+def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset:
+    """How much more each damper errs than the one of least error at its e, over the histories that stand with both.
+
+    Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels.
+    """
+    dims = ("restitution", "damping_model", "damping_ratio_source")
+    stored = earthquakes.transpose("record", "scale", "wall", *dims, ...)
+    cr = earthquakes["damping_model"].values.tolist().index(REFERENCE)
+    excess, bounds = [], []
+    for e in range(stored.sizes["restitution"]):
+        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak_displacement", "collapsed"))
+        reference, fell = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
+        stand = (collapsed == 0) & (fell == 0) & (reference >= edges[0]) & (reference < edges[-1])
+        square = np.log(np.where(stand, peak / reference, 1.0)) ** 2
+        error = _root(square.sum(axis=(0, 1, 2)), stand.sum(axis=(0, 1, 2)))
+        error[cr] = np.nan
+        least: Any = (..., *np.unravel_index(np.argmin(np.nan_to_num(error, nan=np.inf)), error.shape), None, None)
+        both = stand & stand[least]
+        of_records = [np.where(both, each, 0.0).sum(axis=(1, 2)) for each in (square, square[least], both)]
+        whole, drawn = (
+            _root(sums, runs) - _root(least_sums, runs)
+            for sums, least_sums, runs in (
+                [np.tensordot(weight, each, 1) for each in of_records] for weight in (np.ones((1, len(both))), weights)
+            )
+        )
+        excess.append(np.where(np.isfinite(error), whole[0], np.nan))
+        bounds.append(np.where(np.isfinite(error)[..., None], interval(drawn), np.nan))
+    return xr.Dataset({"log_error_excess": (dims, excess), "log_error_excess_interval": ((*dims, "bound"), bounds)})
+
+
+def _root(squares: Any, count: Any) -> Array:
+    """Root of the mean square; NaN of nothing."""
+    return np.sqrt(_divide(squares, count))
+
+
 def _divide(part: Any, whole: Any) -> Any:
     """Quotient; NaN of nothing."""
     return np.divide(part, whole, out=np.full(np.shape(part), np.nan), where=np.asarray(whole) > 0)
 
 
 # --- each wall, and the decay -----------------------------------------------------------------------------------------
+
+
+def _over_reference(earthquakes: xr.Dataset, median: Array) -> Array:
+    """Medians, shape (..., damping model, source), over CR's of the same replicate."""
+    cr = earthquakes["damping_model"].values.tolist().index(REFERENCE)
+    return np.asarray(median / median[..., cr : cr + 1, :])
 
 
 def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
@@ -236,13 +276,15 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
     run = (stored >= 0).values.astype(float)
     collapsed = (stored == 1).values.astype(float)
     scale = earthquakes["scale"].values
-    whole = fit(scale, collapsed.sum(axis=0), run.sum(axis=0))
     lead = order[1:-1]
-    medians, dispersions = [], []
+    of_walls = []
     for row in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls"):
-        drawn = fit(scale, np.tensordot(weights, collapsed[:, row], 1), np.tensordot(weights, run[:, row], 1))
-        medians.append(interval(drawn.median))
-        dispersions.append(interval(drawn.dispersion))
+        whole, drawn = fit_resampled(scale, collapsed[:, row], run[:, row], weights)
+        ratio, drawn_ratio = (_over_reference(earthquakes, each.median) for each in (whole, drawn))
+        of_walls.append(
+            (whole.median, whole.dispersion, ratio, *map(interval, (drawn.median, drawn.dispersion, drawn_ratio)))
+        )
+    median, dispersion, median_ratio, *intervals = (np.stack(parts) for parts in zip(*of_walls, strict=True))
     peaks = np.where(
         collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak_displacement"].transpose(*order), np.nan)
     )
@@ -250,10 +292,12 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
     count = run.sum(axis=0)
     return xr.Dataset(
         {
-            "wall_median_intensity": (lead, whole.median),
-            "wall_dispersion": (lead, whole.dispersion),
-            "wall_median_intensity_interval": ((*lead, "bound"), np.stack(medians)),
-            "wall_dispersion_interval": ((*lead, "bound"), np.stack(dispersions)),
+            "wall_median_intensity": (lead, median),
+            "wall_dispersion": (lead, dispersion),
+            "wall_median_intensity_ratio": (lead, median_ratio),
+            "wall_median_intensity_interval": ((*lead, "bound"), intervals[0]),
+            "wall_dispersion_interval": ((*lead, "bound"), intervals[1]),
+            "wall_median_intensity_ratio_interval": ((*lead, "bound"), intervals[2]),
             "collapse_fraction": ((*lead, "scale"), _divide(collapsed.sum(axis=0), count)),
             "fractile": (("probability", *lead, "scale"), np.where(np.isfinite(fractiles), fractiles, np.nan)),
         }

@@ -25,7 +25,7 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Options
-from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
+from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
 from rockdamp.studies.earthquakes.settings import OrderComparisonSettings, OrderRecordSettings
 from rockdamp.studies.settings import NamedWall
 
@@ -242,13 +242,10 @@ class _Pair:
 
     def fragility(self, scale: Array) -> dict[str, Any]:
         """Ratio of the median intensity of collapse to CR's, all walls together; its interval by the same draws."""
-        counts = np.stack([falls.sum(axis=2).astype(float) for falls in (self.other_fell, self.fell)])
-        runs = float(self.fell.shape[2])
-        of_all = fit(scale, counts.sum(axis=1), runs * len(self.fell)).median
-        total = self.weights.sum(axis=1)[:, None, None] * runs
-        drawn = fit(scale, np.einsum("br,ars->bas", self.weights, counts), np.broadcast_to(total, (len(total), 2, 1)))
+        counts = np.stack([falls.sum(axis=2) for falls in (self.other_fell, self.fell)], axis=1)  # (record, 2, scale)
+        whole, drawn = fit_resampled(scale, counts, self.fell.shape[2], self.weights)
         return {
-            "median_intensity_ratio": float(of_all[0] / of_all[1]),
+            "median_intensity_ratio": float(whole.median[0] / whole.median[1]),
             "median_intensity_ratio_interval": interval(drawn.median[:, 0] / drawn.median[:, 1]),
         }
 

@@ -27,7 +27,7 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.statistics.fragility import fit, interval, resample
+from rockdamp.statistics.fragility import fit_resampled, interval, resample
 from rockdamp.studies.earthquakes.settings import (
     PARAMETERS,
     Distribution,
@@ -252,8 +252,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     count, intensity = walls.sizes["wall"], first["intensity"].values
     by_model = collapses.transpose("record", "damping_model", "intensity").values.astype(float)
     weights = resample(first["station"].values, bootstrap.replicates, bootstrap.seed)
-    whole = fit(intensity, by_model.sum(axis=0), float(count * len(by_model)))
-    drawn = fit(intensity, np.tensordot(weights, by_model, 1), float(count * len(by_model)))
+    whole, drawn = fit_resampled(intensity, by_model, count, weights)
     sensitivity, confidence = _sensitivity(walls, vulnerability, bootstrap.seed)
     fraction = collapses.sum("record").transpose("intensity", "damping_model") / (count * len(by_model))
     model = ("damping_model",)

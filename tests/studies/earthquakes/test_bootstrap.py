@@ -1,0 +1,161 @@
+"""The bootstrap over stations: each replicate is the study of the records that it draws, written out."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from made_up_earthquakes import MODELS
+
+from rockdamp.statistics.fragility import resample
+from rockdamp.studies.earthquakes import comparison, incremental, orders, population
+from rockdamp.studies.earthquakes.settings import PARAMETERS
+
+STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
+SCALE = np.geomspace(0.2, 5.0, 9)
+BANDS = [0.01, 0.1, 0.5, 1.0]
+
+
+def config(replicates=1, seed=4):
+    bootstrap = {"replicates": replicates, "seed": seed}
+    return {
+        "natural": {"bands": BANDS, "restitution_change": 0.01, "bootstrap": bootstrap},
+        "population": {"bootstrap": bootstrap},
+    }
+
+
+def records():
+    return {"record": [f"r{i}" for i in range(len(STATION))], "station": ("record", STATION)}
+
+
+def drawn(data, seed=4):
+    """The records that the first replicate draws, written out one after the other."""
+    times = resample(STATION, 1, seed)[0].astype(int)
+    assert times.sum() != len(STATION) and times.max() > 1
+    return data.isel(record=np.repeat(np.arange(len(STATION)), times))
+
+
+def study():
+    """Peaks that differ from CR's at random, the less the earlier the damper stands; beyond 1 they collapse."""
+    rng = np.random.default_rng(2)
+    shape = (len(STATION), SCALE.size, 2, 2)
+    cr = 0.6 * SCALE[:, None, None] / rng.lognormal(0.0, 0.4, (len(STATION), 1, 2, 2))
+    scatter = np.arange(len(MODELS))[:, None] * 0.08 * np.array([1.0, 1.1, 1.2])
+    of_station = rng.normal(size=(len(STATION), 1, 1, 1, 1, 1))
+    peaks = cr[..., None, None] * np.exp(scatter * (of_station + 0.5 * rng.normal(size=(*shape, len(MODELS), 3))))
+    varied = cr[..., None] * np.exp(0.05 * rng.normal(size=(*shape, 4)))
+    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    ratio = np.full((2, 2, len(MODELS), 3), 0.05)
+    ratio[:, :, 0] = np.nan
+    return xr.Dataset(
+        {
+            "peak_displacement": (dims, peaks),
+            "peak_displacement_uncertainty": (dims, 1e-3 * peaks),
+            "collapsed": (dims, (peaks > 1).astype(np.int8)),
+            "settled": (dims, np.ones(peaks.shape, dtype=np.int8)),
+            "decay_misfit": (dims, np.zeros(peaks.shape)),
+            "varied_peak": ((*dims[:4], "variation"), varied),
+            "varied_collapsed": ((*dims[:4], "variation"), (varied > 1).astype(np.int8)),
+            "damping_ratio": (dims[2:], ratio),
+        },
+        coords={
+            **records(),
+            "scale": SCALE,
+            "wall": ["a", "b"],
+            "restitution": [0.8, 0.9],
+            "damping_model": MODELS,
+            "damping_ratio_source": list(incremental.SOURCES),
+            "variation": list(incremental.VARIATIONS),
+        },
+    )
+
+
+def shares():
+    """The same peaks as a study of orders."""
+    given = study()
+    peaks = given["peak_displacement"].isel(damping_ratio_source=0, drop=True)
+    by_order = peaks.isel(damping_model=slice(1, 4)).rename(damping_model="order").assign_coords(order=[0.0, 1.0, 2.0])
+    reference, varied = peaks.isel(damping_model=0, drop=True), given["varied_peak"].isel(variation=slice(0, 3))
+    varied = varied.assign_coords(variation=list(orders.VARIATIONS))
+    data = {"reference_peak": reference, "varied_peak": varied, "peak_displacement": by_order}
+    falls = {"reference_collapsed": reference, "varied_collapsed": varied, "collapsed": by_order}
+    of_set = {"record_set": ("record", ["own"] * len(STATION))}
+    return xr.Dataset({**data, **{name: (peak > 1).astype(np.int8) for name, peak in falls.items()}}).assign_coords(
+        of_set
+    )
+
+
+def walls():
+    return xr.Dataset({name: ("wall", np.linspace(0.1, 0.5, 7)) for name in PARAMETERS}, coords={"wall": np.arange(7)})
+
+
+def share():
+    """Collapses of seven walls, for a population."""
+    rng = np.random.default_rng(3)
+    capacity = rng.lognormal(0.0, 0.4, (len(STATION), 7, 1, len(MODELS)))
+    fell = SCALE[:, None] > capacity
+    return xr.Dataset(
+        {
+            "collapses": (("record", "intensity", "damping_model"), fell.sum(axis=1)),
+            "vulnerability": (("wall", "damping_model"), fell.mean(axis=(0, 2))),
+        },
+        coords={**records(), "intensity": SCALE, "damping_model": MODELS},
+    )
+
+
+STUDIES = {
+    "comparison": (study, lambda data: comparison.compare(config(), data)),
+    "orders": (shares, lambda data: orders.compare(config(), data)),
+    "population": (share, lambda data: population.gather(config(), walls(), data)),
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_each_replicate_is_the_study_of_the_records_that_it_draws(name):
+    """Of one replicate both ends of an interval are the replicate itself; here every record drawn is written out."""
+    made, compare = STUDIES[name]
+    found, again = compare(made()), compare(drawn(made()))
+    judged = 0
+    for key in (key for key in found if str(key).endswith("_interval")):
+        statistic = again[str(key).removesuffix("_interval")]
+        for bound in ("lower", "upper"):
+            replicate = found[key].sel(bound=bound).transpose(*statistic.dims)
+            np.testing.assert_allclose(replicate, statistic, rtol=1e-9, atol=1e-12, err_msg=str(key))
+        whole = found[statistic.name].values
+        judged += int(np.isfinite(whole).any() and not np.array_equal(whole, statistic.values, equal_nan=True))
+    assert judged >= 3
+
+
+def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_with_both():
+    given = study()
+    found = comparison.compare(config(), given)["log_error_excess"]
+    peak, fell = given["peak_displacement"], given["collapsed"]
+    for e in (0.8, 0.9):
+        cr, cr_fell = (values.sel(restitution=e, damping_model="CR") for values in (peak, fell))
+        cr, cr_fell = cr.isel(damping_ratio_source=0).values, cr_fell.isel(damping_ratio_source=0).values
+        least, other = (
+            [
+                values.sel(restitution=e, damping_model=model, damping_ratio_source=source).values
+                for values in (peak, fell)
+            ]
+            for model, source in ((MODELS[1], "fit"), (MODELS[3], "error"))
+        )
+        both = (cr_fell + least[1] + other[1] == 0) & (cr >= BANDS[0]) & (cr < BANDS[-1])
+        expected = np.subtract(*(np.sqrt(np.mean(np.log(one[0][both] / cr[both]) ** 2)) for one in (other, least)))
+        own = found.sel(restitution=e, damping_model=MODELS[3], damping_ratio_source="error")
+        assert float(own) == pytest.approx(expected, rel=1e-12)
+        assert float(found.sel(restitution=e, damping_model=MODELS[1], damping_ratio_source="fit")) == 0.0
+    assert found.sel(damping_model="CR").isnull().all()
+
+
+def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_overlap():
+    """The second damper errs a tenth more than the first in every history: certain, however much both scatter."""
+    given = study()
+    cr = given["peak_displacement"].sel(damping_model="CR")
+    first = given["peak_displacement"].isel(damping_model=2)
+    more = cr * (first / cr) ** 1.1
+    peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak_displacement"])
+    peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak_displacement"].dims)
+    given = given.assign(peak_displacement=peaks, collapsed=(peaks > 1).astype(np.int8))
+    at = comparison.compare(config(replicates=200), given).sel(damping_ratio_source="fit", restitution=0.8)
+    one, other = (at["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])
+    assert float(one.sel(bound="upper")) > float(other.sel(bound="lower"))
+    assert float(at["log_error_excess_interval"].sel(damping_model=MODELS[2], bound="lower")) > 0
