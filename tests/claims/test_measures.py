@@ -2,7 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from made_up_claims import A1, FREQUENCY, RELEASE, RESTITUTION, STUDY, WINDOW, XI, row, scaled
+from made_up_claims import A1, FREQUENCY, RELEASE, RESTITUTION, STUDY, WINDOW, XI, E, row, scaled
 
 
 def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses(data):
@@ -39,6 +39,17 @@ def test_walls_of_another_plateau_stay_out_of_the_spread_over_a1(listed, data):
     scaled(A1, XI, 50.0, cracked_stiffness_ratio=[0.2])(data)
     assert row(listed, data, "a1-rank")["measured"] == before
     assert "a1 0.02 to 0.1:" in before and "CDC 80%" in before
+
+
+def test_high_and_low_e_are_the_outer_thirds_of_them(listed, data):
+    """What the middle third does decides nothing, and every value of the others does."""
+    before = row(listed, data, "amp-dispersion")["measured"]
+    scaled(STUDY, XI, 9.0, restitution=E[2:4], release_amplitude=[0.3])(data)
+    assert row(listed, data, "amp-dispersion")["measured"] == before
+    for e in (*E[:2], *E[4:]):
+        changed = {name: dataset.copy(deep=True) for name, dataset in data.items()}
+        scaled(STUDY, XI, 9.0, restitution=[e], release_amplitude=[0.3])(changed)
+        assert row(listed, changed, "amp-dispersion")["measured"] != before
 
 
 def test_the_paper_s_amplitudes_are_taken_where_the_study_holds_them(listed, data):

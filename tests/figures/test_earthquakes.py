@@ -168,8 +168,10 @@ def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset
     fragility, ratios, sensitivity = FIGURES["fig_population"](population).axes
     (cr,) = (line for line in fragility.get_lines() if line.get_label() == "CR")
     x, y = cr.get_data()
-    median = float(population["median_intensity"].sel(damping_model="CR"))
-    assert np.interp(0.5, y, x) == pytest.approx(median, rel=1e-3)
+    median, beta = (float(population[name].sel(damping_model="CR")) for name in ("median_intensity", "dispersion"))
+    for deviations in (-1, 0, 1):  # a lognormal curve: so many of beta from the logarithm of the median
+        expected = median * np.exp(deviations * beta)
+        assert np.interp(ndtr(deviations), y, x) == pytest.approx(expected, rel=1e-3)
     for row, model in enumerate(VISCOUS):
         one = population.sel(damping_model=model)
         ends, (point,) = (line.get_xdata() for line in coloured(ratios, model))

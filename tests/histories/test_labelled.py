@@ -71,6 +71,28 @@ def test_a_response_is_the_validations_with_the_record_and_a_rest_behind_it():
     assert response.peak_displacement >= np.abs(response.displacement).max()
 
 
+def test_a_record_that_starts_later_moves_every_time_and_no_size():
+    early, late = (
+        rd.respond(
+            WALL,
+            CURVE,
+            rd.Damping.cr(0.85),
+            rd.Record(start + 0.01 * np.arange(300), pulse().ground_acceleration),
+            scale=[1.0, 20.0],
+            tail=1.0,
+        )
+        for start in (0.0, 5.0)
+    )
+    for name in ("peak_elapsed", "outcome_elapsed", "elapsed"):
+        np.testing.assert_allclose(late[name] - 5.0, early[name], atol=1e-9)
+    np.testing.assert_allclose(late["peak_displacement"], early["peak_displacement"], rtol=1e-9)
+    assert float(late["peak_elapsed"].sel(scale=1.0)) > 5.0
+    at_peak = abs(late["displacement"].sel(scale=1.0)).sel(
+        elapsed=late["peak_elapsed"].sel(scale=1.0), method="nearest"
+    )
+    assert at_peak == pytest.approx(float(late["peak_displacement"].sel(scale=1.0)), rel=1e-2)
+
+
 def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind():
     response = rd.respond(WALL, CURVE, rd.Damping.cr(0.85), pulse(), scale=[0.5, 20.0], tail=2.0)
     assert response.outcome.values.tolist() == ["completed", "collapsed"]

@@ -40,6 +40,13 @@ def test_measures_of_a_sine_are_those_of_its_integrals():
     assert found.arias == pytest.approx(arias, rel=1e-5)
 
 
+def test_a_ramp_of_acceleration_reaches_half_its_product_with_time():
+    """Straight lines between samples are integrated exactly: v = t^2/2, whatever the step."""
+    for points in (3, 11):
+        found = intensity_measures(record(np.linspace(0.0, 1.0, points), 1.0 / (points - 1)))
+        assert found.pgv == pytest.approx(0.5, rel=1e-12)
+
+
 def test_the_strong_part_of_a_constant_acceleration_is_its_middle_nine_tenths():
     found = intensity_measures(record(np.full(101, 3.0)))
     assert (found.strong_start, found.strong_end) == pytest.approx((0.05, 0.95), rel=1e-12)

@@ -206,6 +206,31 @@ def test_every_damper_and_source_has_a_row_at_every_e_with_its_numbers():
     assert "step four times as long 0.010; 0.015;" in text and "e higher by 0.017 0.070; 0.11;" in text
 
 
+def tables_of(compared):
+    """Every table of the section, as lists of the texts of its cells."""
+    data = {"comparison": compared, "natural/walls": made_up.walls()}
+    html = unescape(str(earthquakes.section(data, CONFIG))).replace("\xa0", " ")
+    return [
+        [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", line) for line in re.findall(r"<tr.*?</tr>", table, re.DOTALL)]
+        for table in re.findall(r"<table.*?</table>", html, re.DOTALL)
+    ]
+
+
+def test_false_safes_and_false_collapses_stand_each_in_its_own_column():
+    compared = made_up.comparison()  # 3 % of the collapses and 2 % of the survivals
+    varied = xr.zeros_like(compared["varied_false_safe_rate"])
+    compared = compared.assign(varied_false_safe_rate=varied + 0.5, varied_false_collapse_rate=varied + 0.25)
+    of_dampers = [lines for lines in tables_of(compared) if lines[0][0] == "Damper"][: made_up.E.size]
+    assert len(of_dampers) == made_up.E.size
+    for head, *lines in of_dampers:
+        for name, rate in (("False safe, of collapses", "3 % "), ("False collapse, of survivals", "2 % ")):
+            assert lines and all(line[head.index(name)].startswith(rate) for line in lines)
+    assert "near overturning; false safe; false collapse" in told(compared)
+    (of_cr,) = [lines for lines in tables_of(compared) if any("step four times" in line[0] for line in lines)]
+    for _, *cells in of_cr[1:]:
+        assert all(cell.endswith("; 50 %; 25 %") for cell in cells)
+
+
 def test_walls_are_told_with_their_ratios_and_a_dash_where_there_is_none():
     text = told()
     assert "church wall 0.3 0.3" in text and "parapet parapet" in text

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from rockdamp.errors import InputError
-from rockdamp.statistics.fragility import fit, resample, weighted_quantile
+from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
 
 INTENSITY = np.geomspace(0.2, 5.0, 12)
 
@@ -102,6 +102,19 @@ def test_the_weighted_median_is_that_of_the_repeated_values(values, seed):
             assert median == pytest.approx(np.median(repeated), abs=1e-12)
         else:
             assert np.isnan(median)
+
+
+def test_an_interval_leaves_a_fortieth_of_the_replicates_out_on_either_side():
+    drawn = np.random.default_rng(2).permutation(1001.0 * np.arange(1, 1002)).reshape(-1, 1)
+    low, high = interval(drawn)[0]
+    assert (drawn < low).mean() == pytest.approx(1 / 40, abs=1e-3)
+    assert (drawn > high).mean() == pytest.approx(1 / 40, abs=1e-3)
+
+
+def test_an_interval_of_too_few_replicates_that_define_a_value_is_none():
+    drawn = np.arange(100.0)[:, None] * np.ones(2)
+    drawn[:10, 0] = drawn[:11, 1] = np.nan
+    assert np.isfinite(interval(drawn)[0]).all() and np.isnan(interval(drawn)[1]).all()
 
 
 def test_the_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():

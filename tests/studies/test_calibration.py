@@ -129,6 +129,18 @@ def test_the_covariance_matches_theory_for_residuals_that_follow_each_other(rho)
     assert rho == 0 or np.all(np.diag(exact) > 4 * white)  # the correlation matters in this case
 
 
+def test_no_residuals_whatever_give_a_negative_variance():
+    """Bartlett's weights make the sum of correlations a spectrum, which is positive; equal weights would not."""
+    random, t = np.random.RandomState(7), np.arange(120)
+    for period in (2.1, 3.0, 7.0, 20.0, 55.0):
+        derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
+        residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
+        covariance, bandwidth = calibration._covariance(derivative, residual)
+        scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
+        assert bandwidth >= 1
+        assert np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() > 0
+
+
 # --- records that do not serve
 
 

@@ -10,13 +10,15 @@ from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
+from rockdamp.histories.half_cycles import half_cycles
 from rockdamp.histories.under_a_record import respond
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.experimental_style import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.event_driven import history
-from rockdamp.studies.validation import damping_ratios, validate
+from rockdamp.solvers.response import Histories
+from rockdamp.studies.validation import _compare, damping_ratios, validate
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
@@ -170,6 +172,24 @@ def test_more_damping_lowers_the_peak_and_steepens_the_decay_of_every_viscous_mo
     assert np.all(doubled["peak_displacement"].sel(viscous) < result["peak_displacement"].sel(viscous))
     assert np.all(doubled["log_decrement"].sel(viscous) > result["log_decrement"].sel(viscous))
     assert doubled["rms_misfit"].sel(damping_model="CR") == result["rms_misfit"].sel(damping_model="CR")
+
+
+@pytest.mark.parametrize("stretch", [0.98, 1.0, 1.03])
+def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_above_zero(stretch):
+    """Two damped sines of the same peaks, one of which is slower by a known factor."""
+    elapsed = np.arange(0.0, 3.0, 0.001)
+
+    def decay(slower):
+        cycles = elapsed / slower / 0.5
+        return 0.02 * np.sin(2 * np.pi * cycles) * 0.8**cycles
+
+    measured = decay(1.0)
+    none = np.zeros(())
+    response = Histories(none, none, np.array(0.02 / U_INS), none, none, decay(stretch) / U_INS, 0 * elapsed)
+    found = _compare(elapsed, response, U_INS, measured, half_cycles(elapsed, measured, 0.001)[slice(1, 9)], 0)
+    assert found["period_drift"][1] == pytest.approx(stretch - 1, abs=2e-4)
+    assert found["decay_peak_ratio"][1] == pytest.approx(1.0, abs=2e-3)
+    assert found["log_decrement"][1] == pytest.approx(-np.log(0.8) / 2, rel=1e-2)
 
 
 def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equivalence):

@@ -1,0 +1,165 @@
+"""Blows on a wall: a ground motion so short that it gives a velocity and nothing else, whose response is known.
+
+A blow of peak ground velocity PGV gives a wall at rest the velocity lambda PGV/(p u_ins) = s, the study's scale, and
+until the first impact no damper of impacts takes energy: V(peak) = s^2/2.
+"""
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from repository import ROOT
+
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.motions.records import Record
+from rockdamp.solvers.response import COLLAPSED
+from rockdamp.studies.earthquakes import event_driven_check, incremental, population
+from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
+from rockdamp.studies.settings import make_named_wall
+
+STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
+SIZE = 50.0  # m s-2
+PGV = SIZE * STEP
+SCALE = np.array([0.3, 0.6])
+E = 0.85
+
+
+@pytest.fixture(scope="module")
+def config():
+    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    walls = [wall for wall in full["natural"]["walls"] if wall["name"] == "church"]
+    full["natural"] |= {"walls": walls, "restitution": [E], "tail": 1.0}
+    full["natural"]["scale"] = {"start": SCALE[0], "stop": SCALE[1], "count": 2}
+    return full
+
+
+@pytest.fixture(scope="module")
+def named(config):
+    return make_named_wall(config["natural"]["walls"][0])
+
+
+def blows(*at, size=SIZE):
+    """A triangle of one sample at each of some samples; those at negative places to the other side."""
+    acceleration = np.zeros(max(map(abs, at)) + 2)
+    acceleration[np.abs(at)] = size * np.sign(at)
+    return Record(STEP * np.arange(acceleration.size), acceleration)
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return GroundMotion("blow", "blow", "own", blows(2))
+
+
+@pytest.fixture(scope="module")
+def study(config, motion):
+    """What one record gives; every damper at the damping ratio of 5 %."""
+    ratio = np.full((1, 1, len(incremental.MODELS), len(incremental.SOURCES)), 0.05)
+    ratio[:, :, 0] = np.nan
+    job = incremental._Study(EarthquakeRecordSettings.of(config), np.array([E]), ratio)
+    return job.run(motion).squeeze(["record", "wall", "restitution"])
+
+
+def energy(curve, peak):
+    """V over that of the velocity s."""
+    return np.asarray(curve.energy(peak)) / (SCALE**2 / 2)
+
+
+# --- the study of walls and records ----------------------------------------------------------------------------------
+
+
+def test_a_blow_of_some_scale_gives_that_velocity_and_the_peak_comes_in_the_rest_after_it(study, named):
+    cr = study["peak_displacement"].sel(damping_model="CR").isel(damping_ratio_source=0)
+    np.testing.assert_allclose(energy(named.curve, cr.values), 1.0, rtol=0.01)
+    assert (study["peak_displacement"].sel(damping_model=list(incremental.VISCOUS_MODELS)) < cr).all()
+
+
+def test_the_spectral_acceleration_is_that_at_the_period_of_the_first_branch(study, named):
+    """Of a blow: w PGV exp(-xi/sqrt(1 - xi^2) acos xi), the peak of a damped oscillator after an impulse."""
+    w = float(named.wall.frequency_parameter * named.curve.initial_frequency)
+    xi = 0.05
+    expected = w * PGV * np.exp(-xi / np.sqrt(1 - xi**2) * np.arccos(xi))
+    assert float(study["spectral_acceleration"]) == pytest.approx(expected, rel=0.01)
+
+
+def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
+    """A second blow, in the direction of the motion after the first impact, makes the largest peak."""
+    p, curve = float(named.wall.frequency_parameter), named.curve
+    velocity = 0.5
+    first = float(np.interp(velocity**2 / 2, curve.energy(x := np.linspace(0, 1, 1001)), x))
+    there_and_back = int(0.5 * float(curve.period(first)) / p / STEP)
+    record = blows(2, -(there_and_back + 100))  # u'' = ... + a: the second blow is to where the wall is going
+    factor = np.array([velocity * p * float(named.wall.instability_displacement) / (1.5 * PGV)])
+    case = incremental._Case.of(named.wall, curve, record, factor, strong_end=record.elapsed[-1], step=0.05, tail=1.0)
+    e = np.array([E])
+    varied = dict(zip(incremental.VARIATIONS, case.varied(e, 0.05)["varied_peak"][0, 0], strict=True))
+    peak = case(Damping.cr(e), incremental.HALVINGS).peak.item()
+    assert peak > 1.1 * first
+    assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
+
+
+@pytest.mark.parametrize("record_step", [0.0049, 0.005, 0.0101, 0.02])
+def test_no_step_is_longer_than_the_one_asked_for_and_none_is_needlessly_short(named, record_step):
+    record = Record(record_step * np.arange(5), np.array([0.0, 1.0, 0.0, 0.0, 0.0]))
+    for longest in (0.025, 0.013):
+        lengths = {"strong_end": record.elapsed[-1], "step": longest, "tail": 0.0}
+        case = incremental._Case.of(named.wall, named.curve, record, np.ones(1), **lengths)
+        frequency = float(named.wall.frequency_parameter * named.curve.initial_frequency)
+        coarsest = frequency * record_step / case.substeps
+        finest = coarsest / 2**incremental.HALVINGS
+        assert finest <= longest * (1 + 1e-12)
+        one_less = frequency * record_step / max(case.substeps - 1, 1) / 2**incremental.HALVINGS
+        assert case.substeps == 1 or one_less > longest
+
+
+# --- the check, event by event ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", ["CR", "CDR"])
+def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(named, motion, model):
+    """The first peak is the only turn: the rest ends before the wall is back at zero."""
+    p = float(named.wall.frequency_parameter)
+    of_scale = SCALE[1] * p * float(named.wall.instability_displacement) / (1.5 * PGV)
+    case = xr.Dataset({"damping_model": model, "restitution": E, "damping_ratio": 1e-6, "scale_factor": of_scale})
+    first = float(np.interp(SCALE[1] ** 2 / 2, named.curve.energy(x := np.linspace(0, 1, 1001)), x))
+    quarter = float(named.curve.period(first)) / 4 / p
+    peak, collapsed = event_driven_check.exact_peak(case, motion, named, tail=1.9 * quarter)
+    assert not collapsed
+    assert energy(named.curve, peak)[1] == pytest.approx(1.0, rel=0.01)
+
+
+# --- the population --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def walls(config):
+    return population.walls({**config, "population": {**config["population"], "walls": 8}})
+
+
+def test_the_population_s_walls_peak_in_the_rest_after_a_blow_where_its_velocity_takes_them(walls, motion):
+    peak, collapsed = population.run(motion, walls, np.array([0.15]), step=0.1, tail=2.0)
+    values = {name: walls[name].values for name in population.PARAMETERS}
+    wall, curve = population._mechanics(values)
+    velocity = 1.5 * 0.15 / (wall.frequency_parameter * wall.instability_displacement)
+    stands = ~collapsed[:, 0, 0]
+    assert stands.sum() >= 4
+    ratio = curve.energy(peak[:, 0, 0]) / (velocity**2 / 2)
+    np.testing.assert_allclose(ratio[stands], 1.0, rtol=0.02)
+    assert (velocity[~stands] ** 2 / 2 > 0.99 * curve.energy(1.0)[~stands]).all()
+
+
+@pytest.mark.parametrize("longest", [0.1, 0.037])
+def test_no_wall_of_the_population_has_a_longer_step_than_asked_for(walls, motion, longest, monkeypatch):
+    steps = []
+
+    def solve(curve, damping, *, step, substeps, load_factor, **_):
+        shape = np.broadcast_shapes(np.shape(step), np.shape(load_factor))
+        steps.append(np.ravel(np.asarray(step) * curve.initial_frequency))
+        return type("Ended", (), {"peak": np.zeros(shape), "outcome": np.full(shape, COLLAPSED)})
+
+    monkeypatch.setattr(population, "solve", solve)
+    coarse = GroundMotion("coarse", "coarse", "own", Record(0.02 * np.arange(4), np.array([0.0, 1.0, 0.0, 0.0])))
+    population.run(coarse, walls, np.array([1.0]), step=longest, tail=0.0)
+    together = np.concatenate(steps)
+    assert together.size == walls.sizes["wall"] * len(population.MODELS)
+    assert longest / 2 < together.max() <= longest

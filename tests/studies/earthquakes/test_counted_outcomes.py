@@ -1,0 +1,64 @@
+"""What is counted of the histories: a handful of them, whose rates and bands can be counted by hand."""
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.studies.earthquakes import comparison
+
+CONFIG = {"natural": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
+DIMS = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+
+
+def study(peak, fell=None):
+    """Histories of CR and CDR on one wall; `peak` and `fell` of shape (records, scales, 2)."""
+    peaks = np.asarray(peak, dtype=float)[:, :, None, None, :, None]
+    collapsed = np.zeros(peaks.shape, dtype=np.int8)
+    if fell is not None:
+        collapsed[...] = np.asarray(fell)[:, :, None, None, :, None]
+    records = len(peaks)
+    ratio = np.array([np.nan, 0.05])[None, None, :, None]
+    return xr.Dataset(
+        {
+            "peak_displacement": (DIMS, peaks),
+            "peak_displacement_uncertainty": (DIMS, 0.001 * peaks),
+            "collapsed": (DIMS, collapsed),
+            "settled": (DIMS, np.ones_like(collapsed)),
+            "decay_misfit": (DIMS, np.zeros(peaks.shape)),
+            "varied_peak": ((*DIMS[:4], "variation"), peaks[..., 0, :]),
+            "varied_collapsed": ((*DIMS[:4], "variation"), collapsed[..., 0, :]),
+            "damping_ratio": (DIMS[2:], ratio),
+        },
+        coords={
+            "record": [f"r{i}" for i in range(records)],
+            "station": ("record", [f"s{i}" for i in range(records)]),
+            "scale": [1.0],
+            "wall": ["one"],
+            "restitution": [0.85],
+            "damping_model": ["CR", "CDR"],
+            "damping_ratio_source": ["error"],
+            "variation": ["step"],
+        },
+    )
+
+
+def compared(histories):
+    return comparison.compare(CONFIG, histories).squeeze(["wall", "restitution", "damping_ratio_source"])
+
+
+def test_a_false_safe_is_one_of_the_collapses_and_a_false_collapse_one_of_the_survivals():
+    """CR collapses in four of ten histories. The damper stands in one of the four, and collapses in two of the six."""
+    cr, damper = [1, 1, 1, 1, 0, 0, 0, 0, 0, 0], [1, 1, 1, 0, 1, 1, 0, 0, 0, 0]
+    found = compared(study(np.full((10, 1, 2), 0.15), np.stack([cr, damper], axis=-1)[:, None])).sel(
+        damping_model="CDR"
+    )
+    assert (int(found["false_safe"]), float(found["false_safe_rate"])) == (1, 1 / 4)
+    assert (int(found["false_collapse"]), float(found["false_collapse_rate"])) == (2, 2 / 6)
+    assert int(found["pairs"].isel(band=0)) == 4
+
+
+def test_a_peak_at_the_edge_of_two_bands_is_in_the_upper_one_and_one_at_the_last_edge_in_none():
+    cr = np.array([0.0999, 0.1, 0.2, 0.3, 0.4])
+    found = compared(study(np.stack([cr, cr * [7, 2, 3, 3, 7]], axis=-1)[:, None])).sel(damping_model="CDR")
+    assert found["pairs"].values.tolist() == [3, 1, 2]
+    np.testing.assert_allclose(found["median_ratio"], [3, 2, 3])
+    np.testing.assert_allclose(found["log_error"], np.sqrt([np.mean(np.log([2, 3, 3]) ** 2), *np.log([2, 3]) ** 2]))
