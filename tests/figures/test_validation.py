@@ -52,6 +52,14 @@ def test_fig8_says_where_a_model_collapsed():
     assert "nan" not in all_text(figure)
 
 
+def test_fig8_marks_a_free_decay_only_where_the_record_holds_one():
+    assert "free decay" in all_text(FIGURES["fig8"](validation()))
+    pushed = validation()
+    pushed["half_cycle_free"][:] = 0
+    pushed["free_phase_start"] = np.nan
+    assert "free decay" not in all_text(FIGURES["fig8"](pushed))
+
+
 def test_fig8_starts_shortly_before_the_motion_and_ends_after_the_last_peak():
     start, end = shown(validation())
     # The bell of 0.1 s around 1.5 s first passes a tenth of its peak at 1.5 - 0.1 sqrt(ln 10).

@@ -83,7 +83,7 @@ def test_every_claim_is_there_with_its_verdict_in_words(page, content):
 
 def test_verdicts_are_counted_at_the_top(page):
     (short,) = [one for one in page.all("ul") if one["attrs"].get("class") == "counts"]
-    assert words(short["text"]) == "2 ✓ reproduced 2 ◐ reproduced under conditions 1 ✗ not reproduced"
+    assert words(short["text"]) == "2 ✓ reproduced 1 ◐ reproduced under conditions 1 ✗ not reproduced 1 – not testable"
 
 
 def test_what_the_page_says_comes_first_then_claims_errata_and_figures(page):

@@ -164,6 +164,7 @@ def validation(**attributes):
             "measured_decay_peak_elapsed": ("half_cycle", peaks_at),
             "restitution": 0.835,
             "free_phase_start": 1.7,
+            "half_cycle_free": ("half_cycle", np.ones(4, dtype=np.int8)),
         },
         coords={"damping_model": ALL, "elapsed": elapsed, "half_cycle": [1, 2, 3, 4]},
         attrs={"record_synthetic": "yes", "record_specimen": "a wall", **attributes},

@@ -12,6 +12,7 @@ from repository import ROOT
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported, writes
 from rockdamp.report import Content
+from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.amplitude_dispersion import DAMPERS
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
@@ -96,13 +97,13 @@ def png(width, height):
 
 
 def content():
-    verdicts = ("reproduced", "reproduced under conditions", "not reproduced")
+    verdicts = list(VERDICTS)
     claims = [
         {
             "id": f"claim-{i}",
             "section": f"{i}.1",
             "claim": f"Claim {i}: a < b & c.",
-            "verdict": verdicts[i % 3],
+            "verdict": verdicts[i % len(verdicts)],
             "measured": f"one is 0.{i}1; two is 0.{i}2",
             "threshold": f"less than 0.{i}",
             "condition": f"condition {i}" if i % 2 else "",

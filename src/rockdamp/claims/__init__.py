@@ -13,7 +13,7 @@ import pandas as pd
 
 from rockdamp.claims import histories, misfits, ratios
 from rockdamp.claims.reading import read_list
-from rockdamp.claims.verdicts import Claim, Judge, Limits, combine
+from rockdamp.claims.verdicts import NOT_TESTABLE, Claim, Judge, Limits, combine
 from rockdamp.errors import InputError
 from rockdamp.storage.dataset import Datasets
 
@@ -77,7 +77,11 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
     parts = {name: judgements[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
     measured = [part.measured for part in parts.values() if part.measured] + ["the record is synthetic"] * synthetic
-    verdict, condition = combine(claim, parts, capped=synthetic or bool(claim.get("inferred")))
+    missing = [part.measured for part in parts.values() if not part.testable]
+    if synthetic or missing:  # a record that a model made tells of that model alone
+        verdict, condition = NOT_TESTABLE, "; ".join([claim["condition"]] * synthetic + missing)
+    else:
+        verdict, condition = combine(claim, parts, capped=bool(claim.get("inferred")))
     return {
         "id": claim["id"],
         "section": claim["section"],

@@ -15,6 +15,7 @@ from rockdamp.storage.dataset import Datasets
 REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
+NOT_TESTABLE = "not testable"
 
 Claim = Mapping[str, Any]
 
@@ -31,11 +32,14 @@ class Part:
         What was found, with units.
     where : str
         The cases in which it holds, where it holds in enough of them but not in all.
+    testable : bool
+        The datasets hold what decides; if not, `measured` says what is missing.
     """
 
     holds: bool
     measured: str
     where: str = ""
+    testable: bool = True
 
 
 class Limits(dict[str, Any]):

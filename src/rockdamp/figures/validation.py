@@ -65,6 +65,11 @@ def measured_name(validation: xr.Dataset) -> str:
     return "measured (SYNTHETIC)" if is_synthetic(validation) else "measured"
 
 
+def has_free_decay(validation: xr.Dataset) -> bool:
+    """Tell whether any half cycle of the measured decay is free of the motion."""
+    return bool((validation["half_cycle_free"] == 1).any())
+
+
 def shown(validation: xr.Dataset) -> tuple[float, float]:
     """First and last time drawn: the motion and the decay, not the rest before and after. [s]"""
     motion = np.abs(validation["ground_acceleration"].values)
@@ -90,21 +95,23 @@ def _table(axes: Axes, validation: xr.Dataset) -> None:
     axes.set_ylabel(r"$\ddot u_g$ [m s$^{-2}$]")
     axes.set_title("table motion")
     _phases(axes, validation)
-    top = float(validation["ground_acceleration"].max())
-    axes.annotate(
-        "free decay",
-        (float(validation["free_phase_start"]), top),
-        (4, 0),
-        textcoords="offset points",
-        fontsize=7,
-        ha="left",
-        va="top",
-    )
+    if has_free_decay(validation):
+        top = float(validation["ground_acceleration"].max())
+        axes.annotate(
+            "free decay",
+            (float(validation["free_phase_start"]), top),
+            (4, 0),
+            textcoords="offset points",
+            fontsize=7,
+            ha="left",
+            va="top",
+        )
 
 
 def _phases(axes: Axes, validation: xr.Dataset) -> None:
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.axvline(float(validation["free_phase_start"]), color=GREY, linewidth=0.6, linestyle="dotted", zorder=0)
+    if has_free_decay(validation):
+        axes.axvline(float(validation["free_phase_start"]), color=GREY, linewidth=0.6, linestyle="dotted", zorder=0)
 
 
 def _history(axes: Axes, validation: xr.Dataset, model: str) -> None:

@@ -15,7 +15,8 @@ from rockdamp.solvers.response import Histories
 
 # ASSUME: the paper gives no definitions of its own for any of these.
 QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest
-FREE = 1 / 3  # of the plateau's strength: once the load stays below it, it can no longer make the wall rock
+STRONG = 1 / 3  # of the plateau's strength: once the load stays below it, it can no longer make the wall rock
+FREE = 0.02  # of the plateau's strength: once the load stays below it, the motion is that of a free decay
 SHORTEST_REST = 10  # samples
 
 
@@ -83,19 +84,32 @@ def measured_displacement(record: Record) -> tuple[Array, float]:
     return record.displacement - zero, zero
 
 
-def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
-    """Time from which the load stays below `FREE` of the plateau's strength. [s]
+def decay_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
+    """Time from which the load stays below `STRONG` of the plateau's strength. [s]
 
     Raises
     ------
     InputError
         If it does not before the end of the record.
     """
+    start = _quiet_from(record, wall, curve, STRONG)
+    if np.isnan(start):
+        raise InputError("the motion is still strong at the end of the record; it must hold a decay after the motion")
+    return start
+
+
+def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
+    """Time from which the load stays below `FREE` of the plateau's strength; NaN if not before the record's end. [s]
+
+    A load that can no longer make the wall rock still moves its peaks: at a third of the plateau by a third of u1 and
+    more.
+    """
+    return _quiet_from(record, wall, curve, FREE)
+
+
+def _quiet_from(record: Record, wall: Wall, curve: TrilinearCurve, share: float) -> float:
+    """Time of the first sample from which on the load is below a share of the plateau's strength; NaN of none. [s]"""
     load = np.abs(float(wall.load_factor) * record.ground_acceleration)
-    strong = np.flatnonzero(load >= FREE * float(curve.plateau_ratio))
-    last = int(strong[-1]) if strong.size else 0
-    if last >= record.elapsed.size - 1:
-        raise InputError(
-            "the motion is still strong at the end of the record; it must hold a free decay after the motion"
-        )
-    return float(record.elapsed[last + 1])
+    above = np.flatnonzero(load >= share * float(curve.plateau_ratio))
+    first = int(above[-1]) + 1 if above.size else 0
+    return float(record.elapsed[first]) if first < record.elapsed.size else np.nan

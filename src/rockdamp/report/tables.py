@@ -28,6 +28,7 @@ VERDICTS = {
     "reproduced": ("yes", "✓"),
     "reproduced under conditions": ("partly", "◐"),
     "not reproduced": ("no", "✗"),
+    "not testable": ("unknown", "–"),
 }
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "bokeh", "snakemake")
 

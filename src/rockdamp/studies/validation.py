@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
@@ -14,6 +15,7 @@ from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
 from rockdamp.histories.under_a_record import (
+    decay_start,
     free_phase_start,
     measured_displacement,
     record_attributes,
@@ -42,13 +44,15 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
     Returns
     -------
     xarray.Dataset
-        Histories, the matched half cycles of the decay, and the misfits of each model.
+        Histories, the matched half cycles of the decay, which of them are free of the motion (``half_cycle_free``),
+        and the misfits of each model. Those of the decay, with its decrements, are over the free half cycles alone,
+        and NaN where there is none.
 
     Raises
     ------
     InputError
-        If the record has no measured displacement, no rest before the motion or no free decay after it, or the
-        polynomials do not reach the config's e or a1.
+        If the record has no measured displacement, no rest before the motion or no decay after it, or the polynomials
+        do not reach the config's e or a1.
     """
     given = ValidationSettings.of(config)
     wall, curve, e = given.wall, given.curve, given.restitution
@@ -56,21 +60,23 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
     rest = rest_samples(record)
     measured, zero = measured_displacement(record)
     u_ins = float(wall.instability_displacement)
-    free = free_phase_start(record, wall, curve)
+    after = decay_start(record, wall, curve)
     threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
     decay = half_cycles(record.elapsed, measured, threshold)
-    first = np.flatnonzero(decay.start >= free)
+    first = np.flatnonzero(decay.start >= after)
     if not first.size:
         raise InputError(
-            f"the record has no half cycle beyond {threshold:.3g} m after {free:.3g} s; it must hold a decay"
+            f"the record has no half cycle beyond {threshold:.3g} m after {after:.3g} s; it must hold a decay"
         )
     decay = decay[slice(int(first[0]), None)]
+    free_start = free_phase_start(record, wall, curve)
+    free = decay.start >= free_start
 
     runs = []
     for model in MODELS:
         damping = Damping.of(model, restitution=e, damping_ratio=ratios.get(model))
         response = respond(record, wall, curve, damping, given.step)
-        runs.append(_compare(record.elapsed, response, u_ins, measured, decay, rest))
+        runs.append(_compare(record.elapsed, response, u_ins, measured, decay, free, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}
     peak = float(np.abs(measured).max())
     return xr.Dataset(
@@ -83,11 +89,12 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
             "measured_decay_peak": ("half_cycle", np.abs(decay.peak)),
             "measured_decay_peak_elapsed": ("half_cycle", decay.peak_elapsed),
             "measured_half_cycle_duration": ("half_cycle", decay.duration),
-            "measured_log_decrement": _log_decrement(np.abs(decay.peak)),
+            "half_cycle_free": ("half_cycle", free.astype(np.int8)),
+            "measured_log_decrement": _log_decrement(np.abs(decay.peak[free])),
             "measured_peak_displacement": peak,
             "restitution": e,
             "instability_displacement": u_ins,
-            "free_phase_start": free,
+            "free_phase_start": free_start,
             "sensor_zero": zero,
         },
         coords={
@@ -118,7 +125,13 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
 
 
 def _compare(
-    elapsed: Array, response: Histories, u_ins: float, measured: Array, decay: HalfCycles, rest: int
+    elapsed: Array,
+    response: Histories,
+    u_ins: float,
+    measured: Array,
+    decay: HalfCycles,
+    free: NDArray[np.bool_],
+    rest: int,
 ) -> Mapping[str, tuple[tuple[str, ...], Any]]:
     """Misfits of one response; NaN where the wall collapsed or a half cycle has no match. Values by name with dims."""
     displacement = u_ins * response.displacement
@@ -130,9 +143,9 @@ def _compare(
         count = matched.peak.size
         peaks[:count], times[:count] = np.abs(matched.peak), matched.peak_elapsed
         durations[:count] = matched.duration
-    amplitude, both = np.abs(decay.peak), np.isfinite(durations) & np.isfinite(decay.duration)
+    amplitude, judged = np.abs(decay.peak), free & np.isfinite(peaks)
+    both = free & np.isfinite(durations) & np.isfinite(decay.duration)
     nothing = np.nan
-    decrement = _log_decrement(peaks[:count])
     return {
         "displacement": (("elapsed",), displacement),
         "collapsed": ((), np.int8(collapsed)),
@@ -142,9 +155,9 @@ def _compare(
         "decay_peak": (("half_cycle",), peaks),
         "decay_peak_elapsed": (("half_cycle",), times),
         "half_cycle_duration": (("half_cycle",), durations),
-        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[:count] ** 2)) if count else nothing),
-        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[:count]) if count else nothing),
-        "log_decrement": ((), decrement),
+        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[judged] ** 2)) if judged.any() else nothing),
+        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[judged]) if judged.any() else nothing),
+        "log_decrement": ((), _log_decrement(peaks[judged])),
         "period_drift": (
             (),
             durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else nothing,
