@@ -15,7 +15,7 @@ from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
 from rockdamp.report.numbers import number
 from rockdamp.storage import dataset
-from rockdamp.studies.accuracy.matched_ratios import THOUSANDTH, relative_uncertainty
+from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -63,14 +63,15 @@ def solver(data: Data) -> str:
 def ratios(data: Data) -> str:
     """Uncertainties of the published damping ratios, and which are the largest."""
     accuracy = data["accuracy"]
-    head = ["model", "uncertainty below 0.1 %", "largest uncertainty", "largest difference, sample", "converged"]
+    head = ["model", "uncertainty below 0.1 %", "largest uncertainty", "largest difference, sample"]
+    head += [f"within the uncertainty, {half}" for half in HALVES]
     rows = [
         [
             model,
             f"{100 * float(one['share_within_thousandth']):.1f} %",
             percent(one["uncertainty_quantile"].max()),
-            percent(abs(one["sample_difference"]).max()),
-            f"{100 * float(one['share_converged']):.1f} %",
+            power(abs(one["sample_difference"]).max()),
+            *(f"{100 * float(share):g} %" for share in one["share_within_uncertainty"]),
         ]
         for model, one in models(accuracy, "viscous_model")
     ]

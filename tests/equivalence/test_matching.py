@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rockdamp.equivalence import matching
-from rockdamp.equivalence.minima import RESOLUTION, Cases, global_minima, nearby_minima
+from rockdamp.equivalence.integral_minima import error_at, integral_minima
+from rockdamp.equivalence.minima import RESOLUTION, Cases, global_minima
 from rockdamp.mechanics.curve import TrilinearCurve
 
 STEP, STEPS = 0.01, 800
@@ -26,24 +27,48 @@ def matched(cases):
     return matching.solve(cases, ["SDR", "CDC"], STEPS, refinement=4)
 
 
-def test_the_global_minimum_is_followed_to_the_finest_step_by_the_one_before_it(cases, matched):
+def test_the_integral_s_minimum_is_followed_from_the_global_one_to_the_finest_step(cases, matched):
     assert list(matched) == ["SDR", "CDC"]
     for model, of in matched.items():
         best = global_minima(cases, model, [STEPS])
-        before, _ = nearby_minima(cases.refined(STEPS, 2), model, best.damping_ratio[0])
-        ratio, error = nearby_minima(cases.refined(STEPS, 4), model, before)
+        ratio, found = integral_minima(cases, model, STEPS, best.damping_ratio[0])[0], []
+        for refinement in (2, 2.5, 4):
+            finer = cases.refined(STEPS, refinement)
+            found.append(integral_minima(finer, model, finer.steps, ratio))
+            ratio = found[-1][0]
+        largest = np.abs(np.concatenate(found) - ratio).max(axis=0)
         np.testing.assert_array_equal(of.damping_ratio, ratio)
-        np.testing.assert_array_equal(of.uncertainty, np.maximum(2 * np.abs(ratio - before), RESOLUTION * ratio))
+        np.testing.assert_array_equal(of.uncertainty, np.maximum(2 * largest, RESOLUTION * ratio))
         np.testing.assert_array_equal(of.local_minima, best.local_minima[0])
+        error = error_at(cases.refined(STEPS, 4), model, 4 * STEPS, ratio)
         np.testing.assert_array_equal(of.error, error)
         np.testing.assert_allclose(of.rms_error, np.sqrt(error / (4 * STEPS)))
         assert (of.step, of.steps) == (STEP / 4, 4 * STEPS)
 
 
 def test_the_uncertainty_is_never_less_than_the_resolution_of_the_minimiser(cases, monkeypatch):
-    monkeypatch.setattr(matching, "nearby_minima", lambda cases, model, ratio, scheme: (ratio, np.ones(ratio.size)))
+    monkeypatch.setattr(matching, "integral_minima", lambda cases, model, steps, ratio, scheme: np.stack([ratio] * 2))
     of = matching.solve(cases, ["CDR"], STEPS, refinement=2)["CDR"]
     np.testing.assert_array_equal(of.uncertainty, RESOLUTION * of.damping_ratio)
+
+
+@pytest.mark.parametrize("off", range(5))
+def test_any_of_the_minima_that_differs_widens_the_uncertainty(cases, monkeypatch, off):
+    """Six minima of three steps: five that can differ from the one that is published."""
+    calls = []
+
+    def minima(cases, model, steps, ratio, scheme):
+        found = np.full((2, ratio.size), 0.05)
+        calls.append(model)
+        step = len(calls) - 2  # the first call is at the solver's step and only looks for the place
+        places = [(0, 0), (0, 1), (1, 0), (1, 1), (2, 1)]
+        if step == places[off][0]:
+            found[places[off][1]] *= 1.01
+        return found
+
+    monkeypatch.setattr(matching, "integral_minima", minima)
+    of = matching.solve(cases, ["CDR"], STEPS, refinement=2)["CDR"]
+    np.testing.assert_allclose(of.uncertainty, 2 * 0.01 * 0.05)
 
 
 def test_equal_cases_are_matched_once(cases, matched, monkeypatch):

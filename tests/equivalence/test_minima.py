@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.minima import SCAN, Cases, global_minima, nearby_minima
+from rockdamp.equivalence.minima import SCAN, Cases, global_minima
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -116,8 +116,6 @@ def test_without_loss_the_damping_ratio_is_zero_beside_cases_with_loss():
     alone = global_minima(cases.take(slice(0, 1)), "CDR", [1600])
     assert best.damping_ratio.tolist() == [[alone.damping_ratio[0, 0], 0.0]]
     assert best.error[0, 1] == 0.0
-    finer, error = nearby_minima(cases.refined(1600, 2), "CDR", best.damping_ratio[0])
-    assert finer[1] == error[1] == 0.0 and finer[0] == pytest.approx(alone.damping_ratio[0, 0], rel=2e-3)
 
 
 def test_of_equal_minima_the_smaller_damping_ratio_is_taken(monkeypatch):

@@ -14,7 +14,7 @@ DAMPINGS = [Damping.cr(0.85), *(Damping(model, 0.05) for model in VISCOUS_MODELS
 
 
 def made_up(config, name, models=VISCOUS_MODELS):
-    """A match whose damping ratios are the closed form's and whose relative uncertainties are all different."""
+    """A match with the closed form's damping ratios; the relative uncertainties and the errors are all different."""
     given = DecaySettings.of(config)
     study, e = given.study(name), given.restitution
     ratio = np.stack(
@@ -26,7 +26,11 @@ def made_up(config, name, models=VISCOUS_MODELS):
     relative = 1e-4 * np.linspace(1, 2, ratio.size).reshape(ratio.shape)
     dims = ("damping_model", study.parameter, "restitution")
     return xr.Dataset(
-        {"damping_ratio": (dims, ratio), "damping_ratio_uncertainty": (dims, relative * ratio)},
+        {
+            "damping_ratio": (dims, ratio),
+            "damping_ratio_uncertainty": (dims, relative * ratio),
+            "rms_error": (dims, 0.01 * relative / 1e-4),
+        },
         coords={
             "damping_model": list(models),
             study.parameter: study.values,

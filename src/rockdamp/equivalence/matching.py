@@ -1,9 +1,10 @@
 """The protocol behind every damping ratio of least Err that is published: one, whatever asks for it.
 
-The global minimum of Err, Eq. (17), is found against decays at the solver's step and then followed to finer steps, in
-the reference and in the model. The uncertainty is twice the change over the last halving of the step, where the change
-itself would bound the error of a first-order method: |u| sampled at the steps puts a ripple of that order on Err. It is
-never less than the resolution of the minimiser.
+The global minimum of Err, Eq. (17), is found against decays at the solver's step. What is published is the minimum next
+to it of the integral that Err tends to, followed to finer steps in the reference and in the model. The uncertainty is
+twice the largest difference from what the coarser of the last three steps give, and from what the inner half of the
+damping ratios tried gives at each of them. It is never less than the resolution of the minimiser. The stage `accuracy`
+measures how many exact minima lie within it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.equivalence.minima import RESOLUTION, SCAN, Cases, global_minima, nearby_minima
+from rockdamp.equivalence.integral_minima import error_at, integral_minima
+from rockdamp.equivalence.minima import RESOLUTION, SCAN, Cases, global_minima
 from rockdamp.equivalence.scan import Scan
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
@@ -26,6 +28,7 @@ from rockdamp.solvers.newmark import available_threads
 T = TypeVar("T")
 
 REFINEMENT = 8  # steps of the last minimisation in place of each of the solver's
+COARSER = (2.0, 1.6, 1.0)  # steps of the last three minimisations, over the finest; not multiples, lest ripples agree
 
 
 @dataclass(frozen=True)
@@ -35,9 +38,9 @@ class Matched:
     Attributes
     ----------
     damping_ratio, uncertainty : ndarray
-        xi and its uncertainty. [-]
+        xi of the least integral of (|u_CR| - |u|)^2, and the bound of its error. [-]
     error : ndarray
-        Err, Eq. (17), over the `steps`. [-]
+        Err, Eq. (17), over the `steps` at xi. [-]
     local_minima : ndarray of int
         Number of local minima of Err over the damping ratios tried.
     step : float
@@ -100,21 +103,19 @@ def solve(
     """
     first, which = cases.unlike()
     unlike = cases.take(first)
-    coarser, finest = (unlike.refined(steps, many, scheme) for many in (refinement / 2, refinement))
+    finer = [unlike.refined(steps, refinement / factor, scheme) for factor in COARSER]
+    finest, last = finer[-1], steps * refinement
 
     def of_model(model: str) -> Matched:
         best = global_minima(unlike, model, [steps], scan, scheme)
-        before, _ = nearby_minima(coarser, model, best.damping_ratio[0], scheme)
-        ratio, error = nearby_minima(finest, model, before, scheme)
-        uncertainty = np.maximum(2 * np.abs(ratio - before), RESOLUTION * ratio)
-        return Matched(
-            ratio[which],
-            uncertainty[which],
-            error[which],
-            best.local_minima[0][which],
-            finest.step,
-            steps * refinement,
-        )
+        ratio = integral_minima(unlike, model, steps, best.damping_ratio[0], scheme)[0]
+        minima = []
+        for each in finer:
+            minima.append(integral_minima(each, model, each.steps, ratio, scheme))
+            ratio = minima[-1][0]
+        uncertainty = np.maximum(2 * np.abs(np.concatenate(minima) - ratio).max(axis=0), RESOLUTION * ratio)
+        error = error_at(finest, model, last, ratio, scheme)
+        return Matched(ratio[which], uncertainty[which], error[which], best.local_minima[0][which], finest.step, last)
 
     return of_each(of_model, damping_models, description)
 

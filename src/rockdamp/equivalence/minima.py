@@ -23,7 +23,6 @@ SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 WINDOWS_AT_ONCE = 8
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
-NEARBY = 0.001  # first bracket around a minimum that is known already, as a fraction of its damping ratio
 
 
 @dataclass(frozen=True)
@@ -85,16 +84,25 @@ class Cases:
         return cls(curve, release_amplitude, restitution, response.displacement, step, exponent)
 
     def refined(self, steps: int, refinement: float, scheme: str = "newmark") -> Cases:
-        """Return the decays over `steps` steps again, with `refinement` steps in place of each."""
+        """Return the decays over `steps` steps again, with `refinement` steps in place of each, or nearly so.
+
+        They are as long as before, over a whole number of steps.
+        """
+        finer = round(steps * refinement)
         return Cases.released(
             self.curve,
             self.release_amplitude,
             self.restitution,
-            step=self.step / refinement,
-            steps=round(steps * refinement),
+            step=self.step * steps / finer,
+            steps=finer,
             scheme=scheme,
             exponent=self.exponent,
         )
+
+    @property
+    def steps(self) -> int:
+        """Steps of the decays."""
+        return self.displacement.shape[1] - 1
 
     def take(self, case: slice | NDArray[np.int64]) -> Cases:
         """Return some of the cases."""
@@ -206,19 +214,6 @@ def global_minima(
         if value < best.error[w, c]:
             best.damping_ratio[w, c], best.error[w, c] = xi, value
     return best
-
-
-def nearby_minima(
-    cases: Cases, damping_model: str, damping_ratio: Array, scheme: str = "newmark"
-) -> tuple[Array, Array]:
-    """Return xi and Err, each of shape (cases,), of the minimum next to `damping_ratio` over all the steps."""
-    case = np.flatnonzero(damping_ratio > 0)  # xi = 0 belongs to e = 1, which stays there
-    ratio, error = np.zeros(damping_ratio.size), np.zeros(damping_ratio.size)
-    if case.size:
-        around = [damping_ratio[case] * factor for factor in (1 - NEARBY, 1.0, 1 + NEARBY)]
-        steps, window = np.array([cases.displacement.shape[1] - 1]), np.zeros(case.size, dtype=np.int64)
-        ratio[case], error[case] = _refine(cases, damping_model, steps, window, case, around, scheme)
-    return ratio, error
 
 
 def _with_lossless(

@@ -26,7 +26,7 @@ def config():
     small["matching"] |= {"window": 5.0, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
     small["windows"] = {"start": 3, "stop": 6, "step": 1}
     small["loops"]["window"] = 12
-    small["accuracy"] |= {"restitutions": 2, "doublings": 1, "halvings": 2, "minima": 1, "bracket": 0.3}
+    small["accuracy"] |= {"restitutions": 2, "doublings": 1, "halvings": 2, "minima": 2, "bracket": 0.3}
     small["accuracy"]["rigid"] |= {"slenderness": [8, 20], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
     return small
 

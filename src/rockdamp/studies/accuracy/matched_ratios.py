@@ -18,6 +18,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.studies.settings import Study
 
 THOUSANDTH = 1e-3
+HALVES = ("largest error", "drawn")  # of the sample
 QUANTILES = np.concatenate([np.linspace(0.0, 0.98, 50), [0.99, 1.0]])
 SPACING = 0.0005  # in tau, of the samples of the integral: halving it moves no minimum by more than 3e-7 of itself
 
@@ -62,29 +63,35 @@ def uncertainty(matches: Matches) -> xr.Dataset:
 
 
 def sample(studies: Studies, matches: Matches, *, count: int, seed: int) -> dict[str, list[Published]]:
-    """Choose `count` published ratios of each model: half the least certain, half drawn from the studies in turn."""
+    """Choose `count` published ratios of each model: half of the largest Err, half drawn; none has another's case.
+
+    The uncertainty has no say in it, as it is what the sample tests.
+    """
     rng = np.random.default_rng(seed)
-    names = list(matches)
-    models = [str(model) for model in matches[names[0]]["damping_model"].values]
-    relative = {name: relative_uncertainty(match) for name, match in matches.items()}
-    bounds = {name: values.transpose("damping_model", ...).values for name, values in relative.items()}
     chosen = {}
-    for m, model in enumerate(models):
-        ranked = sorted(
-            ((name, place) for name in names for place in np.ndindex(bounds[name][m].shape)),
-            key=lambda published, m=m: -bounds[published[0]][m][published[1]],  # type: ignore[misc]
-        )
-        places = ranked[: least_certain(count)]
-        while len(places) < count:
-            name = names[(m + len(places)) % len(names)]
-            place = tuple(int(rng.integers(size)) for size in bounds[name][m].shape)
-            places.append((name, place))
+    for model in (str(model) for model in next(iter(matches.values()))["damping_model"].values):
+        places = _unlike(studies, {name: match.sel(damping_model=model) for name, match in matches.items()})
+        worst, others = places[: largest_errors(count)], places[largest_errors(count) :]
+        drawn = rng.choice(len(others), min(count - len(worst), len(others)), replace=False)
+        places = worst + [others[i] for i in drawn]
         chosen[model] = [_published(studies[name], matches[name], model, *place) for name, place in places]
     return chosen
 
 
-def least_certain(count: int) -> int:
-    """Return how many of a sample of `count` are the least certain ones: half, rounded up."""
+def _unlike(studies: Studies, matches: Matches) -> list[tuple[str, tuple[int, ...]]]:
+    """Study and place of each case of one model that differs from the others, the largest Err first."""
+    cases: dict[tuple[float, ...], tuple[float, str, tuple[int, ...]]] = {}
+    for name, match in matches.items():
+        study, e = studies[name], match["restitution"].values
+        error = match["rms_error"].transpose(study.parameter, "restitution").values
+        problem = np.stack([*study.curve.parameters(), study.release_amplitude], axis=1)
+        for place in np.ndindex(error.shape):
+            cases[*problem[place[0]].tolist(), float(e[place[1]])] = float(error[place]), name, place
+    return [(name, place) for _, name, place in sorted(cases.values(), key=lambda case: -case[0])]
+
+
+def largest_errors(count: int) -> int:
+    """Return how many of a sample of `count` are those of the largest Err: half, rounded up."""
     return -(-count // 2)
 
 
@@ -103,8 +110,7 @@ def _published(study: Study, match: xr.Dataset, model: str, value: int, e: int) 
 def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, seed: int) -> xr.Dataset:
     """Find the exact minimum next to each damping ratio of the sample, and how far the published one is from it.
 
-    ``share_converged`` counts the published damping ratios that are within 0.1 % by their own uncertainty or, where
-    that is larger and they are in the sample, of the exact minimum.
+    ``share_within_uncertainty`` is the part of each half of the sample whose exact minimum lies within the uncertainty.
     """
     chosen = sample(studies, matches, count=count, seed=seed)
     window = float(next(iter(matches.values()))["window"])
@@ -113,8 +119,6 @@ def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, se
     ratio = np.array([published.ratio for published in all_models])
     difference = ratio / exact - 1
     bound = np.array([published.bound for published in all_models])
-    saved = ((bound >= THOUSANDTH) & (np.abs(difference) < THOUSANDTH)).reshape(len(chosen), -1)
-    saved = saved[:, : least_certain(count)]
     columns = {
         "sample_published_ratio": ratio,
         "sample_exact_ratio": exact,
@@ -126,11 +130,12 @@ def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, se
         "sample_release_amplitude": np.array([published.release_amplitude for published in all_models]),
         "sample_restitution": np.array([published.restitution for published in all_models]),
     }
-    shares = uncertainty(matches)
+    within = (np.abs(ratio - exact) <= bound * ratio).reshape(len(chosen), -1)
+    halves = np.split(within, [largest_errors(count)], axis=1)
     return xr.Dataset(
         {key: (("viscous_model", "sample"), value.reshape(len(chosen), -1)) for key, value in columns.items()}
-        | {"share_converged": shares["share_within_thousandth"] + saved.sum(axis=1) / int(shares["published_count"])},
-        coords={"viscous_model": list(chosen), "sample": np.arange(count)},
+        | {"share_within_uncertainty": (("sample_half", "viscous_model"), [half.mean(axis=1) for half in halves])},
+        coords={"viscous_model": list(chosen), "sample": np.arange(within.shape[1]), "sample_half": list(HALVES)},
     )
 
 
