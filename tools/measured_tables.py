@@ -1,4 +1,4 @@
-"""Write the measured numbers into docs/accuracy.md and docs/earthquakes.md, from the datasets of a full build.
+"""Write the measured numbers into the pages of docs that are named below, from the datasets of a full build.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
 names it; the words around the tables hold no measured number.
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
 from rockdamp.report.numbers import number
@@ -20,7 +21,7 @@ from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
-PAGES = ("docs/accuracy.md", "docs/earthquakes.md")
+PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md")
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 Data = dict[str, xr.Dataset]
@@ -168,8 +169,32 @@ def interval(one: xr.Dataset, name: str) -> str:
     return f"{show(one[name])} ({low} to {high})"
 
 
+def response_length(data: Data) -> str:
+    """How sharply the paper's range of e picks a length of the response, and which other releases would pick."""
+    windows = data["windows"]
+    inferred, wrong = float(windows["inferred_window"]), windows["misclassified"]
+    others, near = wrong.drop_sel(window=inferred), windows["near_misclassified"]
+    ends = [f"{float(end):g}" for end in (near["near_window"][0], near["near_window"][-1])]
+    none, few = (spans(near <= most, "").strip() for most in (int(near.min()), int(near.min()) + 2))
+    head = ["released from u0/u_ins =", *(f"{release:g}" for release in numbers(windows, "release_amplitude"))]
+    rows = [
+        [name, *(f"{value:g}" for value in numbers(windows, variable))]
+        for name, variable in (
+            ("length implied, in tau", "inferred_window_of_release"),
+            ("e at which it fails", "misclassified_of_release"),
+        )
+    ]
+    lengths, least = numbers(windows, "window"), int(near.min())
+    return (
+        f"It is {int(wrong.sel(window=inferred))} at {inferred:g} and at least {int(others.min())} at every other "
+        f"length from {lengths[0]:g} to {lengths[-1]:g} in steps of {lengths[1] - lengths[0]:g}.\n"
+        f"Between {ends[0]} and {ends[1]}, in tenths, it is {least} at {none} and at most {least + 2} at {few}.\n\n"
+        f"{table(head, rows)}"
+    )
+
+
 TABLES: dict[str, Callable[[Data], str]] = {
-    function.__name__: function for function in (solver, ratios, rotations, energy, earthquakes)
+    function.__name__: function for function in (solver, ratios, rotations, energy, earthquakes, response_length)
 }
 
 
@@ -180,7 +205,7 @@ def written(page: str, data: Data) -> str:
 
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
-    names = ("accuracy", "comparison", *(f"match/{study}" for study in STUDIES))
+    names = ("accuracy", "comparison", "windows", *(f"match/{study}" for study in STUDIES))
     return {name: dataset.open(results / f"{name}.nc") for name in names}
 
 

@@ -41,11 +41,16 @@ CASES = [
     ("ean-slender", CONDITIONAL, put("mechanism", "restitution_impulsive", np.full((2, 3), 0.5)), "impulse"),
     ("ean-slender", NOT_REPRODUCED, put("mechanism", "restitution_analytical", np.full((2, 3), 0.5)), ""),
     ("fig3-energy", REPRODUCED, nothing, ""),
-    ("fig3-energy", CONDITIONAL, force_in_half_cycles("SDR", [1.0, 1.0, 1.0, 1.3, 1.3]), "half cycle 1 to 3"),
-    ("fig3-energy", CONDITIONAL, all_of(*(force_in_half_cycles(m, [2.0]) for m in VISCOUS)), "the areas of the three"),
+    ("fig3-energy", CONDITIONAL, force_in_half_cycles("SDR", [1.0, 1.0, 1.0, 1.2, 1.2]), "half cycle 1 to 3"),
+    ("fig3-energy", CONDITIONAL, all_of(*(force_in_half_cycles(m, [2.0]) for m in VISCOUS)), "with what CR loses"),
     ("fig3-energy", NOT_REPRODUCED, force_in_half_cycles("SDR", [1.3]), ""),
     # All together equal, and yet no loop is.
-    ("fig3-energy", NOT_REPRODUCED, force_in_half_cycles("SDR", [1.2, 0.8, 0.8, 0.7, 1.3]), ""),
+    (
+        "fig3-energy",
+        CONDITIONAL,
+        force_in_half_cycles("SDR", [1.2, 0.8, 0.8, 0.8, 1.3]),
+        "in total over the stored length; does not hold: each half cycle by itself",
+    ),
     ("fig3-impact", REPRODUCED, nothing, ""),
     ("fig3-impact", CONDITIONAL, spread_force("SDR", "CDC", halves=2), "SDR concentrates (half cycle 3 to 5)"),
     ("fig3-impact", NOT_REPRODUCED, spread_force("SDR", "CDC"), ""),
@@ -71,8 +76,8 @@ CASES = [
     ("amp-sign", NOT_REPRODUCED, mirrored(STUDY, "CDC", AT, E[:4]), ""),
     ("amp-dispersion", REPRODUCED, nothing, ""),
     ("amp-dispersion", CONDITIONAL, scaled(STUDY, XI, 0.1, restitution=E[-2:]), "does not hold: absolute"),
-    ("amp-dispersion", CONDITIONAL, flat(STUDY, "SDR", AT), "models CDC, CDR"),
-    ("amp-dispersion", NOT_REPRODUCED, all_of(flat(STUDY, "SDR", AT), flat(STUDY, "CDR", AT)), ""),
+    # One model suffices: the claim is of all of them.
+    ("amp-dispersion", NOT_REPRODUCED, flat(STUDY, "SDR", AT), ""),
     *(
         case
         for study, dim, last in (("slenderness", "slenderness", 2.0), ("overburden", "overburden_ratio", 2.0))
@@ -146,7 +151,7 @@ CASES = [
         "fit-order",
         CONDITIONAL,
         scaled("equivalence", f"{XI}_fit", 0.7, damping_model=["CDR"], cracked_stiffness_ratio=[0.02]),
-        "does not hold: CDR slightly, CDR nearly independent",
+        "does not hold: CDR slightly, CDR depends on a1 less",
     ),
     (
         "fit-order",

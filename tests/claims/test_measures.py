@@ -41,6 +41,20 @@ def test_walls_of_another_plateau_stay_out_of_the_spread_over_a1(listed, data):
     assert "a1 0.02 to 0.1:" in before and "CDC 80%" in before
 
 
+def test_what_the_equations_do_not_hold_is_no_measured_zero(listed, data):
+    assert "equal tau: identical by the equations" in row(listed, data, "slenderness")["measured"]
+    scaled("match/slenderness", XI, 1.0005, slenderness=[2.0], damping_model=["CDC"])(data)
+    told = row(listed, data, "slenderness")["measured"]
+    assert "equal tau: CDC 0.05%, CDR 0%, SDR 0%" in told and "identical" in told.split("; ")[1]
+
+
+def test_the_range_of_lengths_is_told_with_what_lies_between_and_what_other_releases_imply(listed, data):
+    told = row(listed, data, "err-range")["measured"]
+    assert "at least 3 misfits at any other length studied" in told
+    assert "between those next to it none at tau 8 to 8.5, at most 2 at tau 7.5 to 9" in told
+    assert "6 (u0/u_ins 0.3), 8 (u0/u_ins 0.5), 12 (u0/u_ins 0.9)" in told
+
+
 def test_high_and_low_e_are_the_outer_thirds_of_them(listed, data):
     """What the middle third does decides nothing, and every value of the others does."""
     before = row(listed, data, "amp-dispersion")["measured"]

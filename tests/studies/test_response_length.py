@@ -39,6 +39,28 @@ def test_a_built_windows_dataset_infers_the_default_window():
     assert float(dataset.open(path)["inferred_window"]) == DEFAULT_WINDOW
 
 
+def test_the_length_is_a_narrow_best_and_that_of_the_papers_wall(config, decays):
+    """Counts between its neighbours run through those at the lengths studied; each release has a length of its own."""
+    found = response_length.windows(config, decays["amplitude"])
+    dataset.check(found, "windows")
+    inferred, near = float(found["inferred_window"]), found["near_misclassified"]
+    for window in found["window"].values:
+        if near["near_window"].min() <= window <= near["near_window"].max():
+            assert int(near.sel(near_window=window)) == int(found["misclassified"].sel(window=window))
+    assert int(near.sel(near_window=inferred)) == int(found["misclassified"].min())
+    of_release = found["inferred_window_of_release"]
+    assert float(of_release.sel(release_amplitude=config["release_amplitude"])) == inferred
+    assert bool((of_release.values[1:] >= of_release.values[:-1]).all())  # a larger one needs longer for as many cycles
+
+
+def test_lengths_next_to_the_inferred_are_in_tenths_and_end_with_those_studied():
+    lengths = np.array([3.0, 4.0, 6.0])
+    np.testing.assert_allclose(
+        response_length.between_neighbours(lengths, 4.0), np.r_[np.arange(3.0, 4.0, 0.1), np.arange(4.0, 6.05, 0.2)]
+    )
+    np.testing.assert_allclose(response_length.between_neighbours(lengths, 6.0), np.arange(4.0, 6.05, 0.2))
+
+
 def test_misfits_are_counted_against_the_papers_range():
     import xarray as xr
 

@@ -143,8 +143,16 @@ def windows():
             "cdr_lowest_in_paper_range": ("window", [0, 1, 0]),
             "secant_below_constant": ("window", [1, 1, 1]),
             "error_rises_as_restitution_falls": (("window", "damping_model"), np.ones((3, 4), dtype=int)),
+            "near_misclassified": ("near_window", [3, 1, 0, 0, 2]),
+            "inferred_window_of_release": ("release_amplitude", [6.0, 8.0, 12.0]),
+            "misclassified_of_release": ("release_amplitude", [5, 0, 2]),
         },
-        coords={**coords, "inferred_window": WINDOW},
+        coords={
+            **coords,
+            "inferred_window": WINDOW,
+            "near_window": [7.0, 7.5, 8.0, 8.5, 9.0],
+            "release_amplitude": [0.3, 0.5, 0.9],
+        },
     )
 
 

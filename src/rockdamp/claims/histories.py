@@ -62,22 +62,25 @@ def impact_losses(loops: xr.Dataset, window: float) -> Array:
 
 
 def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Areas of the loops, half cycle by half cycle."""
+    """Areas of the loops in total, over two lengths, and half cycle by half cycle."""
     loops, window = data["loops"], float(data["match/amplitude"]["window"])
-    loop_areas = {model: areas(loops, model, window) for model in PAPER_MODELS}
-    losses = impact_losses(loops, window)
-    count = min(losses.size, *(values.size for values in loop_areas.values()))
-    table, losses = np.stack([values[:count] for values in loop_areas.values()]), losses[:count]
-    mean = table.mean(axis=0)
-    totals = ", ".join(
-        f"{model} {percent(row.sum() / losses.sum())}" for model, row in zip(PAPER_MODELS, table, strict=True)
-    )
     parts = {}
-    for name, reference, of in (("models", mean, "their mean"), ("impact", losses, f"CR's loss (in all {totals})")):
+    for name, length in (("total", window), ("long", float(loops["tau"].values[-1]))):
+        totals = np.array([areas(loops, model, length).sum() for model in PAPER_MODELS])
+        apart = totals / totals.mean() - 1
+        each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
+        measured = f"in total against their mean, up to tau {number(length)}: {each}"
+        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), measured)
+    losses = impact_losses(loops, window)
+    loop_areas = [areas(loops, model, window) for model in PAPER_MODELS]
+    count = min(losses.size, *(values.size for values in loop_areas))
+    table, losses = np.stack([values[:count] for values in loop_areas]), losses[:count]
+    for name, reference, of in (("models", table.mean(axis=0), "their mean"), ("impact", losses, "CR's loss")):
         relative = table / reference - 1
         each = "; ".join(f"{percent(column.min())} to {percent(column.max())}" for column in relative.T)
         held = np.abs(relative).max(axis=0) <= limits["same"]
-        parts[name] = judged(by_half_cycle(held), f"areas against {of}: {each}", "half cycle", limits["enough"])
+        measured = f"half cycle by half cycle against {of}: {each}"
+        parts[name] = judged(by_half_cycle(held), measured, "half cycle", limits["enough"])
     return parts
 
 

@@ -53,7 +53,15 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     in_range = (e >= limits["low"] - ROUNDING) & (e <= limits["high"] + ROUNDING)
     exact = spans(windows["cdr_lowest_in_paper_range"], "tau")
     wrong = windows["misclassified"].sel(window=[w for w in windows["window"].values if w != float(inferred["window"])])
-    others = f"; at least {int(wrong.min())} misfits at any other length" if wrong.size else ""
+    others = f"; at least {int(wrong.min())} misfits at any other length studied" if wrong.size else ""
+    near = windows["near_misclassified"]
+    others += f"; between those next to it none at {spans(near == 0, 'tau')}, at most 2 at {spans(near <= 2, 'tau')}"
+    length = windows["inferred_window_of_release"].dropna("release_amplitude")
+    implied = ", ".join(
+        f"{number(at)} (u0/u_ins {number(release)})"
+        for release, at in zip(length["release_amplitude"].values, length.values, strict=True)
+    )
+    others += f"; other releases would imply other lengths: {implied}"
     parts = {}
     for name, model, where in (("inside", "CDR", in_range), ("outside", "SDR", ~in_range)):
         held = (lowest == model)[where.values]

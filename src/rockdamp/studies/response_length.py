@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
 
+from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.minima import global_minima
 from rockdamp.progress import track
@@ -16,6 +21,7 @@ from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)
 ROUNDING = 1e-9
+LONGEST = 4  # times the inferred length, up to which other walls are asked for theirs
 
 
 def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
@@ -32,28 +38,60 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         ``error``, ``rms_error``, ``damping_ratio`` (window, restitution, damping_model), and for each window a flag
-        for each claim that depends on it.
+        for each claim that depends on it. How sharp the inferred length is: ``near_misclassified`` (near_window), at
+        lengths between those next to it; and what another wall would imply, ``inferred_window_of_release`` with
+        ``misclassified_of_release`` (release_amplitude).
     """
     given = ResponseLengthSettings.of(config)
     study, lengths, step = given.study("amplitude"), given.windows, given.solver.step
     restitution = decays["restitution"].values
-    steps = np.array([step_count(length, step) for length in lengths])
-    row = int(np.argmin(np.abs(study.values - given.release_amplitude)))
-    stored = np.asarray(decays["displacement"].values[:, :, : steps[-1] + 1], dtype=float)
-    cases = cases_of(study, restitution, stored, step).take(slice(row * restitution.size, (row + 1) * restitution.size))
-    models = track(VISCOUS_MODELS, "windows")
-    matches = [global_minima(cases, model, steps, given.scan, given.solver.scheme) for model in models]
-    error = np.stack([match.error for match in matches], axis=-1)
-    dims = ("window", "restitution", "damping_model")
-    dataset = xr.Dataset(
-        {
-            "error": (dims, error),
-            "rms_error": (dims, np.sqrt(error / steps[:, None, None])),
-            "damping_ratio": (dims, np.stack([match.damping_ratio for match in matches], axis=-1)),
-        },
-        coords={"window": lengths, "restitution": restitution, "damping_model": list(VISCOUS_MODELS)},
+    stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
+    cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step)
+
+    def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
+        steps = np.array([step_count(length, step) for length in lengths])
+        of_row = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
+        of_row = replace(of_row, displacement=np.ascontiguousarray(of_row.displacement[:, : steps[-1] + 1]))
+        matches = [global_minima(of_row, model, steps, given.scan, given.solver.scheme) for model in models]
+        error = np.stack([match.error for match in matches], axis=-1)
+        dims = ("window", "restitution", "damping_model")
+        return xr.Dataset(
+            {
+                "error": (dims, error),
+                "rms_error": (dims, np.sqrt(error / steps[:, None, None])),
+                "damping_ratio": (dims, np.stack([match.damping_ratio for match in matches], axis=-1)),
+            },
+            coords={"window": lengths, "restitution": restitution, "damping_model": list(models)},
+        )
+
+    reference = int(np.argmin(np.abs(study.values - given.release_amplitude)))
+    dataset = errors(reference, lengths, VISCOUS_MODELS)
+    inferred = infer(dataset)
+    near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
+    of_release = np.full((2, study.values.size), np.nan)
+    for row, release in enumerate(track(study.values, "windows")):
+        # A length that holds no whole cycle defines no damping ratio at low e.
+        cycle = float(given.curve.period(release))
+        wide = lengths[(lengths >= cycle) & (lengths <= LONGEST * inferred)]
+        if wide.size:
+            own = errors(row, wide, PAPER_MODELS)
+            of_release[:, row] = infer(own), misclassified(own).min()
+    return (
+        dataset.merge(flags(dataset))
+        .assign(
+            near_misclassified=misclassified(near).rename(window="near_window"),
+            inferred_window_of_release=("release_amplitude", of_release[0]),
+            misclassified_of_release=("release_amplitude", of_release[1]),
+        )
+        .assign_coords(inferred_window=inferred, release_amplitude=study.values)
     )
-    return dataset.merge(flags(dataset)).assign_coords(inferred_window=infer(dataset))
+
+
+def between_neighbours(lengths: Array, inferred: float) -> Array:
+    """Return lengths from the one before the inferred to the one after it, in tenths of the distance. [-]"""
+    at = int(np.argmin(np.abs(lengths - inferred)))
+    ends = lengths[[max(at - 1, 0), at, min(at + 1, lengths.size - 1)]]
+    return np.unique(np.concatenate([np.linspace(low, high, 11) for low, high in pairwise(ends)]).round(9))
 
 
 def misclassified(dataset: xr.Dataset) -> xr.DataArray:
