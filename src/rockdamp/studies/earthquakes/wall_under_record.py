@@ -2,7 +2,7 @@
 
 Each history is run at three steps, h, 2h and 4h, with a whole number of them between two samples of the record. Those
 that come near to collapse or end in two ways are run at h/2 and h/4 too: there the motion forks, and what a halving
-changes may be little by chance. The finest is published; what the last halvings change bounds its error.
+changes may be little by chance. The finest is published; the largest change by any halving bounds its error.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ VARIATIONS = ("step", "impact", "lower e", "higher e")
 
 HALVINGS = 2  # of the coarsest step, for every history
 FURTHER = 2  # more of them near to collapse
-CHANGES = 3  # by the last halvings that bound the error of a peak
 NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
 
 
@@ -166,7 +165,7 @@ class Case:
         """What runs at halvings 0, 1, ... say; each array has a first dimension of them."""
         last = len(peak) - 1
         settled = (collapsed == collapsed[-1]).all(axis=0)
-        changes = np.abs(np.diff(peak, axis=0))[-CHANGES:].max(axis=0)
+        changes = np.abs(np.diff(peak, axis=0)).max(axis=0)
         bound = np.where(settled & ~collapsed[-1], changes + self.roughness(last) * peak[-1], np.nan)
         return {
             "peak_displacement": peak[-1],
