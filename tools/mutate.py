@@ -3,7 +3,8 @@
     .venv/bin/python tools/mutate.py [--jobs 2] [NAME ...]
 
 Run by hand, some minutes. The mutations stand in mutations.yaml. Each is made in a copy of the package, against which
-the tests named with it run until one fails. The last line counts; the exit status is 1 if any mutation survives, or no
+the tests named with it run until one fails. That one must pass against the same copy without the mutation: a test that
+cannot live outside the tree notices nothing. The last line counts; the exit status is 1 if any mutation survives, or no
 longer finds the text that it changes.
 """
 
@@ -24,6 +25,7 @@ from typing import NamedTuple
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
+SURVIVED, STATUS = "**survived**", "exit status"
 PYTEST = (sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", "--tb=no")
 
 
@@ -45,26 +47,33 @@ class Copy:
         shutil.copytree(ROOT / "src", self.source, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
 
     def test(self, mutation: Mutation) -> str:
-        """Return the first test that fails, or an empty string where the mutation survives."""
+        """Return the first test that fails, or what to say of a mutation that survives, in bold."""
         path = self.source / "rockdamp" / mutation.file
         text = path.read_text(encoding="utf-8")
         # Numba's cache does not notice every edit of what it compiled.
         cache = self.folder / ("mutated" if "numba" in text else "cache")
         path.write_text(text.replace(mutation.right, mutation.wrong), encoding="utf-8")
         try:
-            return first_failure(mutation.tests, {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(cache)})
+            failed = self.first_failure(mutation.tests, cache)
         finally:
             shutil.copy2(ROOT / "src/rockdamp" / mutation.file, path)
             shutil.rmtree(self.folder / "mutated", ignore_errors=True)
+        if not failed or failed.startswith(STATUS):
+            return failed or SURVIVED
+        test = failed.partition("[")[0]  # with all of its parameters: some hold what divides the lines of pytest
+        if self.first_failure([test], self.folder / "cache"):
+            return f"**{test} fails without it too**"
+        return failed.partition("::")[2] or failed
 
-
-def first_failure(tests: list[str], changes: dict[str, str]) -> str:
-    command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]
-    run = subprocess.run(command, cwd=ROOT, env={**os.environ, **changes}, capture_output=True, text=True)
-    if run.returncode == 0:
-        return ""
-    failed = [line for line in run.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return failed[0].split(" - ")[0].split("::", 1)[-1] if failed else f"exit status {run.returncode}"
+    def first_failure(self, tests: list[str], cache: Path) -> str:
+        """Return the first test that fails against the copy as it is, below `tests`; empty if none does."""
+        changes = {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(cache)}
+        command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]
+        run = subprocess.run(command, cwd=ROOT, env={**os.environ, **changes}, capture_output=True, text=True)
+        if run.returncode == 0:
+            return ""
+        failed = [line.split(" ", 1)[1] for line in run.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        return failed[0].split(" - ")[0].removeprefix("tests/") if failed else f"{STATUS} {run.returncode}"
 
 
 def main() -> int:
@@ -94,8 +103,8 @@ def main() -> int:
                 copies.put(copy)
 
         for mutation, (noticed, seconds) in zip(chosen, pool.map(run, chosen), strict=True):
-            survivors += not noticed
-            print(f"| {mutation.name} | {mutation.file} | {noticed or '**survived**'} | {seconds:.0f} |", flush=True)
+            survivors += noticed.startswith("**")
+            print(f"| {mutation.name} | {mutation.file} | {noticed} | {seconds:.0f} |", flush=True)
     print(f"{len(chosen) - survivors} of {len(chosen)} noticed")
     return 1 if survivors else 0
 

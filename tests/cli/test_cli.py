@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -189,6 +190,9 @@ def test_datasets_lists_what_is_built_with_its_dimensions(tmp_path):
     rows = json.loads(run("datasets", tmp_path, "--json").stdout)
     assert rows == [{"file": "below/made.nc", "title": "Two by three", "dimensions": {"a": 2, "b": 3}}]
     assert "a 2, b 3" in run("datasets", tmp_path).stdout
+    xr.Dataset({"y": ("c", np.zeros(4))}).to_netcdf(tmp_path / "another.nc")
+    rows = json.loads(run("datasets", tmp_path, "--json").stdout)
+    assert [row["file"] for row in rows] == ["another.nc", "below/made.nc"]
 
 
 def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
@@ -306,7 +310,13 @@ def test_commands_and_options_are_completed():
 def test_the_completion_script_is_that_of_the_shell(shell, monkeypatch):
     monkeypatch.setattr("click.shell_completion.BashComplete._check_version", lambda *_: None)
     script = run("completion", shell).stdout
-    assert f"{shells.VARIABLE}={shell}_complete" in script
+    (variable,) = set(re.findall(rf"(\w+)={shell}_complete", script))
+    asked = {
+        variable: f"{shell}_complete",
+        "COMP_WORDS": "rockdamp resp",
+        "COMP_CWORD": "resp" if shell == "fish" else "1",
+    }
+    assert "respond" in CliRunner().invoke(main, [], prog_name="rockdamp", env=asked).stdout
 
 
 def loaded(*arguments):

@@ -348,30 +348,6 @@ def test_a_response_that_is_no_number_is_an_error_and_not_completed():
         side_by_side.responses(rising, wall, curve, [rd.Damping("CDC", 0.05)], scale=1e150)
 
 
-def test_small_displacements_are_enlarged_by_a_round_factor_and_large_ones_are_not():
-    assert rocking.enlargement(0.2, 0.3) == rocking.enlargement(0.0, 0.3) == 1.0
-    assert rocking.enlargement(0.001, 0.3) == 200.0
-    assert rocking.enlargement(0.1, 0.3) == 2.0
-
-
-@pytest.mark.parametrize("offset", [-0.2, -0.01, 0.0, 0.05, 0.3])
-def test_the_drawn_bodies_keep_their_shape_and_touch_at_the_hinge(offset):
-    lower, upper = rocking.wall_corners(0.3, 4.0, 0.7, offset)
-    for corners, height in ((lower, 2.8), (upper, 1.2)):
-        sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
-        np.testing.assert_allclose(sides, [0.3, height, 0.3, height])
-    np.testing.assert_allclose(lower[3], upper[3], atol=1e-12)  # the hinge
-    side = -1 if offset < 0 else 1
-    np.testing.assert_allclose(lower[3, 0], -0.15 * side + offset)
-    np.testing.assert_allclose(lower[1], [0.15 * side, 0.0], atol=1e-12)  # the base corner that it turns about
-    np.testing.assert_allclose(upper[1, 0], 0.15 * side, atol=1e-12)  # the support holds the top
-
-
-def test_a_parapet_is_drawn_as_one_body():
-    (block,) = rocking.wall_corners(0.3, 2.0, float("nan"), -0.1)
-    np.testing.assert_allclose(block[3, 0], 0.15 - 0.1)
-
-
 def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, capfd):
     text = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{0.01 * i:.2f},{300 * (i % 2)}\n" for i in range(50))
     path = tmp_path / "gal.csv"

@@ -11,6 +11,7 @@ from jsonschema import Draft202012Validator
 from repository import ROOT
 
 from rockdamp.config import between_keys as checks
+from rockdamp.config.schema import ascending
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
@@ -325,6 +326,13 @@ def test_the_frequency_parameter_is_the_walls(thickness, slenderness, **others):
     wall = Wall(thickness, thickness * slenderness, **others)
     plain = checks.frequency_parameter({"thickness": thickness, "slenderness": slenderness, **others})
     assert plain == pytest.approx(float(wall.frequency_parameter), rel=1e-12)
+
+
+def test_of_values_that_must_ascend_each_that_does_not_exceed_the_one_before_it_is_named():
+    said = [str(problem) for problem in ascending(("a", "b"), [1, 2, 2, 1, 3])]
+    assert said == [
+        f"a.b[{index}] is {value}; it must be greater than the value before it, 2" for index, value in ((2, 2), (3, 1))
+    ]
 
 
 # --- parts ----------------------------------------------------------------------------------------------------------

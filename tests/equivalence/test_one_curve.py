@@ -51,6 +51,16 @@ def test_several_restitutions_come_in_ascending_order():
     assert rows[count:] == alone
 
 
+def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
+    """From far out CDC needs less than on the first branch, by as much as the closed form says, to a fifth."""
+    curve = rd.TrilinearCurve(0.2, 0.6)
+    for release in (0.15, 0.9):
+        cdc = rd.equivalent(0.9, 0.2, 0.6, release_amplitude=release)[0]
+        energy = float(rd.damping_ratio_energy(curve, "CDC", 0.9, release))
+        assert cdc["damping_ratio_energy"] == pytest.approx(energy, rel=1e-12)
+        assert cdc["damping_ratio"] == pytest.approx(energy, rel=0.2)
+
+
 @pytest.mark.parametrize(
     "arguments, named",
     [

@@ -81,6 +81,13 @@ def test_a_fifth_study_stands_in_every_list(monkeypatch):
     assert writes(STAGES["decay"], "decay/hinge") and not writes(STAGES["decay"], "decay/height")
 
 
+def test_a_figure_of_the_paper_has_its_number_and_one_beyond_it_has_none():
+    numbers = {name: figure.number for name, figure in FIGURES.items() if figure.number}
+    assert list(numbers)[:5] == [f"fig{n}" for n in range(1, 6)]
+    assert all(number == f"Fig. {name[3]}" or name == "fig6_error" for name, number in numbers.items())
+    assert FIGURES["fig_orders"].number == ""
+
+
 def test_reading_the_tables_takes_no_library_that_loads_for_long():
     """The Snakefile reads them at every start."""
     script = "import sys; from rockdamp.pipeline import figures, stages; print(*sys.modules)"

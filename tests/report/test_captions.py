@@ -4,6 +4,7 @@ import dataclasses
 import re
 
 import pytest
+from made_up_studies import made_up
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import captions, earthquake_captions, further_captions, numbers, paper_captions
@@ -19,6 +20,14 @@ def test_a_caption_without_numbers_needs_no_function(monkeypatch):
     figure = dataclasses.replace(FIGURES["fig1"], name="fig_new", title="New", caption="What <b>falls</b>.")
     monkeypatch.setitem(FIGURES, "fig_new", figure)
     assert captions.caption("fig_new", {}) == ("New", figure.alternative, "What <b>falls</b>.")
+
+
+def test_an_alternative_text_is_plain(monkeypatch):
+    figure = dataclasses.replace(
+        FIGURES["fig1"], name="fig_new", caption="", alternative="At e&nbsp;= <b>0.85</b> &lt; 1."
+    )
+    monkeypatch.setitem(FIGURES, "fig_new", figure)
+    assert captions.caption("fig_new", {}).alternative == "At e\u00a0= 0.85 < 1."
 
 
 @pytest.mark.parametrize("name", list(FIGURES))
@@ -66,6 +75,24 @@ def test_a_caption_tells_the_values_of_the_figure(content):
         assert f"{numbers.number(at['damping_ratio_fit'].sel(damping_model=model))} ({model})" in text
     assert str(numbers.number(at["giannini_masiani"])) in text
     assert "a<sub>1</sub>&nbsp;=&nbsp;0.04" in text
+
+
+def told(name):
+    """A caption from the datasets that are made up for the figures."""
+    return captions.caption(name, made_up()).text
+
+
+def test_a_caption_tells_differences_without_their_sign_and_the_largest_of_either():
+    """Medians differ by the square of 0.9 and of 1.08; the closed form by -3 % of the slopes 0.3 and -0.6."""
+    assert "19&nbsp;% and 19&nbsp;% (SDR)" in told("fig_ida") and "17&nbsp;% and 17&nbsp;% (CDC)" in told("fig_ida")
+    assert "0.90&nbsp;% (SDR)" in told("fig_closed_form") and "1.8&nbsp;% (CDC)" in told("fig_closed_form")
+    assert "−" not in told("fig_ida") + told("fig_closed_form")
+
+
+def test_a_spread_is_that_of_the_largest_and_the_smallest_over_the_mean():
+    """Of 0.26, 0.27 and 0.28; in seconds times 1, 1.01 and 1.02."""
+    assert "change ξ by 7.4&nbsp;% at most" in " ".join(told("fig6").split())
+    assert "change it by 9.4&nbsp;% at most" in " ".join(told("fig6").split())
 
 
 def test_a_synthetic_record_is_called_so_and_another_is_not(content):

@@ -58,7 +58,7 @@ def test_data_for_the_scripts_cannot_end_its_element(content, monkeypatch):
 
 
 def test_every_file_of_the_report_is_an_input_of_its_rule():
-    folder = ROOT / "src/rockdamp/report"
+    folder = Path(report.__file__).parent
     own = {path for path in folder.iterdir() if path.is_file()}
     assert own <= set(files_of("rockdamp.report"))
 

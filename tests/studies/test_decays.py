@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
+from rockdamp.studies.decays import step_count
 from rockdamp.studies.settings import StudySettings
 from rockdamp.vocabulary import STUDIES
+
+
+def test_a_length_of_so_many_steps_takes_as_many_whatever_their_rounding():
+    assert step_count(0.3, 0.1) == step_count(0.7, 0.1) - 4 == 3  # 0.3/0.1 is a little less than 3
+    assert all(step_count(count * step, step) == count for step in (0.0025, 0.01, 1 / 3) for count in range(1, 400))
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import pytest
+import xarray as xr
 from repository import ROOT
 
 from rockdamp.storage import dataset
@@ -61,9 +62,14 @@ def test_lengths_next_to_the_inferred_are_in_tenths_and_end_with_those_studied()
     np.testing.assert_allclose(response_length.between_neighbours(lengths, 6.0), np.arange(4.0, 6.05, 0.2))
 
 
-def test_misfits_are_counted_against_the_papers_range():
-    import xarray as xr
+def test_of_lengths_that_serve_equally_the_middle_one_is_inferred(monkeypatch):
+    data = xr.Dataset(coords={"window": np.arange(1.0, 8.0)})
+    for misfits, length in (([3, 1, 1, 1, 2, 3, 4], 3.0), ([0, 5, 0, 5, 5, 5, 0], 3.0), ([2, 2, 1, 1, 2, 2, 2], 3.0)):
+        monkeypatch.setattr(response_length, "misclassified", lambda _, misfits=misfits: xr.DataArray(misfits))
+        assert response_length.infer(data) == length
 
+
+def test_misfits_are_counted_against_the_papers_range():
     e = np.array([0.75, 0.80, 0.91, 0.95])
     lowest = {"perfect": ["SDR", "CDR", "CDR", "SDR"], "never": ["SDR"] * 4, "always": ["CDR"] * 4}
     error = np.ones((3, 4, len(VISCOUS_MODELS)))

@@ -131,6 +131,15 @@ def test_statistics_of_known_ratios_are_those_numbers():
     assert found["band_log_error"].isel(order=0).values == pytest.approx([np.nan, 0.3], nan_ok=True)
 
 
+def test_the_excess_is_over_the_smaller_of_what_a_lower_and_a_higher_e_do():
+    config = {"natural": {"restitution_change": 0.01, "bands": [0.01, 1.0], "bootstrap": {"replicates": 20, "seed": 3}}}
+    for lower, higher in ((0.1, -0.25), (0.25, -0.1)):
+        given = made_up(np.array([0.3, 0.05]))
+        given["varied_peak"][:] = 0.1 * np.exp([0.0, lower, higher])
+        found = orders.compare(config, given).sel(record_set="own", restitution=0.85)
+        np.testing.assert_allclose(found["excess"], [0.2, -0.05], atol=1e-12)
+
+
 def test_the_two_components_of_a_station_are_drawn_together():
     """Errors that cancel within each station leave no scatter between draws; single records drawn would."""
     config = {
