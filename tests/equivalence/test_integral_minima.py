@@ -70,6 +70,15 @@ def test_the_error_at_a_damping_ratio_is_the_sum_of_eq_17():
     np.testing.assert_allclose(error_at(cases, "SDR", STEPS - 100, xi), expected, rtol=1e-12)
 
 
+def test_the_integral_counts_its_last_sample_half():
+    """The trapezoidal sum of the squared differences, in steps; Eq. (17) counts the last one whole."""
+    cases, xi = released([0.8, 0.9]), np.array([0.06, 0.03])
+    found = newmark.solve(cases.curve, Damping("SDR", xi), release_amplitude=0.5, step=STEP, steps=100, store_every=1)
+    squared = (np.abs(cases.displacement[:, :101]) - np.abs(found.displacement)) ** 2
+    integral = module._integral(cases, "SDR", 100, xi[:, None], np.arange(2), "newmark")
+    np.testing.assert_allclose(integral[:, 0], np.trapezoid(squared), rtol=1e-12)
+
+
 @pytest.fixture
 def made_up(monkeypatch):
     """Put a known function of xi in place of the integral."""

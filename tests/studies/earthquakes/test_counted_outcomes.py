@@ -3,13 +3,14 @@
 import numpy as np
 import xarray as xr
 
-from rockdamp.studies.earthquakes import comparison
+from rockdamp.studies.earthquakes import comparison, population
+from rockdamp.vocabulary import MODELS
 
 CONFIG = {"natural": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
 DIMS = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
 
 
-def study(peak, fell=None):
+def study(peak, fell=None, scale=(1.0,)):
     """Histories of CR and CDR on one wall; `peak` and `fell` of shape (records, scales, 2)."""
     peaks = np.asarray(peak, dtype=float)[:, :, None, None, :, None]
     collapsed = np.zeros(peaks.shape, dtype=np.int8)
@@ -31,7 +32,7 @@ def study(peak, fell=None):
         coords={
             "record": [f"r{i}" for i in range(records)],
             "station": ("record", [f"s{i}" for i in range(records)]),
-            "scale": [1.0],
+            "scale": list(scale),
             "wall": ["one"],
             "restitution": [0.85],
             "damping_model": ["CR", "CDR"],
@@ -62,3 +63,42 @@ def test_a_peak_at_the_edge_of_two_bands_is_in_the_upper_one_and_one_at_the_last
     assert found["pairs"].values.tolist() == [3, 1, 2]
     np.testing.assert_allclose(found["median_ratio"], [3, 2, 3])
     np.testing.assert_allclose(found["log_error"], np.sqrt([np.mean(np.log([2, 3, 3]) ** 2), *np.log([2, 3]) ** 2]))
+
+
+SCALE = np.geomspace(0.2, 5.0, 8)
+ONE = np.ones(2)
+
+
+def capacities():
+    """Of twenty records: the scale at which a wall collapses."""
+    return np.random.default_rng(9).lognormal(0.0, 0.4, 20)
+
+
+def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():
+    """However uncertain each of both medians is, they are resampled together."""
+    fell = np.repeat((capacities()[:, None] <= SCALE)[..., None], 2, axis=-1)
+    found = compared(study(np.full(fell.shape, 0.15), fell, SCALE)).sel(damping_model="CDR")
+    for name in ("median_intensity", "wall_median_intensity"):
+        assert np.ptp(found[f"{name}_interval"].values) > 0.1
+        np.testing.assert_allclose(found[f"{name}_ratio_interval"], ONE)
+
+
+def test_a_damper_of_the_population_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():
+    fell = (capacities()[:, None] <= SCALE).astype(int)
+    share = xr.Dataset(
+        {
+            "collapses": (("record", "intensity", "damping_model"), np.repeat(fell[..., None], len(MODELS), axis=-1)),
+            "vulnerability": (("wall", "damping_model"), np.full((1, len(MODELS)), fell.mean())),
+        },
+        coords={
+            "record": np.arange(20),
+            "station": ("record", np.arange(20)),
+            "intensity": SCALE,
+            "damping_model": list(MODELS),
+        },
+    )
+    walls = xr.Dataset({name: ("wall", [0.5]) for name in population.PARAMETERS}, coords={"wall": [0]})
+    found = population.gather({"population": {"bootstrap": CONFIG["natural"]["bootstrap"]}}, walls, share)
+    found = found.isel(damping_model=1)
+    assert np.ptp(found["median_intensity_interval"].values) > 0.1
+    np.testing.assert_allclose(found["median_intensity_ratio_interval"], ONE)
