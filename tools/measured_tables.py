@@ -4,6 +4,7 @@
 names it; the words around the tables hold no measured number.
 """
 
+import math
 import re
 import sys
 from collections.abc import Callable, Iterable
@@ -83,6 +84,21 @@ def ratios(data: Data) -> str:
         if uncertainty >= THOUSANDTH
     ]
     return "\n".join([table(head, rows), "", "Uncertainties of 0.1 % or more:", "", *(exceptions or ["- none"])])
+
+
+def fits(data: Data) -> str:
+    """Largest relative errors of both fits of xi(e), by model and range of e."""
+    equivalence = data["equivalence"]
+    ends = numbers(equivalence, "restitution_range")
+    kinds = (("xi(e)", "largest_relative_error"), ("in delta", "delta_largest_relative_error"))
+    head = ["model", "least R²", *(f"{kind}, e up to {end:.2f}" for kind, _ in kinds for end in ends)]
+    rows = [
+        [model, f"{math.floor(1e4 * float(one['r_squared'].min())) / 1e4:.4f}"]
+        + [percent(one[name].sel(restitution_range=end).max()) for _, name in kinds for end in ends]
+        for model, one in models(equivalence)
+    ]
+    last = max(numbers(equivalence, "restitution"))
+    return f"{table(head, rows)}\n\nEach range begins beyond the one before; e ends at {last:.2f}."
 
 
 def rotations(data: Data) -> str:
@@ -194,7 +210,7 @@ def response_length(data: Data) -> str:
 
 
 TABLES: dict[str, Callable[[Data], str]] = {
-    function.__name__: function for function in (solver, ratios, rotations, energy, earthquakes, response_length)
+    function.__name__: function for function in (solver, ratios, fits, rotations, energy, earthquakes, response_length)
 }
 
 
@@ -205,7 +221,7 @@ def written(page: str, data: Data) -> str:
 
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
-    names = ("accuracy", "comparison", "windows", *(f"match/{study}" for study in STUDIES))
+    names = ("accuracy", "comparison", "equivalence", "windows", *(f"match/{study}" for study in STUDIES))
     return {name: dataset.open(results / f"{name}.nc") for name in names}
 
 

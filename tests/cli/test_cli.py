@@ -69,6 +69,12 @@ def test_equivalent_prints_json_and_nothing_else():
     assert json.loads(result.stdout) == rd.equivalent(0.85, 0.04, 0.85)
 
 
+def test_a_fit_of_another_plateau_is_said_to_be_one():
+    said = "damping_ratio_fit is that of b1 = 0.85, not of 0.6"
+    assert said in run("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.6).stderr
+    assert "b1 =" not in run("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.85).stderr
+
+
 def test_equivalent_prints_a_table_to_read():
     result = run("equivalent", "--restitution", 0.85, "--a1", 0.17, "--b1", 0.75)
     lines = result.stdout.splitlines()

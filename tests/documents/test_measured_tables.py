@@ -4,6 +4,7 @@ import re
 
 import made_up_claims
 import made_up_earthquakes
+import made_up_studies
 import measured_tables
 import numpy as np
 import pytest
@@ -46,7 +47,13 @@ def made_up():
     matches = {f"match/{name}": report_content.made_up("match", parameter) for name, parameter in STUDIES.items()}
     windows = made_up_claims.windows().isel(release_amplitude=[0, 0, 0, 1, 2, 2])
     windows = windows.assign_coords(release_amplitude=[0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
-    return {"accuracy": accuracy, "comparison": made_up_earthquakes.comparison(), "windows": windows, **matches}
+    return {
+        "accuracy": accuracy,
+        "comparison": made_up_earthquakes.comparison(),
+        "equivalence": made_up_studies.equivalence(),
+        "windows": windows,
+        **matches,
+    }
 
 
 def test_every_table_stands_on_a_page():
@@ -107,6 +114,13 @@ def test_a_damping_ratio_that_is_uncertain_by_a_thousandth_is_named(made_up):
     certain["match/amplitude"] = match.assign(damping_ratio_uncertainty=doubted)
     told = measured_tables.ratios({**made_up, **certain})
     assert told.split("or more:\n\n")[1] == "- SDR, e = 0.90, release amplitude 0.3: 2 %"
+
+
+def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
+    cells = numbers(row("fits", "CDR", made_up))
+    one = made_up["equivalence"].sel(damping_model="CDR").max("cracked_stiffness_ratio")
+    errors = [*one["largest_relative_error"].values, *one["delta_largest_relative_error"].values]
+    assert cells == pytest.approx([0.9987, *(100 * error for error in errors)], rel=0.01)
 
 
 def test_the_damper_to_use_is_the_one_of_the_report(made_up):

@@ -14,7 +14,7 @@ from rockdamp import report
 from rockdamp.report import earthquakes
 from rockdamp.report.earthquakes import Choice, holds, recommended, tied
 
-CONFIG = {"natural": {"restitution_change": 0.017}}
+CONFIG = {"natural": {"restitution_change": 0.017}, "curve": {"plateau_ratio": 0.83}}
 
 
 def told(compared=None, **more):
@@ -99,7 +99,7 @@ def test_the_least_error_is_recommended_and_those_that_err_no_more_with_certaint
     assert near == [Choice("CDR", "error"), Choice("CDR", "closed form"), Choice("ECD", "fit")]
     assert recommended(compared) == (first, near)
     text = told()
-    assert "Use CDR, with ξ of the polynomials" in text
+    assert "Use CDR, with ξ of the polynomials (for b 1 = 0.83, whatever the wall's)" in text
     others = "CDR (ξ: least error, closed form) and ECD (ξ: polynomials)"
     assert f"At no e told apart from the least error either: {others}." in text
     assert "Its closed form, which needs no fit and no time history, is good enough." in text

@@ -130,8 +130,22 @@ def equivalence():
             "damping_ratio_fit": (dims, 1.001 * matched),
             "giannini_masiani": ("restitution", 2 * (1 - E) / np.pi / (1 + E)),
             "r_squared": (dims[:2], np.full((len(VISCOUS), 3), 0.9987654)),
+            **{
+                name: (
+                    (*dims[:2], "restitution_range"),
+                    factor * np.broadcast_to([1.0, 2.0, 9.0], (len(VISCOUS), 3, 3)),
+                )
+                for name, factor in (("largest_relative_error", 0.01), ("delta_largest_relative_error", 0.002))
+            },
+            "plateau_ratio": 0.85,
         },
-        coords={"damping_model": VISCOUS, "cracked_stiffness_ratio": a1, "restitution": E, "window": 8.0},
+        coords={
+            "damping_model": VISCOUS,
+            "cracked_stiffness_ratio": a1,
+            "restitution": E,
+            "restitution_range": [0.90, 0.96, 1.00],
+            "window": 8.0,
+        },
     )
     return complete(data, "equivalence")
 

@@ -149,6 +149,7 @@ def equivalent(
     One row for each coefficient of restitution and viscous model.
     """
     from rockdamp.equivalence.one_curve import equivalent as compute
+    from rockdamp.equivalence.polynomials import SHIPPED_PLATEAU_RATIO
     from rockdamp.vocabulary import DEFAULT_WINDOW
 
     curve = make_curve(a1, b1, preset, a3, softening)
@@ -167,6 +168,9 @@ def equivalent(
     print_table(rows)
     if any(row["damping_ratio_fit"] is None for row in rows):
         click.echo("\n-: outside the range of the polynomials (a1 or e)", err=True)
+    if curve.plateau_ratio != SHIPPED_PLATEAU_RATIO:
+        told = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.plateau_ratio):g}"
+        click.echo(f"\n{told}", err=True)
 
 
 @click.command(cls=Command, examples=["rockdamp presets"])

@@ -33,7 +33,7 @@ from rockdamp.vocabulary import REFERENCE
 
 SOURCE = "error"  # of the damping ratio, where a figure shows one: the least error at that wall
 SOURCE_NAMES = {
-    "fit": r"$\xi$ of the polynomials",
+    "fit": r"$\xi$ of the polynomials (one $b_1$)",
     "error": r"$\xi$ of least error",
     "closed form": r"$\xi$ of the closed form",
 }

@@ -59,6 +59,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         **_recommendation(compared),
         **_walls(compared, walls),
         "change": change,
+        "fit_plateau": plain(config["curve"]["plateau_ratio"]),
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
@@ -233,6 +234,7 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
     return {
         "use": first.model,
         "source": SOURCES.get(first.source, first.source),
+        "from_fit": first.source == "fit",
         "others": grouped(others),
         "closed_form": "closed form" in same,
         "times": span(over),

@@ -161,11 +161,23 @@ def fig7(data: Datasets) -> dict[str, Any]:
     return {
         "r_squared": f"{np.floor(1e4 * float(fits['r_squared'].min())) / 1e4:.4f}",
         "residual": number(fits["largest_residual"].max(), 2),
+        "b1": plain(fits["plateau_ratio"]),
+        "errors": _by_range(fits["largest_relative_error"]),
+        "delta_errors": _by_range(fits["delta_largest_relative_error"]),
         "restitution": plain(at["restitution"]),
         "a1": plain(at["cracked_stiffness_ratio"]),
         "fits": _per_model(at["damping_ratio_fit"]),
         "giannini_masiani": number(at["giannini_masiani"]),
     }
+
+
+def _by_range(errors: xr.DataArray) -> Markup:
+    """The largest error of all models and a1 in each range of e that holds values: "4 % (e up to 0.9)"."""
+    largest = errors.max(("damping_model", "cracked_stiffness_ratio")).dropna("restitution_range")
+    return listed(
+        Markup("{} (e up to {})").format(percent(error), plain(end))
+        for end, error in zip(largest["restitution_range"].values, largest.values, strict=True)
+    )
 
 
 def fig8(data: Datasets) -> dict[str, Any]:

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import giannini_masiani
 from rockdamp.studies.settings import PolynomialSettings
 
 DEGREE = 2
+ROUNDING = 1e-9  # of e
+RANGES = (0.90, 0.96, 1.00)  # of e: ends of those whose largest relative error is told
 
 
 def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     """Fit xi(e) = c0 + c1 e + c2 e^2 by least squares, for each model and each a1 of the reference plateau.
+
+    Beside the paper's polynomial, which does not vanish at e = 1, stands one that does: xi = delta (d0 + d1 delta +
+    d2 delta^2), delta = -ln(e), of the least squares of xi/delta.
 
     Parameters
     ----------
@@ -26,8 +34,9 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``coefficient`` and its ``covariance``, the matched, fitted and closed-form damping ratios, Eq. (15), the
-        coefficient of determination and the largest residual. The fits hold over the range of `restitution`.
+        ``coefficient``, the matched, fitted and closed-form damping ratios, Eq. (15), the coefficient of determination,
+        the largest residual and the largest relative error in each range of e; names with ``delta_`` are those of the
+        fit in delta. The fits hold over the range of `restitution`.
     """
     given = PolynomialSettings.of(config)
     same = np.isclose(matched["plateau_ratio"].values, given.plateau_ratio)
@@ -36,36 +45,35 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     )
     e = matched["restitution"].values
     ratio = matched["damping_ratio"].transpose("damping_model", "cracked_stiffness_ratio", "restitution")
-    powers = np.vander(e, DEGREE + 1, increasing=True)
     rows = ratio.values.reshape(-1, e.size)
-    coefficient, _, _, _ = np.linalg.lstsq(powers, rows.T, rcond=None)
-    fitted = (powers @ coefficient).T
+    coefficient, fitted = _least_squares(e, rows, np.ones(e.size))
+    in_delta, delta_fitted = _least_squares(delta(e), rows, delta(e))
     residual = rows - fitted
-    variance = (residual**2).sum(axis=1) / max(e.size - DEGREE - 1, 1)
-    covariance = variance[:, None, None] * np.linalg.inv(powers.T @ powers)
     total = ((rows - rows.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
     lead = ("damping_model", "cracked_stiffness_ratio")
-    shape = ratio.shape[:2]
-    degrees = np.arange(DEGREE + 1)
+
+    def of_fits(values: Array, *dims: str) -> tuple[tuple[str, ...], Array]:
+        return (*lead, *dims), values.reshape(*ratio.shape[:2], *values.shape[1:])
+
     return xr.Dataset(
         {
-            "coefficient": ((*lead, "degree"), coefficient.T.reshape(*shape, -1)),
-            "coefficient_covariance": (
-                (*lead, "degree", "other_degree"),
-                covariance.reshape(*shape, DEGREE + 1, DEGREE + 1),
-            ),
+            "coefficient": of_fits(coefficient, "degree"),
+            "delta_coefficient": of_fits(in_delta, "degree"),
             "damping_ratio": ratio,
             "damping_ratio_uncertainty": matched["damping_ratio_uncertainty"].transpose(*ratio.dims),
-            "damping_ratio_fit": (ratio.dims, fitted.reshape(ratio.shape)),
+            "damping_ratio_fit": of_fits(fitted, "restitution"),
+            "damping_ratio_delta_fit": of_fits(delta_fitted, "restitution"),
             "damping_ratio_energy": matched["damping_ratio_energy"].transpose(*ratio.dims),
             "giannini_masiani": ("restitution", giannini_masiani(e)),
-            "r_squared": (lead, (1 - (residual**2).sum(axis=1) / total).reshape(shape)),
-            "largest_residual": (lead, np.abs(residual).max(axis=1).reshape(shape)),
+            "r_squared": of_fits(1 - (residual**2).sum(axis=1) / total),
+            "largest_residual": of_fits(np.abs(residual).max(axis=1)),
+            "largest_relative_error": of_fits(_largest_relative(e, rows, fitted), "restitution_range"),
+            "delta_largest_relative_error": of_fits(_largest_relative(e, rows, delta_fitted), "restitution_range"),
         },
         coords={
             **ratio.coords,
-            "degree": degrees,
-            "other_degree": degrees,
+            "degree": np.arange(DEGREE + 1),
+            "restitution_range": list(RANGES),
             "plateau_ratio": given.plateau_ratio,
             "ultimate_ratio": given.ultimate_ratio,
             "release_amplitude": given.release_amplitude,
@@ -73,8 +81,36 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     ).drop_vars("frequency_parameter")
 
 
+def delta(restitution: Array) -> Array:
+    """Return -ln(e), without the sign of zero. [-]"""
+    return 0.0 - np.log(restitution)
+
+
+def _least_squares(x: Array, rows: Array, factor: Array) -> tuple[Array, Array]:
+    """Polynomials p in x for which factor p(x) is near each row, by the squares of row/factor - p(x); and factor p(x).
+
+    Where the factor vanishes, so do row and fit: that value decides nothing.
+    """
+    powers, some = np.vander(x, DEGREE + 1, increasing=True), factor > 0
+    coefficient, _, _, _ = np.linalg.lstsq(powers[some], (rows[:, some] / factor[some]).T, rcond=None)
+    return np.asarray(coefficient.T, dtype=float), factor * (powers @ coefficient).T
+
+
+def _largest_relative(e: Array, rows: Array, fitted: Array) -> Array:
+    """Largest |fitted/row - 1| from each range of e, beginning beyond the one before; NaN of a range without values."""
+    largest = np.full((len(rows), len(RANGES)), np.nan)
+    for column, (low, high) in enumerate(pairwise((0.0, *RANGES))):
+        own = (e > low + ROUNDING) & (e <= high + ROUNDING) & (e < 1)
+        if own.any():
+            largest[:, column] = np.abs(fitted[:, own] / rows[:, own] - 1).max(axis=1)
+    return largest
+
+
 def table(dataset: xr.Dataset) -> pd.DataFrame:
-    """Return the polynomials as a table, a row for each model and a1, with their range of validity."""
+    """Return the polynomials as a table, a row for each model and a1, with their errors and range of validity.
+
+    xi = c0 + c1 e + c2 e^2, or delta (d0 + d1 delta + d2 delta^2) with delta = -ln(e).
+    """
     rows = []
     for model in dataset["damping_model"].values:
         for a1 in dataset["cracked_stiffness_ratio"].values:
@@ -84,8 +120,14 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
                     "damping_model": str(model),
                     "cracked_stiffness_ratio": float(a1),
                     **{f"c{k}": float(value) for k, value in enumerate(fitted["coefficient"].values)},
+                    **{f"d{k}": float(value) for k, value in enumerate(fitted["delta_coefficient"].values)},
                     "r_squared": float(fitted["r_squared"]),
                     "largest_residual": float(fitted["largest_residual"]),
+                    **{
+                        f"{name}_to_{float(end):.2f}": float(fitted[name].sel(restitution_range=end))
+                        for name in ("largest_relative_error", "delta_largest_relative_error")
+                        for end in dataset["restitution_range"].values
+                    },
                     "smallest_restitution": float(dataset["restitution"].min()),
                     "largest_restitution": float(dataset["restitution"].max()),
                 }
