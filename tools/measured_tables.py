@@ -10,10 +10,12 @@ import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import nearest, numbers
+from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
 from rockdamp.report.numbers import number
 from rockdamp.storage import dataset
@@ -178,6 +180,26 @@ def earthquakes(data: Data) -> str:
     )
 
 
+def checks(data: Data) -> str:
+    """How the histories of the study and of the population compare with the event-driven solver, by stratum."""
+    head = ["histories", "in all", "solved again", "end otherwise", "beyond the bound", "median difference", "largest"]
+    rows = []
+    for name, label in (("natural/check", ""), ("population/check", "population: ")):
+        sample = data[name]
+        for stratum in sample["stratum"].values:
+            one = sample.sel(stratum=stratum)
+            shown = [share(one[key]) if key in one else "–" for key in ("otherwise_share", "beyond_bound_share")]
+            shown += [share(one[key]) for key in ("median_difference", "largest_difference")]
+            counts = [str(int(one[key])) for key in ("study_count", "checked_count")]
+            rows.append([f"{label}{STRATA[str(stratum)]}", *counts, *shown])
+    return table(head, rows)
+
+
+def share(fraction: xr.DataArray) -> str:
+    """A percentage in plain digits; a dash where there is none."""
+    return f"{100 * float(fraction):.2g} %" if np.isfinite(fraction) else "–"
+
+
 def interval(one: xr.Dataset, name: str) -> str:
     """Return a statistic with its interval; rates are percentages."""
     show: Callable[[xr.DataArray], str] = percent if name.endswith("_rate") else number
@@ -210,7 +232,8 @@ def response_length(data: Data) -> str:
 
 
 TABLES: dict[str, Callable[[Data], str]] = {
-    function.__name__: function for function in (solver, ratios, fits, rotations, energy, earthquakes, response_length)
+    function.__name__: function
+    for function in (solver, ratios, fits, rotations, energy, earthquakes, checks, response_length)
 }
 
 
@@ -221,7 +244,8 @@ def written(page: str, data: Data) -> str:
 
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
-    names = ("accuracy", "comparison", "equivalence", "windows", *(f"match/{study}" for study in STUDIES))
+    names = ("accuracy", "comparison", "natural/check", "population/check", "equivalence", "windows")
+    names += tuple(f"match/{study}" for study in STUDIES)
     return {name: dataset.open(results / f"{name}.nc") for name in names}
 
 

@@ -11,6 +11,7 @@ import pytest
 import report_content
 from repository import ROOT
 
+from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import STUDIES
 
@@ -47,9 +48,16 @@ def made_up():
     matches = {f"match/{name}": report_content.made_up("match", parameter) for name, parameter in STUDIES.items()}
     windows = made_up_claims.windows().isel(release_amplitude=[0, 0, 0, 1, 2, 2])
     windows = windows.assign_coords(release_amplitude=[0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
+    checks = {
+        f"{name}/check": report_content.made_up(f"{name}_check")
+        .isel(stratum=[0] * count)
+        .assign_coords(stratum=list(STRATA)[:count])
+        for name, count in (("natural", 5), ("population", 4))
+    }
+    earthquakes = {"comparison": made_up_earthquakes.comparison(), **checks}
     return {
         "accuracy": accuracy,
-        "comparison": made_up_earthquakes.comparison(),
+        **earthquakes,
         "equivalence": made_up_studies.equivalence(),
         "windows": windows,
         **matches,

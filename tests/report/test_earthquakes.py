@@ -54,23 +54,29 @@ def test_few_stations_are_said_to_prove_nothing():
 
 
 def sample():
-    peak = np.array([0.2, 0.3, 2.0, 0.5])
+    """Two strata of the study that have histories, and one that has none."""
     return xr.Dataset(
         {
-            "peak_displacement": ("history", peak),
-            "exact_peak": ("history", peak + [0.001, 0.03, 0.1, 0.0]),
-            "peak_displacement_uncertainty": ("history", [0.002, 0.01, np.nan, 0.1]),
-            "collapsed": ("history", [0, 0, 1, 0]),
-            "exact_collapsed": ("history", [0, 0, 1, 1]),
-        }
+            "study_count": ("stratum", [12345, 0, 20]),
+            "checked_count": ("stratum", [40, 0, 20]),
+            "otherwise_share": ("stratum", [0.0, np.nan, 0.05]),
+            "beyond_bound_share": ("stratum", [0.025, np.nan, np.nan]),
+            "median_difference": ("stratum", [0.0004, np.nan, 0.002]),
+            "largest_difference": ("stratum", [0.011, np.nan, 0.13]),
+        },
+        coords={"stratum": ["far", "near", "unsettled"]},
     )
 
 
-def test_a_sample_solved_event_by_event_is_told_where_there_is_one():
+def test_samples_solved_event_by_event_are_told_by_stratum_where_there_are_any():
     assert "event by event" not in told()
-    text = told(**{"natural/check": sample()})
-    assert "Of 4 histories drawn at random and solved again event by event, 3 have the same outcome" in text
-    assert "Of 2 peaks that have a bound, 1 are within it; the worst is 9.1 % off" in text  # 0.03 of 0.33
+    text = told(**{"natural/check": sample()}).replace("\u202f", " ")
+    assert "Histories of the study, solved again event by event" in text and "of the population" not in text
+    assert "stands, peak below 0.5 u_ins 12 345 40 0 % 2.5 % 0.040 % 1.1 %" in text
+    assert "outcome depends on the step 20 20 5 % – 0.20 % 13 %" in text
+    assert "stands, 0.5 to 0.8 u_ins" not in text
+    text = told(**{"population/check": sample().drop_vars("beyond_bound_share")})
+    assert "Histories of the population" in text and "40 0 % – 0.040 % 1.1 %" in text
 
 
 def test_histories_whose_bound_exceeds_their_peak_are_named_once():

@@ -53,7 +53,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
     change = plain(config["natural"]["restitution_change"])
     values = {
         **histories.run(compared, walls),
-        "check": histories.check(data.get("natural/check")),
+        "checks": [(text, histories.check(data.get(name))) for name, text in histories.CHECKS.items()],
         "exceptions": histories.exceptions(data.get("natural"), SOURCES),
         **_sensitivity(compared, change),
         **_recommendation(compared),

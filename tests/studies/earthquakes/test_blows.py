@@ -139,7 +139,7 @@ def walls(config):
 def test_the_population_s_walls_peak_in_the_rest_after_a_blow_where_its_velocity_takes_them(walls, motion):
     peak, collapsed = population.run(motion, walls, np.array([0.15]), step=0.1, tail=2.0)
     values = {name: walls[name].values for name in population.PARAMETERS}
-    wall, curve = population._mechanics(values)
+    wall, curve = population.mechanics(values)
     velocity = 1.5 * 0.15 / (wall.frequency_parameter * wall.instability_displacement)
     stands = ~collapsed[:, 0, 0]
     assert stands.sum() >= 4

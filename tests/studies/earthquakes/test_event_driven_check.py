@@ -1,16 +1,103 @@
-"""Which histories of the study are solved again, event by event; that they are solved right stands in test_blows."""
+"""The sample solved again event by event: what each stratum holds, how it is drawn, and what its rates count.
+
+That the histories are solved right stands in test_blows.
+"""
 
 from types import SimpleNamespace
 
 import made_up_earthquakes as made_up
 import numpy as np
 import pytest
+import xarray as xr
 import yaml
 from repository import ROOT
 
 from rockdamp.studies.earthquakes import event_driven_check
+from rockdamp.studies.earthquakes.event_driven_check import STRATA, Sample, draw, rates, strata
 
 AT = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Peaks that grow with the intensity, the last axis, up to a collapse; of some the outcome depends on the step."""
+    rng = np.random.default_rng(3)
+    peak = np.sort(rng.uniform(0, 1.3, (40, 12)), axis=1)
+    collapsed = (peak > 1).astype(np.int8)
+    settled = (rng.random(peak.shape) > 0.1).astype(np.int8)
+    collapsed[0], settled[0] = -1, -1  # without a damping ratio
+    collapsed[1], settled[1] = 1, 1
+    return peak, collapsed, settled
+
+
+def test_each_history_is_of_the_stratum_that_its_peak_and_outcomes_say(study):
+    peak, collapsed, settled = study
+    members = dict(zip(STRATA, strata(peak, collapsed, settled, 1), strict=True))
+    for i, j in np.ndindex(peak.shape):
+        expected = None
+        if collapsed[i, j] >= 0 and settled[i, j] == 0:
+            expected = "unsettled"
+        elif collapsed[i, j] == 0:
+            expected = "far" if peak[i, j] < 0.5 else "near" if peak[i, j] < 0.8 else "edge"
+        elif collapsed[i, j] == 1 and (j == 0 or collapsed[i, j - 1] == 0):
+            expected = "just collapsed"
+        assert [name for name, member in members.items() if member[i, j]] == ([expected] if expected else [])
+    across = strata(peak.T, collapsed.T, settled.T, 0)
+    for member, turned in zip(members.values(), across, strict=True):
+        np.testing.assert_array_equal(turned, member.T)
+
+
+def test_as_many_are_drawn_of_each_stratum_as_it_has_up_to_its_share(study):
+    members = strata(*study, 1)
+    sample = draw([lambda: members], 100, seed=1)
+    sizes = [int(member.sum()) for member in members]
+    assert sample.study.tolist() == sizes
+    assert np.bincount(sample.stratum).tolist() == [min(20, size) for size in sizes]
+    for place, stratum in zip(sample.place, sample.stratum, strict=True):
+        assert members[stratum][*place]
+    assert len(np.unique(sample.place, axis=0)) == len(sample.place)
+
+
+def test_parts_of_a_study_are_drawn_from_as_the_whole_is(study):
+    members = strata(*study, 1)
+    cuts = [slice(0, 7), slice(7, 8), slice(8, 40)]
+    parts = [lambda cut=cut: [member[cut] for member in members] for cut in cuts]
+    whole, sample = draw([lambda: members], 60, seed=4), draw(parts, 60, seed=4)
+    first = np.array([cut.start for cut in cuts])[sample.part]
+    np.testing.assert_array_equal(sample.place + np.stack([first, 0 * first], axis=1), whole.place)
+    np.testing.assert_array_equal(sample.study, whole.study)
+
+
+def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound():
+    stratum = np.array([0, 0, 0, 0, 2, 2, 3, 4])
+    sample = Sample(np.zeros(8, int), np.zeros((8, 1), int), stratum, np.array([90, 0, 7, 5, 3]))
+    checked = xr.Dataset(
+        {
+            "peak_displacement": ("history", [0.10, 0.20, 0.30, 0.40, 0.90, 0.95, 1.01, 0.7]),
+            "exact_peak": ("history", [0.11, 0.20, 0.30, 0.50, 0.90, 0.99, 0.40, 0.7]),
+            "peak_displacement_uncertainty": ("history", [0.02, 0.01, 0.01, 0.05, 0.01, 0.01, np.nan, np.nan]),
+            "collapsed": ("history", [0, 0, 0, 0, 0, 0, 1, 0]),
+            "exact_collapsed": ("history", [0, 0, 0, 0, 0, 1, 1, 0]),
+        }
+    )
+    found = {name: values for name, (_, values) in rates(sample, checked).items()}
+    np.testing.assert_array_equal(found["study_count"], [90, 0, 7, 5, 3])
+    np.testing.assert_array_equal(found["checked_count"], [4, 0, 2, 1, 1])
+    np.testing.assert_array_equal(found["otherwise_share"], [0, np.nan, 0.5, 0, 0])
+    np.testing.assert_array_equal(found["beyond_bound_share"], [0.25, np.nan, 0, np.nan, np.nan])
+    np.testing.assert_allclose(found["largest_difference"], [0.2, np.nan, 0, np.nan, 0])
+    np.testing.assert_allclose(found["median_difference"], [0.5 / 11, np.nan, 0, np.nan, 0])
+    assert found["history_stratum"].tolist() == [STRATA[place] for place in stratum]
+    bare = rates(sample, checked.drop_vars("peak_displacement_uncertainty"))
+    assert set(found) - set(bare) == {"beyond_bound_share"}
+
+
+def test_restitution_counts_once_whatever_the_sources_are():
+    counted = event_driven_check._once((2, 3, 1, 2, len(event_driven_check.MODELS), 3))
+    assert counted[..., 0, :].sum(axis=-1).max() == 1 and counted[..., 0, 0].all() and counted[..., 1:, :].all()
+
+
+# --- those of the study ----------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
-from rockdamp.studies.earthquakes import population
+from rockdamp.studies.earthquakes import population, population_check
 from rockdamp.studies.earthquakes.settings import PopulationWallSettings
 from rockdamp.studies.settings import make_named_wall
 from rockdamp.vocabulary import MODELS
@@ -106,7 +106,7 @@ def test_a_normal_distribution_without_its_moments_is_refused(config):
 
 def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
     one = walls.isel(wall=7)
-    _, curve = population._mechanics({name: np.array([one[name].item()]) for name in population.PARAMETERS})
+    _, curve = population.mechanics({name: np.array([one[name].item()]) for name in population.PARAMETERS})
     for model in MODELS[1:]:
         expected = damping_ratio_energy(curve, model, [one["restitution"].item()], config["release_amplitude"])
         assert one["damping_ratio"].sel(damping_model=model).item() == pytest.approx(expected[0], rel=1e-12)
@@ -130,7 +130,7 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     tail = config["population"]["tail"]
     motion, some = catalogue.load(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
     peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), step=0.01, tail=tail)
-    wall, curve = population._mechanics({name: some[name].values for name in population.PARAMETERS})
+    wall, curve = population.mechanics({name: some[name].values for name in population.PARAMETERS})
     ground = motion.record.ground_acceleration / intensity_measures(motion.record).pgv
     compared = 0
     for i in range(2):
@@ -150,6 +150,24 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
                 compared += 1
                 assert peak[i, 0, j] == pytest.approx(np.abs(solved.turning_displacement).max(), rel=2e-3)
     assert compared >= 4
+
+
+def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_population_s_own_step(
+    config, walls, shares
+):
+    few = {**config, "population": {**config["population"], "check": {"histories": 48, "seed": 2}}}
+    found = population_check.check(few, walls, *shares)
+    dataset.check(found, "population_check")
+    assert found["checked_count"].values.tolist() == [12, 12, 12, 12]
+    assert found["stratum"].values.tolist() == ["far", "near", "edge", "just collapsed"]
+    together = xr.concat([one[["peak_displacement", "collapsed"]] for one in shares], "wall", join="exact")
+    picked = together.sel({name: found[name] for name in ("wall", "record", "intensity", "damping_model")})
+    for name in ("peak_displacement", "collapsed"):
+        np.testing.assert_array_equal(found[name], picked[name])
+    assert len(np.unique(found["wall"] // 50)) == 3  # of every share
+    assert (found["otherwise_share"] <= 2 / 12).all()
+    assert (found["median_difference"].dropna("stratum") < 0.01).all()
+    assert float(found["largest_difference"].sel(stratum="far")) < 0.05
 
 
 # --- what they say together ------------------------------------------------------------------------------------------
@@ -240,5 +258,5 @@ def test_both_studies_mean_the_same_wall(config):
     section = config["natural"]["walls"][2]
     wall = make_named_wall(section).wall
     values = {name: np.array([section[name]]) for name in population.PARAMETERS if name in section}
-    other, _ = population._mechanics(values)
+    other, _ = population.mechanics(values)
     assert other.frequency_parameter[0] == pytest.approx(float(wall.frequency_parameter), rel=1e-14)

@@ -1,13 +1,24 @@
-"""Peaks of the study of earthquakes against the event-driven solver, on a random sample of its histories."""
+"""Peaks of the study of earthquakes against the event-driven solver, on a sample that is stratified towards collapse.
+
+Few histories come near to collapse, and there they fork: a sample of all of them would hardly see any. So as many are
+drawn of those that stand far from collapse, near to it and at its edge, of those that just collapse, and of those whose
+outcome depends on the step.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import followed_by_rest
@@ -17,11 +28,109 @@ from rockdamp.solvers.newmark import available_threads
 from rockdamp.solvers.response import OUTCOMES
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER
 from rockdamp.studies.earthquakes.settings import EventDrivenCheckSettings
+from rockdamp.studies.earthquakes.wall_under_record import NEAR
 from rockdamp.studies.settings import NamedWall
+from rockdamp.vocabulary import MODELS, REFERENCE
+
+EDGE = 0.8  # u/u_ins: of the peaks of walls that stand
+STRATA = ("far", "near", "edge", "just collapsed", "unsettled")
+
+
+Members = list[NDArray[np.bool_]]  # which histories each stratum has
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Histories drawn from each stratum.
+
+    Attributes
+    ----------
+    part : ndarray of int, shape (histories,)
+        Part of the study that each history is of.
+    place : ndarray of int, shape (histories, dimensions)
+        Its indices in that part.
+    stratum : ndarray of int, shape (histories,)
+        Its stratum, as its place in `STRATA`.
+    study : ndarray of int, shape (strata,)
+        How many histories of the study each stratum has.
+    """
+
+    part: NDArray[np.int64]
+    place: NDArray[np.int64]
+    stratum: NDArray[np.int64]
+    study: NDArray[np.int64]
+
+
+def strata(peak: Array, collapsed: Array, settled: Array, intensity: int) -> Members:
+    """Return which histories each of `STRATA` has; `intensity` is the axis of the arrays along which it grows."""
+    stands, fell = (settled == 1) & (collapsed == 0), (settled == 1) & (collapsed == 1)
+    fell, lower = np.moveaxis(fell, intensity, 0), np.moveaxis(collapsed, intensity, 0)
+    just = np.moveaxis(np.concatenate([fell[:1], fell[1:] & (lower[:-1] != 1)]), 0, intensity)
+    return [
+        stands & (peak < NEAR),
+        stands & (peak >= NEAR) & (peak < EDGE),
+        stands & (peak >= EDGE),
+        just,
+        (settled == 0) & (collapsed >= 0),
+    ]
+
+
+def draw(parts: Sequence[Callable[[], Members]], count: int, seed: int) -> Sample:
+    """Draw `count` histories, as many of each stratum as there are up to its share; only one part is held at once."""
+    rng = np.random.default_rng(seed)
+    counts = np.array([[member.sum() for member in members()] for members in parts])
+    study, before = counts.sum(axis=0), np.cumsum(counts, axis=0) - counts
+    shares = np.diff(np.linspace(0, count, study.size + 1).astype(int))
+    ranks = [rng.choice(of, min(share, of), replace=False) for of, share in zip(study, shares, strict=True)]
+    part, place, stratum = [], [], []
+    for p, members in enumerate(parts):
+        for s, member in enumerate(members()):
+            own = np.sort(ranks[s] - before[p, s])
+            own = own[(own >= 0) & (own < counts[p, s])]
+            place.append(np.argwhere(member)[own])
+            part.append(np.full(own.size, p))
+            stratum.append(np.full(own.size, s))
+    order = np.argsort(np.concatenate(stratum), kind="stable")
+    return Sample(np.concatenate(part)[order], np.concatenate(place)[order], np.concatenate(stratum)[order], study)
+
+
+def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -> dict[str, tuple[str, Array]]:
+    """Solve histories 0 to `count`, some at once."""
+    with ThreadPoolExecutor(available_threads()) as pool:
+        ends = list(track(pool.map(solve, range(count)), label, count))
+    return {
+        "exact_peak": ("history", np.array([peak for peak, _ in ends])),
+        "exact_collapsed": ("history", np.array([collapsed for _, collapsed in ends], dtype=np.int8)),
+    }
+
+
+def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
+    """What each stratum's histories say: how many end otherwise, and how far the peaks are off where both stand."""
+    of = {str(name): checked[name].values for name in checked.data_vars}
+    same = of["collapsed"] == of["exact_collapsed"]
+    stand = same & (of["collapsed"] == 0)
+    error = np.abs(of["peak_displacement"] - of["exact_peak"])
+
+    def each(statistic: Callable[[Array], Any], values: Array, among: NDArray[np.bool_]) -> tuple[str, Array]:
+        own = [values[among & (sample.stratum == stratum)] for stratum in range(sample.study.size)]
+        return "stratum", np.array([statistic(part) if part.size else np.nan for part in own], dtype=float)
+
+    columns = {
+        "study_count": ("stratum", sample.study),
+        "checked_count": ("stratum", np.bincount(sample.stratum, minlength=sample.study.size)),
+        "otherwise_share": each(np.mean, ~same, np.ones_like(same)),
+        "median_difference": each(np.median, error / of["exact_peak"], stand),
+        "largest_difference": each(np.max, error / of["exact_peak"], stand),
+        "history_stratum": ("history", np.array(STRATA)[sample.stratum]),
+    }
+    if "peak_displacement_uncertainty" in of:
+        bound = of["peak_displacement_uncertainty"]
+        columns["beyond_bound_share"] = each(np.mean, error > bound, stand & np.isfinite(bound))
+    return columns
 
 
 def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
-    """Solve a random sample of the histories again, event by event.
+    """Solve a stratified sample of the histories again, event by event.
 
     Parameters
     ----------
@@ -34,13 +143,18 @@ def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         ``exact_peak`` and ``exact_collapsed`` (history) beside the study's own, its bound of the error, and what each
-        history is of.
+        history is of; for each stratum the share that ends otherwise (``otherwise_share``), the share of the peaks that
+        are beyond their bound (``beyond_bound_share``), and the median and the largest difference of the peaks.
     """
     given = EventDrivenCheckSettings.of(config)
-    rng = np.random.default_rng(given.seed)
-    run = np.argwhere(earthquakes["collapsed"].transpose(*BY_DAMPER).values >= 0)
-    chosen = run[np.sort(rng.choice(len(run), min(given.histories, len(run)), replace=False))]
-    picked = earthquakes.isel({dim: xr.DataArray(chosen[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)})
+    names = ("peak_displacement", "collapsed", "settled")
+    peak, collapsed, settled = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
+    collapsed = np.where(_once(collapsed.shape), collapsed, -1)
+    members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("scale"))
+    sample = draw([lambda: members], given.histories, given.seed)
+    picked = earthquakes.isel(
+        {dim: xr.DataArray(sample.place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}
+    )
     walls = {named.name: named for named in given.walls}
     entries = {entry.name: entry for entry in catalogue.listing(given.records)}
     motions = {name: catalogue.read(entries[name]) for name in np.unique(picked["record"].values).tolist()}
@@ -49,19 +163,21 @@ def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         case = picked.isel(history=index)
         return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], given.tail)
 
-    with ThreadPoolExecutor(available_threads()) as pool:
-        solved = list(track(pool.map(solve, range(len(chosen))), "Histories, event by event", len(chosen)))
-    kept = ["peak_displacement", "peak_displacement_uncertainty", "collapsed", "settled"]
-    return (
-        picked[kept]
+    checked = (
+        picked[[*names, "peak_displacement_uncertainty"]]
         .reset_coords(list(BY_DAMPER))
         .drop_vars(["record_set", "station"])
-        .assign(
-            exact_peak=("history", [peak for peak, _ in solved]),
-            exact_collapsed=("history", np.array([collapsed for _, collapsed in solved], dtype=np.int8)),
-        )
-        .assign_coords(history=np.arange(len(chosen)))
+        .assign(solved(solve, len(sample.place), "Histories, event by event"))
     )
+    coords: Mapping[str, Any] = {"history": np.arange(len(sample.place)), "stratum": list(STRATA)}
+    return checked.assign(rates(sample, checked)).assign_coords(coords)
+
+
+def _once(shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Which histories of shape (*BY_DAMPER) count: restitution's is the same for every source of a damping ratio."""
+    once = np.ones(shape, dtype=bool)
+    once[..., MODELS.index(REFERENCE), 1:] = False
+    return once
 
 
 def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWall, tail: float) -> tuple[float, bool]:
@@ -71,7 +187,12 @@ def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWal
     ground = followed_by_rest(record.ground_acceleration, record.step, tail)
     load = float(wall.load_factor) * float(case["scale_factor"]) * ground
     step = float(wall.frequency_parameter) * record.step
-    damping, end = Damping.of(model, restitution=e, damping_ratio=ratio), step * (ground.size - 1)
-    solved = history(named.curve, damping, [end], load=load, load_step=step)
-    extremes = np.abs([*solved.turning_displacement, *solved.displacement])
-    return float(np.nanmax(extremes, initial=0.0)), solved.outcome == OUTCOMES[1]
+    return exact_end(named.curve, Damping.of(model, restitution=e, damping_ratio=ratio), load, step)
+
+
+def exact_end(curve: TrilinearCurve, damping: Damping, load: Array, step: float) -> tuple[float, bool]:
+    """Peak of a history under a load with samples a `step` apart, and whether it collapses."""
+    end = step * (load.size - 1)
+    ended = history(curve, damping, [end], load=load, load_step=step)
+    extremes = np.abs([*ended.turning_displacement, *ended.displacement])
+    return float(np.nanmax(extremes, initial=0.0)), ended.outcome == OUTCOMES[1]

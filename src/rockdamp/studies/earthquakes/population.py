@@ -61,7 +61,7 @@ def walls(config: Config) -> xr.Dataset:
     """
     given = PopulationWallSettings.of(config)
     values = sample(given)
-    wall, curve = _mechanics(values)
+    wall, curve = mechanics(values)
     ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
     for column, model in enumerate(VISCOUS_MODELS, start=1):
         ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], given.release_amplitude)
@@ -122,7 +122,7 @@ def _quantile(of: Distribution, probability: Array) -> Array:
     return np.asarray(stats.truncnorm.ppf(probability, a, b, loc=mean, scale=deviation))
 
 
-def _mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
+def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
     wall = Wall(
         thickness=values["thickness"],
         height=values["thickness"] * values["slenderness"],
@@ -198,7 +198,7 @@ def run(
         Rest after the record. [s]
     """
     values = {name: walls[name].values for name in PARAMETERS}
-    wall, curve = _mechanics(values)
+    wall, curve = mechanics(values)
     factor = intensity / intensity_measures(motion.record).pgv
     ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, tail)
     sampling = wall.frequency_parameter * motion.record.step

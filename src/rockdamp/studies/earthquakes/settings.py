@@ -143,5 +143,13 @@ class PopulationShareSettings(Settings):
 
 
 @dataclass(frozen=True)
+class PopulationCheckSettings(Settings):
+    records: Annotated[tuple[str, ...], "population.records"]
+    tail: Annotated[float, "population.tail"]
+    histories: Annotated[int, "population.check.histories"]
+    seed: Annotated[int, "population.check.seed"]
+
+
+@dataclass(frozen=True)
 class PopulationSettings(Settings):
     bootstrap: Annotated[Bootstrap, "population.bootstrap"]

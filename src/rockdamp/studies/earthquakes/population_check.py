@@ -1,0 +1,92 @@
+"""Peaks of the population against the event-driven solver: what its own step, longer than the study's, costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.records import followed_by_rest
+from rockdamp.studies.earthquakes import event_driven_check
+from rockdamp.studies.earthquakes.event_driven_check import STRATA, Members, Sample, draw, exact_end, rates, solved
+from rockdamp.studies.earthquakes.population import mechanics
+from rockdamp.studies.earthquakes.settings import PARAMETERS, PopulationCheckSettings
+
+HISTORY = ("wall", "record", "intensity", "damping_model")
+
+
+def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+    """Solve a stratified sample of the population's histories again, event by event.
+
+    Parameters
+    ----------
+    config : dict
+        Has the keys of `PopulationCheckSettings`.
+    walls, *shares : xarray.Dataset
+        Of `population.walls` and `population.share`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `event_driven_check.check`, without bounds: each history of a population is run at one step.
+    """
+    given = PopulationCheckSettings.of(config)
+    sample = draw([partial(_members, share) for share in shares], given.histories, given.seed)
+    motions = catalogue.load(given.records)
+    wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
+    first = np.cumsum([0, *(share.sizes["wall"] for share in shares)])
+    number = first[sample.part] + sample.place[:, 0]
+    intensity, models = shares[0]["intensity"].values, [str(model) for model in shares[0]["damping_model"].values]
+
+    def solve(index: int) -> tuple[float, bool]:
+        _, record, level, model = sample.place[index].tolist()
+        i = int(number[index])
+        motion = motions[record].record
+        factor = intensity[level] / intensity_measures(motion).pgv
+        ground = followed_by_rest(motion.ground_acceleration, motion.step, given.tail)
+        damping = Damping.of(
+            models[model],
+            restitution=float(walls["restitution"][i]),
+            damping_ratio=float(walls["damping_ratio"][i, model]),
+        )
+        own = curve.map(lambda parameter: parameter[i])
+        load = float(wall.load_factor[i]) * factor * ground
+        return exact_end(own, damping, load, float(wall.frequency_parameter[i]) * motion.step)
+
+    of_history = {
+        "wall": walls["wall"].values[number],
+        "record": np.array([motion.name for motion in motions])[sample.place[:, 1]],
+        "intensity": intensity[sample.place[:, 2]],
+        "damping_model": np.array(models)[sample.place[:, 3]],
+        "peak_displacement": _picked(shares, "peak_displacement", sample).astype(float),
+        "collapsed": _picked(shares, "collapsed", sample),
+    }
+    checked = xr.Dataset(
+        {name: ("history", values) for name, values in of_history.items()}
+        | solved(solve, len(sample.place), "Histories of the population, event by event"),
+        coords={"history": np.arange(len(sample.place)), "stratum": list(STRATA[: len(sample.study)])},
+    )
+    return checked.assign(rates(sample, checked))
+
+
+def _members(share: xr.Dataset) -> Members:
+    """The strata of one share; without finer steps, nothing is known to be unsettled."""
+    peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak_displacement", "collapsed"))
+    of_all = event_driven_check.strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
+    return of_all[: STRATA.index("unsettled")]
+
+
+def _picked(shares: Sequence[xr.Dataset], name: str, sample: Sample) -> Array:
+    """A variable of each history of the sample."""
+    picked = np.empty(len(sample.place), dtype=shares[0][name].dtype)
+    for number, share in enumerate(shares):
+        own = sample.part == number
+        picked[own] = share[name].transpose(*HISTORY).values[*sample.place[own].T]
+    return picked

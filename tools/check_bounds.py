@@ -1,0 +1,89 @@
+"""See that published uncertainties are bounds: solve damping ratios and histories again exactly, drawn by any seed.
+
+`.venv/bin/python tools/check_bounds.py --seed 7`, after `make`. It takes some minutes. At least 99 % of the damping
+ratios and of the histories that are settled have to lie within what is stated of them; the exit status says whether
+they do.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+import yaml
+
+from rockdamp.config import Config
+from rockdamp.storage import dataset
+from rockdamp.studies.accuracy import matched_ratios
+from rockdamp.studies.earthquakes import event_driven_check
+from rockdamp.studies.settings import AccuracySettings
+from rockdamp.vocabulary import STUDIES, VISCOUS_MODELS
+
+ROOT = Path(__file__).resolve().parents[1]
+HELD = 0.99  # at least, of each
+
+
+def ratios(results: Path, config: Config, count: int, seed: int) -> float:
+    """Return the share of `count` damping ratios whose exact minimum lies within their uncertainty."""
+    given = AccuracySettings.of(config)
+    studies = {name: given.study(name) for name in STUDIES}
+    matches = {name: dataset.open(results / f"match/{name}.nc") for name in STUDIES}
+    each = -(-count // len(VISCOUS_MODELS))
+    found = matched_ratios.minima(studies, matches, count=each, bracket=given.accuracy.bracket, seed=seed)
+    part = abs(found["sample_published_ratio"] - found["sample_exact_ratio"]) / (
+        found["sample_bound"] * found["sample_published_ratio"]
+    )
+    print(f"{part.size} damping ratios, half of them those of the largest Err; difference over uncertainty:")
+    for model in found["viscous_model"].values:
+        own = part.sel(viscous_model=model).values
+        print(
+            f"  {model}: {np.sum(own <= 1)} of {own.size} within,"
+            f" {np.median(own):.2f} in the middle, {own.max():.2f} at most"
+        )
+    return float((part <= 1).mean())
+
+
+def histories(results: Path, config: Config, count: int, seed: int) -> float:
+    """Return the share of the settled ones of `count` histories that end as stated and peak within their bound."""
+    asked = {**config, "natural": {**config["natural"], "check": {"histories": count, "seed": seed}}}
+    found = event_driven_check.check(asked, dataset.open(results / "natural.nc"))
+    print(f"{found.sizes['history']} histories, event by event:")
+    for stratum in found["stratum"].values:
+        own = found.sel(stratum=stratum)
+        print(
+            f"  {stratum}: {int(own['checked_count'])} of {int(own['study_count'])},"
+            f" {100 * float(own['otherwise_share']):.2g} % end otherwise,"
+            f" {100 * float(own['beyond_bound_share']):.2g} % of the peaks are beyond their bound,"
+            f" differences {100 * float(own['median_difference']):.2g} % in the middle,"
+            f" {100 * float(own['largest_difference']):.2g} % at most"
+        )
+    return float(held(found.isel(history=(found["settled"] == 1).values)).mean())
+
+
+def held(checked: xr.Dataset) -> xr.DataArray:
+    """Which histories end as the study says and, where they stand, peak within their bound."""
+    off = abs(checked["peak_displacement"] - checked["exact_peak"])
+    within = (checked["collapsed"] == 1) | (off <= checked["peak_displacement_uncertainty"])
+    return (checked["collapsed"] == checked["exact_collapsed"]) & within
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--ratios", type=int, default=200)
+    parser.add_argument("--histories", type=int, default=625, help="a fifth of them far from collapse")
+    parser.add_argument("--results", type=Path, default=ROOT / "results")
+    parser.add_argument("--config", type=Path, default=ROOT / "config/default.yaml", help="that of the results")
+    asked = parser.parse_args()
+    config = yaml.safe_load(asked.config.read_text(encoding="utf-8"))
+    shares = (
+        ratios(asked.results, config, asked.ratios, asked.seed),
+        histories(asked.results, config, asked.histories, asked.seed),
+    )
+    print(f"held: {100 * shares[0]:.4g} % of the damping ratios, {100 * shares[1]:.4g} % of the settled histories")
+    return 0 if min(shares) >= HELD else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
