@@ -16,7 +16,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.response import Response
 
-MODELS = ("CR", "CDC", "CDR", "SDR", "POWER", "ECD")
+MODELS = ("CR", "CDC", "CDR", "SDR", "POWER", "ECD", "ECD16")
 NAMES = {**{model: model for model in MODELS}, "POWER": "n = 1.3"}
 EXPONENT = 1.3
 LANES = (8, 64, 512, 4096)

@@ -19,6 +19,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from rockdamp import Damping, TrilinearCurve, kernels
+from rockdamp.mechanics.half_cycle_loss import normalisation
 
 SOURCE = Path(__file__).with_name("scheme.c")
 FLAGS = ("-O3", "-march=native", "-ffast-math")
@@ -91,6 +92,7 @@ class CLoop:
             "CDR": 2 * xi,
             "SDR": 2 * xi / w1,
             "ECD": 2 * xi,
+            "ECD16": 2 * NORMALISATION * xi,
             "POWER": 2 * xi * w1 ** (1 - batch.exponent),
         }[batch.model]
         load = batch.load_factor * self.ground[0] if self.ground.size else 0.0
@@ -143,12 +145,16 @@ class CLoop:
         return self.work[:, C_ROWS.index(name)].reshape(-1)[: self.batch.lanes]
 
 
+SCALAR_MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "POWER", "ECD16")
+NORMALISATION = float(normalisation(16))  # N_m of ECD16
+
+
 # --- numba, one history at a time -------------------------------------------------------------------------------------
 
 
 @njit(fastmath=True, error_model="numpy")
 def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps):
-    """Peak, its step, crossings and last step of one history; models 0 to 5: CR CDC CDR SDR ECD POWER."""
+    """Peak, its step, crossings and last step of one history; models 0 to 6: those of `SCALAR_MODELS`."""
     v, crossings, peak, peak_at, end = 0.0, 0, abs(x), 0, steps
     f = max(min(k1 * abs(x), b1, ks * (a3 - abs(x))), 0.0)
     p1 = ground[0] * g if ground.size else 0.0
@@ -185,10 +191,12 @@ def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground,
             c = 2 * parameter * np.sqrt(f / z)
         elif model == 3:
             c = 2 * parameter / w1 * (f / z)
-        elif model == 4:
+        elif model == 4 or model == 6:
             z1, z2, z3 = min(z, a1), min(max(z, a1), a2), min(max(z, a2), a3)
             double_v = k1 * z1 * z1 + 2 * b1 * (z2 - a1) + ks * (z3 - a2) * (2 * a3 - a2 - z3)
             c = 2 * parameter * f / np.sqrt(double_v)
+            if model == 6:
+                c *= NORMALISATION * ((v + h * a) ** 2 / ((v + h * a) ** 2 + double_v)) ** 16
         elif model == 5:
             c = 2 * parameter * w1 ** (1 - n) * (f / z) ** (n / 2)
         a = (p1 - (f if x > 0 else -f) - c * half) / (1 + 0.5 * rest * c)
@@ -227,7 +235,7 @@ def _march_many(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground
 def scalar_peaks(batch: Any, lanes: int) -> np.ndarray:
     """Peaks of the first `lanes` histories of a batch by the plain loop."""
     peak = np.empty(lanes)
-    model = ("CR", "CDC", "CDR", "SDR", "ECD", "POWER").index(batch.model)
+    model = SCALAR_MODELS.index(batch.model)
     parameters = [np.broadcast_to(row, batch.lanes) for row in batch.curve.parameters()]
     _march_many(
         model,

@@ -72,6 +72,16 @@ static inline void step_CR(Block *restrict w, double p0, double p1, double step)
     }
 }
 
+static inline double sixteenth(double x)
+{
+    x *= x;
+    x *= x;
+    x *= x;
+    return x * x;
+}
+
+static inline double kinetic_fraction(double v, double double_v) { return v * v / (v * v + double_v); }
+
 #define VISCOUS(NAME, COEFFICIENT)                                                  \
     static inline void step_##NAME(Block *restrict w, double p0, double p1, double step) \
     {                                                                               \
@@ -90,6 +100,7 @@ VISCOUS(CDC, 1.0)
 VISCOUS(CDR, sqrt(f / z))
 VISCOUS(SDR, f / z)
 VISCOUS(ECD, f / sqrt(double_energy(w, i, z)))
+VISCOUS(ECD16, f / sqrt(double_energy(w, i, z)) * sixteenth(kinetic_fraction(v + h * a, double_energy(w, i, z))))
 VISCOUS(POWER, pow(f / z, w->half_n[i]))
 
 #define MARCH(NAME)                                                                                      \
@@ -116,6 +127,7 @@ MARCH(CDC)
 MARCH(CDR)
 MARCH(SDR)
 MARCH(ECD)
+MARCH(ECD16)
 MARCH(POWER)
 
 /* A power alone, for the part of it in the general exponent. */

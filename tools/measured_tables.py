@@ -1,4 +1,5 @@
-"""Write the measured numbers into the pages of docs that are named below, from the datasets of a full build.
+"""Write the measured numbers into the pages of docs that are named below, from the datasets of a full build,
+and copy the figures that the documents show.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
 names it; the words around the tables hold no measured number.
@@ -6,6 +7,7 @@ names it; the words around the tables hold no measured number.
 
 import math
 import re
+import shutil
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -25,6 +27,7 @@ from rockdamp.vocabulary import STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md")
+PICTURES = ("fig_order.png",)
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 Data = dict[str, xr.Dataset]
@@ -200,6 +203,38 @@ def share(fraction: xr.DataArray) -> str:
     return f"{100 * float(fraction):.2g} %" if np.isfinite(fraction) else "–"
 
 
+def orders(data: Data) -> str:
+    """How far ECD of each order is from CR, beside CR's own sensitivity to e, and the smallest order that is enough."""
+    compared = data["natural/orders"]
+    everywhere = compared.isel(record_set=0)
+    change = float(compared["restitution_change"])
+    lower, higher = (everywhere["varied_log_error"].sel(variation=name) for name in ("lower e", "higher e"))
+    head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order")), f"CR, e ∓ {change:g}", "smallest m"]
+    rows = [
+        [f"{e:g}"]
+        + [number(error, 2) for error in everywhere["log_error"].sel(restitution=e)]
+        + [f"{number(lower.sel(restitution=e), 2)}, {number(higher.sel(restitution=e), 2)}"]
+        + [_order(everywhere["smallest_order"].sel(restitution=e))]
+        for e in numbers(compared, "restitution")
+    ]
+    sets = [str(name) for name in compared["record_set"].values]
+    by_set = [
+        [name, *(_order(smallest) for smallest in compared["smallest_order"].sel(record_set=name))] for name in sets
+    ]
+    found, sure = _order(compared["recommended_order"]), bool(np.isfinite(compared["recommended_order"]))
+    first = f"**Order {found} is enough at every e**" if sure else "No order is enough at every e"
+    over = f"{int(compared['records'])} records of {int(compared['stations'])} stations"
+    head_by_set = ["records", *(f"e = {e:g}" for e in numbers(compared, "restitution"))]
+    return (
+        f"{first}, over {over}.\n\n{table(head, rows)}\n\n"
+        f"The smallest order that is enough, by set of records:\n\n{table(head_by_set, by_set)}"
+    )
+
+
+def _order(order: xr.DataArray) -> str:
+    return f"{float(order):g}" if np.isfinite(order) else "none"
+
+
 def interval(one: xr.Dataset, name: str) -> str:
     """Return a statistic with its interval; rates are percentages."""
     show: Callable[[xr.DataArray], str] = percent if name.endswith("_rate") else number
@@ -233,7 +268,7 @@ def response_length(data: Data) -> str:
 
 TABLES: dict[str, Callable[[Data], str]] = {
     function.__name__: function
-    for function in (solver, ratios, fits, rotations, energy, earthquakes, checks, response_length)
+    for function in (solver, ratios, fits, rotations, energy, earthquakes, checks, orders, response_length)
 }
 
 
@@ -244,12 +279,15 @@ def written(page: str, data: Data) -> str:
 
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
-    names = ("accuracy", "comparison", "natural/check", "population/check", "equivalence", "windows")
+    names = ("accuracy", "comparison", "natural/check", "natural/orders", "population/check", "equivalence", "windows")
     names += tuple(f"match/{study}" for study in STUDIES)
     return {name: dataset.open(results / f"{name}.nc") for name in names}
 
 
 if __name__ == "__main__":
-    opened = read(Path(sys.argv[1]) if len(sys.argv) > 1 else RESULTS)
+    results = Path(sys.argv[1]) if len(sys.argv) > 1 else RESULTS
+    opened = read(results)
     for page in (ROOT / name for name in PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
+    for name in PICTURES:
+        shutil.copyfile(results / f"figures/{name}", ROOT / f"docs/figures/{name}")

@@ -10,14 +10,16 @@ import sympy as sp
 from order_m import branches, of_restitution
 from repository import ROOT
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 import rockdamp as rd
 from rockdamp.mechanics.half_cycle_loss import damping_ratio, log_decrement, normalisation
 from rockdamp.solvers import event_driven
+from rockdamp.vocabulary import RECOMMENDED_ORDER
 
 PAGE = (ROOT / "docs/howto/order-m-damper-elsewhere.md").read_text(encoding="utf-8")
 CURVE = rd.TrilinearCurve(0.04, 0.85)
-ORDER, E = 8, 0.85
+ORDER, E = RECOMMENDED_ORDER, 0.85
 
 
 def listing(language):
@@ -155,13 +157,13 @@ def test_the_compiled_listings_are_the_python_one(language, python, tmp_path):
 def test_the_numbers_show_the_mistakes_that_the_page_names():
     source = listing("python")
     mistakes = {
-        ("v + h * a\n", "v\n"): 0.001,  # the velocity of the beginning
-        (" + (B1 + f) * max(z - A2, 0.0)", ""): 0.003,  # V beyond the plateau
-        (" * 2.695845", ""): 0.3,  # N_m
+        ("v + h * a\n", "v\n"): 0.0008,  # the velocity of the beginning
+        (" + (B1 + f) * max(z - A2, 0.0)", ""): 0.0001,  # V beyond the plateau
+        (" * 3.680970", ""): 0.4,  # N_m
         ("A = 2 * D", "A = D"): 0.3,
     }
     for (right, wrong), stated in mistakes.items():
-        assert source.count(right) == 1
+        assert source.count(right) == 1 and f"is {stated:g} off" in PAGE
         assert away(of_python(0.001, source.replace(right, wrong))) == pytest.approx(stated, rel=0.2)
     first = [away(of_python(h, source.replace("v + h * a\n", "v\n"))) for h in (0.002, 0.001)]
     assert first[0] / first[1] == pytest.approx(2, rel=0.1)
@@ -200,11 +202,19 @@ def test_the_slopes_for_implicit_schemes():
 
 def test_the_table_of_what_a_code_s_damping_assumes():
     head, *rows = table("xi [%]")
-    orders = [int(re.search(r"order (\d+)", cell)[1]) for cell in head[1:]]
-    assert [float(row[0]) for row in rows] == [2, 3, 5, 10]
-    for xi, *stated in rows:
-        e = np.exp(-log_decrement(float(xi) / 100, np.array(orders)))
-        assert stated == [f"{value:.4f}" for value in e]
+    orders = [int(found[1]) for cell in head[1:] if (found := re.search(r"order (\d+)", cell))]
+    ratios = np.array([float(row[0]) for row in rows]) / 100
+    assert ratios.tolist() == [0.02, 0.03, 0.05, 0.10] and orders == [0, ORDER]
+    for xi, row in zip(ratios, rows, strict=True):
+        e = np.exp(-log_decrement(xi, np.array(orders)))
+        assert row[1:3] == [f"{value:.4f}" for value in e]
+    every_e = np.linspace(0.5, 0.98, 17)
+    matched = rd.equivalent(every_e, CURVE.cracked_stiffness_ratio, CURVE.plateau_ratio)
+    for column, model in enumerate(("CDC", "CDR", "SDR"), start=3):
+        assert head[column] == f"e, {model}"
+        xi = np.array([one["damping_ratio"] for one in matched if one["damping_model"] == model])
+        e = CubicSpline(xi[::-1], every_e[::-1])(ratios)
+        np.testing.assert_allclose([float(row[column]) for row in rows], e, atol=0.002)  # CDC's are rough in e
 
 
 def test_the_table_of_measured_restitutions():

@@ -9,11 +9,12 @@ import measured_tables
 import numpy as np
 import pytest
 import report_content
+import yaml
 from repository import ROOT
 
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import RECOMMENDED_ORDER, STUDIES
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
 TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}
@@ -58,10 +59,21 @@ def made_up():
     return {
         "accuracy": accuracy,
         **earthquakes,
+        "natural/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
         "windows": windows,
         **matches,
     }
+
+
+def orders_as_configured():
+    """Made-up numbers at the orders and e of the paper's config, for all records and its sets."""
+    natural = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["natural"]
+    sets = ["all", "far-field", "near-field-pulse", "near-field-no-pulse"]
+    wanted = {"order": natural["orders"]["order"], "restitution": natural["orders"]["restitution"], "record_set": sets}
+    made_up = report_content.made_up("earthquake_orders")
+    repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
+    return made_up.isel(repeated).assign_coords(wanted).assign(restitution_change=natural["restitution_change"])
 
 
 def test_every_table_stands_on_a_page():
@@ -147,3 +159,19 @@ def test_the_length_of_the_response_is_told_with_its_neighbours_and_those_of_oth
         "| length implied, in tau | 6 | 6 | 6 | 8 | 12 | 12 |",
         "| e at which it fails | 5 | 5 | 5 | 0 | 2 | 2 |",
     ]
+
+
+def test_the_recommended_order_is_the_one_that_the_full_study_found_enough_at_every_restitution():
+    found = re.search(r"^\*\*Order (\d+) is enough at every e\*\*", SHOWN["orders"], flags=re.MULTILINE)
+    assert int(found[1]) == RECOMMENDED_ORDER
+    smallest = [line.split("|")[-2].strip() for line in SHOWN["orders"].splitlines() if line.startswith("| 0.")]
+    assert max(map(float, smallest)) == RECOMMENDED_ORDER
+
+
+def test_where_no_order_is_enough_the_table_says_none(made_up):
+    orders = made_up["natural/orders"].copy(deep=True)
+    orders["smallest_order"][0, 0] = np.nan
+    orders["recommended_order"] = np.nan
+    told = measured_tables.orders({"natural/orders": orders})
+    assert "**Order none" not in told and "No order is enough at every e" in told
+    assert re.search(r"^\| 0\.\d+ \|.*\| none \|$", told, flags=re.MULTILINE)

@@ -5,6 +5,7 @@ import made_up_studies
 import numpy as np
 import pytest
 from figure_functions import FIGURES
+from figure_reading import begins
 from matplotlib.colors import to_rgb
 from scipy.special import ndtr
 
@@ -20,7 +21,7 @@ def comparison():
 
 
 def panel(figure, start):
-    (found,) = (axes for axes in figure.axes if axes.get_title().startswith(start))
+    (found,) = (axes for axes in figure.axes if begins(axes.get_title(), start))
     return found
 
 

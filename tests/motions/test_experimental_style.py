@@ -14,7 +14,7 @@ from rockdamp.errors import InputError
 from rockdamp.motions import experimental_style
 from rockdamp.motions.experimental_style import ricker, synthetic_record, table_pulse
 from rockdamp.motions.records import read_record
-from rockdamp.studies.settings import make_wall
+from rockdamp.studies.walls import make_wall
 
 SHIPPED = ROOT / "data" / "sin-03-00-synthetic.csv"
 U_INS = float(experimental_style.WALL.instability_displacement)

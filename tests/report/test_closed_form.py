@@ -15,9 +15,9 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masi
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import PAPER_MODELS, PRESETS, SOFTENING
+from rockdamp.vocabulary import PAPER_MODELS, PRESETS, RECOMMENDED, SOFTENING
 
-KNOWN = (*PAPER_MODELS, "ECD")  # to the script; of another name it draws nothing
+KNOWN = (*PAPER_MODELS, "ECD", RECOMMENDED)  # to the script; of another name it draws nothing
 NODE = shutil.which("node") or shutil.which("nodejs")
 needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page's script without a browser, is absent")
 
@@ -95,10 +95,11 @@ def test_the_script_knows_the_curve_and_the_dampers(run):
         curve = TrilinearCurve(*case[:4])
         inside = x[x < float(curve.ultimate_ratio)]
         calls = [(name, [named(*case[:4]), at]) for name in ("force", "energy") for at in x]
-        own = [*curve.force(x), *curve.energy(x)]
+        calls += [("speedAt", [named(*case[:4]), at, float(x[-1])]) for at in x]
+        own = [*curve.force(x), *curve.energy(x), *np.sqrt(2 * (curve.energy(x[-1]) - curve.energy(x)))]
         for model in KNOWN:
-            calls += [("coefficient", [named(*case[:4]), model, at]) for at in inside]
-            own += [*Damping(model, 1.0).coefficient(curve, inside)]
+            calls += [("coefficient", [named(*case[:4]), model, at, at / 3]) for at in inside]
+            own += [*Damping(model, 1.0).coefficient(curve, inside, inside / 3)]
         np.testing.assert_allclose(run(calls), own, rtol=1e-11, atol=1e-14)
     assert run([("gianniniMasiani", [0.85])]) == [pytest.approx(float(giannini_masiani(0.85)), rel=1e-14)]
 

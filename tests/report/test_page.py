@@ -86,9 +86,10 @@ def test_verdicts_are_counted_at_the_top(page):
     assert words(short["text"]) == "2 ✓ reproduced 1 ◐ reproduced under conditions 1 ✗ not reproduced 1 – not testable"
 
 
-def test_what_the_page_says_comes_first_then_claims_errata_and_figures(page):
+def test_the_answer_comes_first_then_claims_errata_and_figures(page):
     order = [section["attrs"]["id"] for section in page.all("section")]
     assert order == [
+        "answer",
         "claims",
         "errata",
         "earthquakes",

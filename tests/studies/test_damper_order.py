@@ -17,7 +17,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset, yaml_file
 from rockdamp.studies import pulses
 from rockdamp.studies.damper_order import VARIATIONS, Dampers, compare, damper_order, measured, ratio_before_impact
-from rockdamp.vocabulary import VISCOUS_MODELS
+from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)
 CELLS = ("pulse", "pulse_frequency", "load_ratio")
@@ -110,7 +110,8 @@ def test_the_fitted_dampers_are_the_published_ones(found):
 
 
 def test_from_order_1_on_the_error_is_less_than_that_of_any_fitted_damper(found):
-    assert (found["curve_rms_error"].sel(order=slice(1, None)) < found["fitted_rms_error"].min("damping_model")).all()
+    fitted = found["fitted_rms_error"].sel(damping_model=[*PAPER_MODELS, "ECD"]).min("damping_model")
+    assert (found["curve_rms_error"].sel(order=slice(1, None)) < fitted).all()
     # Order 0 is ECD: fitted it can only be better, by Err, than with its exact ratio.
     assert (found["fitted_rms_error"].sel(damping_model="ECD") <= found["curve_rms_error"].sel(order=0)).all()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.settings import StudySettings
+from rockdamp.studies.walls import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 

@@ -11,7 +11,7 @@ from rockdamp.pipeline import dictionary
 from rockdamp.storage import dataset, yaml_file
 from rockdamp.studies import damping_loops, decays, matches
 from rockdamp.studies.accuracy.stage import accuracy
-from rockdamp.studies.settings import StudySettings
+from rockdamp.studies.walls import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 SCHEMA, DEFAULT = ROOT / "workflow/schemas/config.schema.yaml", ROOT / "config/default.yaml"

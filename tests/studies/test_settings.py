@@ -18,17 +18,8 @@ from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
 from rockdamp.storage.provenance import modules_of
 from rockdamp.studies.earthquakes import settings as earthquakes
-from rockdamp.studies.settings import (
-    AccuracySettings,
-    CalibrationSettings,
-    DecaySettings,
-    MatchSettings,
-    PulseSettings,
-    StudySettings,
-    make_curve,
-    make_named_wall,
-    make_wall,
-)
+from rockdamp.studies.settings import AccuracySettings, CalibrationSettings, DecaySettings, MatchSettings, PulseSettings
+from rockdamp.studies.walls import StudySettings, make_curve, make_named_wall, make_wall
 from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
 
 

@@ -53,8 +53,13 @@ def shows(axes, x, y):
     )
 
 
+def begins(text, start):
+    """Whether a text begins with whole words: "ECD" and "ECD (exact)" with "ECD", "ECD16" not."""
+    return str(text).startswith(start) and not str(text)[len(start) :][:1].isalnum()
+
+
 def labelled(axes, start):
-    (found,) = (line for line in axes.get_lines() if str(line.get_label()).startswith(start))
+    (found,) = (line for line in axes.get_lines() if begins(line.get_label(), start))
     return found
 
 
@@ -79,5 +84,5 @@ def all_text(figure):
 
 
 def panel_titled(figure, start):
-    (found,) = (axes for axes in figure.axes if axes.get_title().startswith(start))
+    (found,) = (axes for axes in figure.axes if begins(axes.get_title(), start))
     return found

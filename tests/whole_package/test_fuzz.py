@@ -20,7 +20,8 @@ from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.storage import yaml_file
 from rockdamp.studies import force_curves
-from rockdamp.studies.settings import DecaySettings, StudySettings, make_named_wall
+from rockdamp.studies.settings import DecaySettings
+from rockdamp.studies.walls import StudySettings, make_named_wall
 from rockdamp.vocabulary import SOFTENING, STUDIES
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"

@@ -87,7 +87,9 @@ curve_options = _all(
 damping_options = _all(
     click.option("--damping-model", type=Model(MODELS), help="One model alone."),
     click.option("--damping-ratio", type=float, help="xi of a viscous model."),
-    click.option("--restitution", type=float, help="Coefficient of restitution e of CR, of ECD, and for --compare."),
+    click.option(
+        "--restitution", type=float, help="Coefficient of restitution e of CR, of ECD of any order, and for --compare."
+    ),
     click.option("--order", type=float, help="Order m of ECD: the larger, the nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="CR and every viscous model at its equivalent damping ratio."),
 )
@@ -173,10 +175,15 @@ def make_dampings(
         return [Damping(damping_model, _given("--restitution", restitution, f"--damping-model {damping_model}"))]
     named = {} if order is None else {"order": order}
     if restitution is not None:
-        if damping_model != "ECD":
-            raise click.UsageError(f"--restitution belongs to CR and ECD; {damping_model} must have --damping-ratio")
+        exact = Damping.exact_models()
+        if damping_model not in exact:
+            raise click.UsageError(
+                f"--restitution belongs to {', '.join(exact)}; {damping_model} must have --damping-ratio"
+            )
         if damping_ratio is not None:
-            raise click.UsageError("--damping-ratio and --restitution state the same of ECD; it must have one of them")
+            raise click.UsageError(
+                f"--damping-ratio and --restitution state the same of {damping_model}; it must have one of them"
+            )
         return [Damping.of_restitution(restitution, damping_model, **named)]
     ratio = _given("--damping-ratio", damping_ratio, f"--damping-model {damping_model}")
     return [Damping(damping_model, ratio, **named)]

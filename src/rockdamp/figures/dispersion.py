@@ -15,6 +15,7 @@ from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
     PALE,
+    dampers,
     few_ticks,
     nearest,
     new_figure,
@@ -24,9 +25,10 @@ from rockdamp.figures.style import (
     styled,
     texts,
 )
+from rockdamp.mechanics.damping import Damping
 
 BEST = "POWER"  # as the dataset names the general exponent at its best n
-NAMES = {BEST: "best $n$", "ECD": "ECD"}
+NAMES = {BEST: "best $n$"}
 REFERENCE_RESTITUTION = 0.85
 REFERENCE = {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85, "ultimate_ratio": 1.0}
 SHARE = r"release amplitude $u_0/u_3$ [-]"
@@ -204,9 +206,10 @@ def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
     """What every damper leaves: the band over b1 and the variants, and the line of the paper's b1."""
     spread = PERCENT * dispersion["map_spread"]
     plain = nearest(numbers(dispersion, "map_plateau_ratio"), REFERENCE["plateau_ratio"])
+    exact = [model for model in dampers(dispersion) if model in Damping.exact_models()]
     for model in map(str, dispersion["damping_model"].values):
-        if model == "ECD":
-            continue  # zero: no place on a logarithmic axis
+        if model in exact:
+            continue  # zero has no place on a logarithmic axis
         spreads, style = spread.sel(damping_model=model), style_of(model)
         over = ("map_softening", "map_plateau_ratio")
         axes.fill_between(a1, spreads.min(over), spreads.max(over), color=style.colour, alpha=0.18, linewidth=0)
@@ -218,7 +221,7 @@ def _spreads(axes: Axes, dispersion: xr.Dataset, a1: list[float]) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
     b1 = numbers(dispersion, "map_plateau_ratio")
-    shown = f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; ECD: 0"
+    shown = f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; {', '.join(exact)}: 0"
     axes.legend(title=shown, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
 
@@ -233,13 +236,14 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
         (damping_model, case, release_share, restitution).
     """
     models = [str(model) for model in dispersion["damping_model"].values]
+    exact = [model for model in dampers(dispersion) if model in Damping.exact_models()]
     figure = new_figure(DOUBLE_COLUMN, 112.0)
     grid = figure.subplots(2, len(models), sharex=True, sharey=True, squeeze=False)
     for row, (measure, name) in zip(
         grid, (("damping_ratio_peaks", "the first peak"), ("damping_ratio", "Err")), strict=True
     ):
         for axes, model in zip(row, models, strict=True):
-            _differences(axes, dispersion.sel(damping_model=model), measure, model)
+            _differences(axes, dispersion.sel(damping_model=model), measure, model, exact)
         row[0].set_ylabel(f"closed form less {name} [%]")
     for axes, model in zip(grid[0], models, strict=True):
         axes.set_title(name_of(model), color=style_of(model).colour, fontweight="bold")
@@ -256,7 +260,7 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
     return figure
 
 
-def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str) -> None:
+def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str, exact: list[str]) -> None:
     share, reference = of_model["release_share"].values, reference_case(of_model)
     colours = ramp(style_of(model).colour, of_model.sizes["restitution"])
     for index, colour in enumerate(colours):
@@ -265,6 +269,6 @@ def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str) -> 
         axes.fill_between(share, first.min("case"), first.max("case"), color=colour, alpha=0.2, linewidth=0)
         axes.plot(share, first.isel(case=reference), color=colour)
         middle = PERCENT * (at_e["damping_ratio_middle"] / at_e[measure] - 1)
-        if model != "ECD":  # whose closed form is exact at any amplitude
+        if model not in exact:
             axes.plot(share, middle.isel(case=reference), color=colour, **MIDDLE)
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)

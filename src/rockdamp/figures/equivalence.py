@@ -58,8 +58,7 @@ def models_of(dataset: xr.Dataset) -> list[str]:
 
 
 def _title(axes: Axes, model: str, narrow: bool = False) -> None:
-    title = title_of(model).replace(" (", "\n(") if narrow else title_of(model)
-    axes.set_title(title, color=style_of(model).colour, fontweight="bold")
+    axes.set_title(title_of(model, narrow), color=style_of(model).colour, fontweight="bold")
 
 
 def _every(e: xr.DataArray) -> int:
@@ -161,7 +160,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         axes.set_xlabel("restitution $e$ [-]")
     few_ticks(grid[0, 0], 3)
     figure.align_ylabels(grid[:, 0])
-    _note(grid[-1, -1], _window(slenderness))
+    _note(grid[-1, -1], _window(slenderness).replace("length ", "length\n"))
     return figure
 
 
@@ -303,7 +302,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
             axes.plot(e, fit["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
             axes.plot(e[:: _every(e)], fit["damping_ratio"][:: _every(e)], ".", color=colour, markersize=2.5)
         axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
-        _title(axes, model)
+        _title(axes, model, narrow=columns > 2)
         if model == models[-1]:
             _note(axes, "lines: polynomials\ndots: matched")
         axes.legend(title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)

@@ -139,7 +139,7 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     axes.set_xticks([0.01, 0.1, 1])
     axes.set_xlabel(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
     axes.set_title(
-        f"{title_of(model)}\n$\\xi = {float(of_model['damping_ratio']):.3f}$, "
+        f"{title_of(model, narrow=True)}\n$\\xi = {float(of_model['damping_ratio']):.3f}$\n"
         f"all: {float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
         f"false safe {int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"
         f"false collapse {int(of_model['false_collapse'])} of {int(of_model['reference_survivals'])}",

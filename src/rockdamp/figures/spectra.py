@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from rockdamp.figures.natural import plain_logarithmic
 from rockdamp.figures.pulses import COLLAPSED, NAMES, PEAKS
-from rockdamp.figures.style import DOUBLE_COLUMN, new_figure, style_of, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, new_figure, style_of, styled
 from rockdamp.vocabulary import REFERENCE
 
 BEYOND = (
@@ -44,9 +44,7 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
     fontsize = None if len(models) <= 5 else 7
     for axes, model in zip(grid[0], models, strict=True):
         ratio = "" if model == REFERENCE else f"\n$\\xi = {float(at_e['damping_ratio'].sel(damping_model=model)):.3f}$"
-        axes.set_title(
-            f"{title_of(model).replace(' (', chr(10) + '(')}{ratio}", color=style_of(model).colour, fontsize=fontsize
-        )
+        axes.set_title(f"{model}{ratio}", color=style_of(model).colour, fontsize=fontsize)
     for axes in grid[-1]:
         axes.set_xlabel(r"frequency $\omega/p$ [-]")
     _bar(figure, grid.ravel().tolist(), levels)

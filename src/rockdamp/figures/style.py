@@ -15,7 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, REFERENCE
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
@@ -39,6 +39,7 @@ CHOSEN = {
     "CDR": ModelStyle("#D55E00", (0, (8.0, 1.6)), "^"),
     "SDR": ModelStyle("#009E73", "dashdot", "D"),
     "ECD": ModelStyle("#9A4C95", "dotted", "v"),
+    RECOMMENDED: ModelStyle("#D0267F", (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
     "POWER": ModelStyle("#8C6D1F", (0, (6.0, 1.2, 1.0, 1.2)), "P"),
 }
 # Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ.
@@ -49,7 +50,7 @@ SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (10.0, 2.0)),
     (0, (2.0, 2.0)),
 )
-SPARE_MARKERS = ("X", "<", ">", "p", "h", "d", "H")
+SPARE_MARKERS = ("*", "<", ">", "p", "h", "d", "H")
 GREY, PALE = "#6E6E6E", "#B5B5B5"
 
 # Symbols and units of the axes; "-" is dimensionless.
@@ -111,9 +112,9 @@ def dampers(data: xr.Dataset) -> list[str]:
     return [str(model) for model in data["damping_model"].values if model != REFERENCE]
 
 
-def title_of(model: str) -> str:
-    """Return a model's name, marked where it is not the paper's."""
-    return f"{model} (beyond the paper)" if is_beyond_paper(model) else model
+def title_of(model: str, narrow: bool = False) -> str:
+    """Return a model's name, marked where it is not the paper's; in a narrow panel on a line of its own."""
+    return f"{model}{chr(10) if narrow else ' '}(beyond the paper)" if is_beyond_paper(model) else model
 
 
 def line_of(model: str) -> dict[str, Any]:

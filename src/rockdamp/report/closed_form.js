@@ -3,7 +3,7 @@
 // weights and tolerances come from there with the page's data; tests hold both against each other.
 
 function closedForm(constants) {
-  const { nodes, weights, plateau_pieces: pieces, rounding } = constants;
+  const { nodes, weights, plateau_pieces: pieces, rounding, exact, decrement_step: step, decrement_reach: reach } = constants;
 
   function curve({ a1, b1, a3, softening }) {
     const a2 = (softening === "steeper" ? 1 : a3) - b1;
@@ -22,14 +22,18 @@ function closedForm(constants) {
     return (c.k1 * z1 * z1 + 2 * c.b1 * (z2 - c.a1) + c.ks * (z3 - c.a2) * (2 * c.a3 - c.a2 - z3)) / 2;
   }
 
-  // C over m_eff p at damping ratio 1.
-  function coefficient(c, model, x) {
+  // C over m_eff p at damping ratio 1; the speed matters to dampers of an order above 0 alone.
+  function coefficient(c, model, x, speed = 0) {
     const z = Math.max(x, 1e-100);
     const f = force(c, z);
     if (model === "CDC") return 2 * c.w1;
     if (model === "CDR") return 2 * Math.sqrt(f / z);
     if (model === "SDR") return (2 * f) / z / c.w1;
-    if (model === "ECD") return (2 * f) / Math.sqrt(2 * energy(c, z));
+    if (model in exact) {
+      const { order, normalisation } = exact[model];
+      const [stored, kinetic] = [energy(c, z), (speed * speed) / 2];
+      return ((2 * normalisation * f) / Math.sqrt(2 * stored)) * (kinetic / (kinetic + stored)) ** order;
+    }
     return NaN; // a damper that only the package knows: no curve is drawn
   }
 
@@ -48,16 +52,50 @@ function closedForm(constants) {
       for (let j = 0; j < nodes.length && s1 > s0; j += 1) {
         const s = (s0 + s1) / 2 + ((s1 - s0) / 2) * nodes[j];
         const x = x0 - s * s;
-        const speed = Math.sqrt(Math.max(2 * (v0 - energy(c, x)), 0));
-        work += ((s1 - s0) / 2) * weights[j] * 2 * s * coefficient(c, model, x) * speed;
+        const speed = speedAt(c, x, x0);
+        work += ((s1 - s0) / 2) * weights[j] * 2 * s * coefficient(c, model, x, speed) * speed;
       }
     }
     return v0 / work;
   }
 
+  // The speed at x of the half cycle that starts at x0 and loses nothing.
+  function speedAt(c, x, x0) {
+    return Math.sqrt(Math.max(2 * (energy(c, x0) - energy(c, x)), 0));
+  }
+
+  // delta(xi; m) of rockdamp/mechanics/half_cycle_loss.py, by its rule.
+  function decrement(xi, { order, normalisation }) {
+    const size = 2 * xi * normalisation;
+    const stretch = Math.sqrt(order + 1);
+    let sum = 0;
+    for (let k = 0; k * step < reach; k += 1) {
+      const t = (k * step) / stretch;
+      const cosine = 1 / Math.cosh(t);
+      const left = 1 - (size * Math.tanh(t) * cosine ** (2 * order + 1)) ** 2;
+      if (left <= 0) return Infinity;
+      sum += ((k ? 2 : 1) * size * cosine ** (2 * order + 3)) / left;
+    }
+    return (sum * step) / stretch;
+  }
+
+  // Its inverse, by halving a bracket; the page asks for many releases at one e.
+  const found = {};
+  function exactRatio(model, delta) {
+    if (found[model]?.delta === delta) return found[model].ratio;
+    let [low, high] = [delta / Math.hypot(Math.PI, delta), delta / Math.PI];
+    for (let halving = 0; halving < 50 && high > low; halving += 1) {
+      const middle = (low + high) / 2;
+      if (decrement(middle, exact[model]) < delta) low = middle;
+      else high = middle;
+    }
+    found[model] = { delta, ratio: low };
+    return low;
+  }
+
   function dampingRatio(c, model, e, x0) {
     const delta = 0 - Math.log(e);
-    return model === "ECD" ? delta / Math.hypot(Math.PI, delta) : delta * factor(c, model, x0);
+    return model in exact ? exactRatio(model, delta) : delta * factor(c, model, x0);
   }
 
   function gianniniMasiani(e) {
@@ -97,7 +135,7 @@ function closedForm(constants) {
     return (low + high) / 2;
   }
 
-  return { curve, force, energy, coefficient, factor, dampingRatio, gianniniMasiani, limits, clamp };
+  return { curve, force, energy, coefficient, speedAt, factor, dampingRatio, gianniniMasiani, limits, clamp };
 }
 
 if (typeof module !== "undefined") module.exports = closedForm;

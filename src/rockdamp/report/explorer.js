@@ -89,7 +89,8 @@
     const releases = grid(curve.a3, 60);
     for (const model of viscous) {
       const xi = form.dampingRatio(curve, model, state.e, state.x0);
-      laws[model].data = { x, y: x.map((at) => xi * form.coefficient(curve, model, at)) };
+      const law = (at) => xi * form.coefficient(curve, model, at, form.speedAt(curve, at, state.x0));
+      laws[model].data = { x, y: x.map(law) };
       ratios[model].data = { x: releases, y: releases.map((x0) => form.dampingRatio(curve, model, state.e, x0)) };
       marks[model].data = { x: [state.x0], y: [xi] };
       find(`xi-${model}`).textContent = xi.toFixed(6);

@@ -9,12 +9,15 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from rockdamp.figures.code_damping import TESTED, released_as_the_paper, restitution_of
 from rockdamp.figures.damper_order import at_middle, at_shown
 from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
 from rockdamp.figures.style import nearest, numbers
+from rockdamp.mechanics.half_cycle_loss import log_decrement
 from rockdamp.report.earthquake_captions import known
 from rockdamp.report.numbers import listed, number, of_models, percent, plain
 from rockdamp.storage.dataset import Datasets
+from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER
 
 TITLES = {BEST: "best n"}
 
@@ -104,6 +107,7 @@ def fig_order(data: Datasets) -> dict[str, Any]:
         "change": plain(by_order["restitution_change"]),
         "earthquake_restitution": plain(earthquakes["restitution"]),
         "earthquake_order": known(earthquakes["smallest_order"]),
+        "recommended": known(data["natural/orders"]["recommended_order"]),
         "pulse_order": known(order.where(within).min()),
         "restitution": plain(at_e["restitution"]),
         "lowest": plain(order[0]),
@@ -119,6 +123,23 @@ def fig_order(data: Datasets) -> dict[str, Any]:
             for m in order.values
         ),
         "record_reference": number(1e3 * by_order["record_reference_peak"], 4),
+    }
+
+
+def fig_code_damping(data: Datasets) -> dict[str, Any]:
+    match, level = released_as_the_paper(data["match/amplitude"]), 0.05
+    lowest, mean, highest = TESTED
+    stands_for = {model: restitution_of(match, model, level) for model in PAPER_MODELS}
+    return {
+        "level": percent(level, 1),
+        "model": RECOMMENDED,
+        "exact": f"{float(np.exp(-log_decrement(level, RECOMMENDED_ORDER))):.3f}",
+        "mean": plain(mean),
+        "lowest": plain(lowest),
+        "highest": plain(highest),
+        "others": of_models({model: known(e, 3) for model, e in stands_for.items()}),
+        "release": plain(match["release_amplitude"]),
+        "ratios": _by_model(match["damping_ratio"].interp(restitution=mean), lambda ratio: percent(ratio, 2)),
     }
 
 

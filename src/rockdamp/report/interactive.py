@@ -12,8 +12,10 @@ from bokeh.resources import Resources
 
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.figures.style import style_of
+from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING
-from rockdamp.vocabulary import PRESETS, TITLES
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import PRESETS, TITLES, VISCOUS_MODELS
 
 # Bokeh draws the plots: well kept, on PyPI with its script, and at 1.4 MB a quarter of what plotly brings, which counts
 # on a phone. Of its components only these two are needed.
@@ -90,12 +92,25 @@ def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> 
             "weights": WEIGHTS.tolist(),
             "plateau_pieces": PLATEAU_PIECES,
             "rounding": ROUNDING,
+            "exact": _exact_dampers(),
+            "decrement_step": half_cycle_loss.STEP,
+            "decrement_reach": half_cycle_loss.REACH,
         },
         "models": [str(model) for model in explorer["damping_model"].values],
         "styles": styles(),
         "start": {"e": restitution, "x0": release_amplitude, **curve, "softening": softening},
         "presets": {"study": {**curve, "softening": softening}, **presets},
         "decays": {"curve": curve, **_decays(explorer)},
+    }
+
+
+def _exact_dampers() -> dict[str, dict[str, float]]:
+    """Order m and N_m of the dampers that lose the same fraction from every amplitude."""
+    of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
+    orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}
+    return {
+        model: {"order": order, "normalisation": float(half_cycle_loss.normalisation(order))}
+        for model, order in orders.items()
     }
 
 

@@ -17,6 +17,7 @@ from markupsafe import Markup
 
 from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, interactive, tables
+from rockdamp.report.answer import answer
 from rockdamp.report.captions import caption
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
@@ -85,6 +86,7 @@ def build(content: Content) -> str:
         counts=tables.counts(claims),
         errata=content.errata,
         figures=_figures(content),
+        answer=answer(content.datasets),
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],

@@ -25,7 +25,8 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.settings import CurveMap, Dispersion, DispersionSettings, PlateauBeyond
+from rockdamp.studies.settings import CurveMap, Dispersion, DispersionSettings
+from rockdamp.studies.walls import PlateauBeyond
 from rockdamp.vocabulary import PAPER_MODELS, PRESETS, SOFTENING, VISCOUS_MODELS
 
 BEST = "POWER"  # the general exponent, at the best n of each curve

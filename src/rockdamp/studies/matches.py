@@ -16,7 +16,8 @@ from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.settings import Matching, MatchSettings, Study
+from rockdamp.studies.settings import Matching, MatchSettings
+from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 

@@ -7,71 +7,25 @@ does not have. Meaning, unit and range of each key: workflow/schemas/config.sche
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Annotated, Any
 
-import numpy as np
-
-from rockdamp.arrays import Array, Quantity
-from rockdamp.config.parsing import Settings, arithmetic, geometric, members, number, numbers, refusal, section, text
+from rockdamp.arrays import Array
+from rockdamp.config.parsing import Settings, arithmetic, geometric, number
 from rockdamp.equivalence.scan import Scan
-from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
+from rockdamp.mechanics.wall import Wall
+from rockdamp.studies.walls import Curve, PlateauBeyond, Strip, StudySettings
+from rockdamp.vocabulary import DEFAULT_WINDOW
 
-# --- walls, curves and windows ----------------------------------------------------------------------------------------
-
-
-def _sizes(given: Mapping[str, Any], key: str) -> dict[str, float]:
-    """What `Wall` and `Parapet` take, of a section that states slenderness (h/t) in place of the height."""
-    sizes = {name: number(value, f"{key}.{name}") for name, value in given.items()}
-    return {"height": sizes["thickness"] * sizes.pop("slenderness"), **sizes}
-
-
-def make_wall(value: Any, key: str = "wall") -> Wall:
-    """Build the wall of a section, which states slenderness (h/t) in place of the height."""
-    needed = ["slenderness", *(field.name for field in fields(Wall) if field.name != "height")]
-    return Wall(**_sizes(members(value, key, needed), key))
-
-
-def make_curve(value: Any, key: str = "curve") -> TrilinearCurve:
-    """Build the curve of a section."""
-    return TrilinearCurve(**members(value, key, [field.name for field in fields(TrilinearCurve)]))
-
-
-@dataclass(frozen=True)
-class NamedWall:
-    """A wall that earthquakes shake."""
-
-    name: str
-    wall: Wall | Parapet
-    curve: TrilinearCurve
-
-
-def make_named_wall(value: Any, key: str = "natural.walls") -> NamedWall:
-    """Build an entry of ``natural.walls``: a preset, or a1 and b1, with a3 = 1; a parapet has no hinge."""
-    stated = value if isinstance(value, Mapping) else {}
-    parapet, preset = stated.get("parapet", False), "preset" in stated
-    shape = ["preset"] if preset else ["cracked_stiffness_ratio", "plateau_ratio"]
-    sizes = ["thickness", "slenderness", "overburden_ratio", *([] if parapet else ["hinge_ratio"])]
-    given = members(value, key, ["name", *sizes, *shape], ["parapet"])
-    curve = TrilinearCurve.preset(given["preset"]) if preset else TrilinearCurve(*(given[name] for name in shape))
-    wall = (Parapet if parapet else Wall)(**_sizes({name: given[name] for name in sizes}, key))
-    return NamedWall(text(given["name"], f"{key}.name"), wall, curve)
+# --- sections ---------------------------------------------------------------------------------------------------------
 
 
 def _window(value: Any, key: str) -> float:
     return DEFAULT_WINDOW if value == "default" else number(value, key)
 
 
-Strip = Annotated[Wall, make_wall]
-Curve = Annotated[TrilinearCurve, make_curve]
 Window = Annotated[float, _window]  # in tau; "default" is the package's own
-
-
-# --- sections ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -188,124 +142,6 @@ class Accuracy:
 class Explorer:
     length: float
     spacing: float
-
-
-# --- the walls of a study ---------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class PlateauBeyond:
-    """The plateau b1 of curves with `cracked_stiffness_ratio` or more, for which the reference's leaves no room."""
-
-    cracked_stiffness_ratio: float
-    plateau_ratio: float
-
-    def at(self, cracked_stiffness_ratio: Quantity, reference: Quantity) -> Array:
-        """Return b1 at each a1, where `reference` is b1 of the other curves. [-]"""
-        beyond = np.asarray(cracked_stiffness_ratio) >= self.cracked_stiffness_ratio
-        return np.where(beyond, self.plateau_ratio, reference)
-
-
-@dataclass(frozen=True)
-class Varied:
-    """The values of the parameter that a study varies."""
-
-    values: Array
-    plateau_ratio_beyond: PlateauBeyond | None
-
-
-def _studies(value: Any, key: str) -> dict[str, Varied]:
-    """What each study varies, of those that the section has."""
-    if not isinstance(value, Mapping) or not value.keys() <= STUDIES.keys():
-        raise refusal(value, key, f"a mapping with keys among {', '.join(STUDIES)}")
-    return {name: _varied(STUDIES[name], entry, f"{key}.{name}") for name, entry in value.items()}
-
-
-def _varied(parameter: str, value: Any, key: str) -> Varied:
-    if parameter != "cracked_stiffness_ratio":
-        return Varied(numbers(members(value, key, [parameter])[parameter], f"{key}.{parameter}"), None)
-    given = members(value, key, [parameter, "plateau_ratio_beyond"])
-    beyond = section(PlateauBeyond, given["plateau_ratio_beyond"], f"{key}.plateau_ratio_beyond")
-    return Varied(numbers(given[parameter], f"{key}.{parameter}"), beyond)
-
-
-@dataclass(frozen=True)
-class Study:
-    """The walls of one study; every array has the length of `values`.
-
-    Attributes
-    ----------
-    name, parameter : str
-        One of `STUDIES` and its dimension.
-    values : ndarray
-        Of the parameter.
-    curve : TrilinearCurve
-    release_amplitude : ndarray
-        u0/u_ins. [-]
-    frequency_parameter : ndarray
-        p. [rad s-1]
-    of_wall : bool
-        Whether the parameter is the wall's, on which p depends.
-    """
-
-    name: str
-    parameter: str
-    values: Array
-    curve: TrilinearCurve
-    release_amplitude: Array
-    frequency_parameter: Array
-    of_wall: bool
-
-
-@dataclass(frozen=True)
-class StudySettings(Settings):
-    """The reference wall and what studies vary of it, on which every stage depends that looks at a study's walls."""
-
-    wall: Strip
-    curve: Curve
-    release_amplitude: float
-    studies: Annotated[dict[str, Varied], _studies]
-
-    def study(self, name: str) -> Study:
-        """Return the walls of study `name`.
-
-        Raises
-        ------
-        InputError
-            If the config, or the part of it that the stage was given, has no such study.
-        """
-        if name not in self.studies:
-            raise InputError(f"studies.{name} is missing from the config")
-        parameter, varied = STUDIES[name], self.studies[name]
-        values, wall, curve, release = (
-            varied.values,
-            self.wall,
-            self.curve,
-            np.full(varied.values.shape, self.release_amplitude),
-        )
-        of_wall = parameter in ("slenderness", *(field.name for field in fields(Wall)))
-        if parameter == "release_amplitude":
-            release = values
-        elif parameter == "slenderness":
-            wall = replace(wall, height=wall.thickness * values)
-        elif parameter == "thickness":  # the config states the slenderness, so that stays
-            wall = replace(wall, thickness=values, height=wall.height / wall.thickness * values)
-        elif of_wall:
-            wall = replace(wall, **{parameter: values})
-        else:
-            beyond = varied.plateau_ratio_beyond
-            b1 = curve.plateau_ratio if beyond is None else beyond.at(values, curve.plateau_ratio)
-            changes: dict[str, Any] = {"plateau_ratio": b1, parameter: values}
-            curve = replace(curve, **changes)
-        return Study(
-            name,
-            parameter,
-            values,
-            curve.map(lambda p: np.broadcast_to(p, values.shape)),
-            release,
-            np.broadcast_to(wall.frequency_parameter, values.shape),
-            of_wall,
-        )
 
 
 # --- stages -----------------------------------------------------------------------------------------------------------

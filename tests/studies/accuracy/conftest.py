@@ -9,7 +9,7 @@ from rockdamp.studies import damping_loops
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.studies.settings import StudySettings
+from rockdamp.studies.walls import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 

@@ -11,7 +11,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.studies.settings import make_curve, make_wall
+from rockdamp.studies.walls import make_curve, make_wall
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, STUDIES, VISCOUS_MODELS
 
 # --- the energy audit ------------------------------------------------------------------------------------------------

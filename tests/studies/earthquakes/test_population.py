@@ -19,7 +19,7 @@ from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import population, population_check
 from rockdamp.studies.earthquakes.settings import PopulationWallSettings
-from rockdamp.studies.settings import make_named_wall
+from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS
 
 

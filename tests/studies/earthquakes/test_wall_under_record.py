@@ -12,7 +12,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
 from rockdamp.studies.earthquakes.wall_under_record import NEAR, SOURCES, Case
-from rockdamp.studies.settings import make_named_wall
+from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS
 
 E = np.array([0.8, 0.9])

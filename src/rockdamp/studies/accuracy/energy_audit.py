@@ -32,7 +32,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
-from rockdamp.studies.settings import Study
+from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import MODELS
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy

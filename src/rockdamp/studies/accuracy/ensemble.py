@@ -16,7 +16,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED, Options
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.settings import Study
+from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import MODELS
 
 EXCITATIONS = ("free", "forced")

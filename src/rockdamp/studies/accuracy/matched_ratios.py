@@ -15,7 +15,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
-from rockdamp.studies.settings import Study
+from rockdamp.studies.walls import Study
 
 THOUSANDTH = 1e-3
 HALVES = ("largest error", "drawn")  # of the sample

@@ -29,7 +29,7 @@ from rockdamp.solvers.response import OUTCOMES
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER
 from rockdamp.studies.earthquakes.settings import EventDrivenCheckSettings
 from rockdamp.studies.earthquakes.wall_under_record import NEAR
-from rockdamp.studies.settings import NamedWall
+from rockdamp.studies.walls import NamedWall
 from rockdamp.vocabulary import MODELS, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that stand

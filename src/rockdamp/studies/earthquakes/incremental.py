@@ -28,7 +28,7 @@ from rockdamp.progress import track
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings, EarthquakeWallSettings
 from rockdamp.studies.earthquakes.wall_under_record import SOURCES, VARIATIONS, Case
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.settings import NamedWall
+from rockdamp.studies.walls import NamedWall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 MEASURES = ("pga", "pgv", "pgd", "arias", "strong_duration")

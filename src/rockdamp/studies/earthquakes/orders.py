@@ -27,7 +27,7 @@ from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Options
 from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
 from rockdamp.studies.earthquakes.settings import OrderComparisonSettings, OrderRecordSettings
-from rockdamp.studies.settings import NamedWall
+from rockdamp.studies.walls import NamedWall
 
 VARIATIONS = ("step", "lower e", "higher e")  # of CR: a step twice as long, and e a little lower and higher
 BOUND = ("lower", "upper")
@@ -143,8 +143,9 @@ def compare(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         ``median_intensity_ratio`` of the fragilities. The same of CR's variations with ``varied_`` before the name.
         ``excess``: log_error less CR's own sensitivity, which is the smaller of those to a lower and a higher e, over
         the histories that stand with all of them; ``smallest_order``: from which on the excess is negative, its
-        interval included; NaN where there is none. ``wall_excess`` and ``wall_smallest_order`` by wall,
-        ``band_log_error`` by band of CR's peak. Names with ``_interval`` are 95 % bootstrap intervals over stations.
+        interval included; NaN where there is none; ``recommended_order``: the smallest that is enough at every e over
+        all records. ``wall_excess`` and ``wall_smallest_order`` by wall, ``band_log_error`` by band of CR's peak.
+        Names with ``_interval`` are 95 % bootstrap intervals over stations.
     """
     given = OrderComparisonSettings.of(config)
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "variation", "order")
@@ -169,6 +170,7 @@ def compare(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
         restitution_change=given.restitution_change,
+        recommended_order=recommended_order(compared["smallest_order"].values[0]),
     )
 
 
@@ -310,6 +312,19 @@ def smallest_order(order: Array, upper: Array) -> Array:
     within = np.nan_to_num(upper, nan=np.inf) <= 0
     onwards = np.logical_and.accumulate(within[..., ::-1], axis=-1)[..., ::-1]
     return np.where(onwards.any(axis=-1), order[onwards.argmax(axis=-1)], np.nan)
+
+
+def recommended_order(smallest: Array) -> float:
+    """Return the order that is enough at every e, from the smallest at each; NaN if some e has none.
+
+    `rockdamp.vocabulary.RECOMMENDED_ORDER` is that of the full study.
+
+    Parameters
+    ----------
+    smallest : ndarray, shape (restitutions,)
+        `smallest_order` of all records.
+    """
+    return float(np.max(smallest))
 
 
 def _by_band(own: xr.Dataset, bands: Array) -> dict[str, Any]:

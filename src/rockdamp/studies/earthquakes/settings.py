@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Settings, each, geometric, members, number, refusal, section
-from rockdamp.studies.settings import Matching, NamedWall, Solver, make_named_wall
+from rockdamp.studies.settings import Matching, Solver
+from rockdamp.studies.walls import NamedWall, make_named_wall
 
 # What describes a wall of the population.
 PARAMETERS = (

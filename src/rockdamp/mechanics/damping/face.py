@@ -1,24 +1,15 @@
-"""The damping models: the coefficient of restitution and the viscous dampers, one class each behind one face.
-
-Dimensionless as in the kernels: unit mass, C over m_eff p. Eqs (8), (10), (11), (12) of the paper; ECD is beyond it.
-
-A viscous damper states its coefficient twice: `rows` and `formula` for the kernel, and `law` for the event-driven
-solver, in plain numbers. They share nothing, so that each solver checks the other.
-"""
+"""What every damping model can be asked, and how one is made by its name."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity, together
 from rockdamp.errors import InputError, require, require_finite
-from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.vocabulary import MODELS, TITLES
 
@@ -30,9 +21,6 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "exponent": ("exponent (n)", lambda n: n >= 0, "at least 0"),
     "order": ("order (m)", lambda m: m >= 0, "at least 0"),
 }
-Formula = Callable[..., tuple[Any, Any]]
-Law = Callable[[float, float, float, float], float]
-MULTIPLIED_ORDERS = (0, 1, 2, 4, 8, 16, 32)
 
 _KINDS: dict[str, type[Damping]] = {}
 
@@ -179,14 +167,17 @@ class Damping:
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
         array([0.0709, 0.0517])
         """
-        kind = _KINDS.get(model)
-        if kind is None or not (kind.is_impact or kind.same_loss_at_any_amplitude):
-            exact = ", ".join(
-                name for name, kind in _KINDS.items() if kind.is_impact or kind.same_loss_at_any_amplitude
-            )
-            raise InputError(f"damping_model is {model!r}; it must be one of {exact}: the others need a fit")
+        exact = Damping.exact_models()
+        if model not in exact:
+            raise InputError(f"damping_model is {model!r}; it must be one of {', '.join(exact)}: the others need a fit")
+        kind = _KINDS[model]
         e = np.asarray(Damping.cr(restitution).restitution)
         return Damping(model, e if kind.is_impact else kind.exact_damping_ratio(e, **named), **named)
+
+    @staticmethod
+    def exact_models() -> tuple[str, ...]:
+        """Return the models that a coefficient of restitution describes exactly and without a fit, CR first."""
+        return tuple(name for name in MODELS if _KINDS[name].is_impact or _KINDS[name].same_loss_at_any_amplitude)
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
@@ -294,167 +285,3 @@ class Damping:
             u/u_ins and its derivative by tau, broadcast; not every damper depends on the velocity. [-]
         """
         raise NotImplementedError
-
-
-class Restitution(Damping):
-    """CR, Eq. (8): the velocity is multiplied by e whenever u changes sign; between impacts nothing is lost."""
-
-    model = "CR"
-    names = ("restitution",)
-    is_impact = True
-
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        return {kernels.E: self.restitution}
-
-    def _newmark(self) -> Callable[..., None]:
-        return kernels.restitution_located
-
-    def _printed(self) -> Callable[..., None]:
-        return kernels.restitution_printed
-
-    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
-        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape))
-
-
-class Viscous(Damping):
-    """A viscous damper: a coefficient C(x, v), in proportion to xi."""
-
-    names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
-    formula: Any  # of the kernel; it reads the rows
-    printed_formula: Any = None  # that of the scheme as printed, if another
-    constant_branches: Any = 0  # of the curve, counted from x = 0, on which C = 2 w1 xi, as if it were linear
-
-    def _newmark(self) -> Callable[..., None]:
-        return kernels.viscous_newmark(self.formula)
-
-    def _printed(self) -> Callable[..., None]:
-        return kernels.viscous_printed(self.printed_formula or self.formula)
-
-    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
-        lane = dict(zip(kernels.CURVE, curve.parameters(), strict=True)) | self.rows(curve)
-        shape = np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape)
-        return np.broadcast_to(self.formula(lane, 0, np.abs(x), np.asarray(v))[1], shape).copy()
-
-    def law(self, k1: float) -> Law:
-        """Return C as a function of |x|, |f|, 2V and v on a curve whose first branch has the stiffness `k1`, for a
-        damper of plain numbers."""
-        raise NotImplementedError
-
-
-class OfTheSecant(Viscous):
-    """C = 2 xi w1 (w/w1)^n, w^2 = f/x the secant's."""
-
-    constant_branches = 1
-
-    def law(self, k1: float) -> Law:
-        scale, half_exponent = 2 * float(self.damping_ratio) * math.sqrt(k1), float(self.secant_exponent) / 2
-        return lambda z, f, double_v, v: scale * (f / z / k1) ** half_exponent
-
-
-class ConstantCoefficient(OfTheSecant):
-    """CDC, Eq. (10)."""
-
-    model = "CDC"
-    secant_exponent = 0.0
-    formula = staticmethod(kernels.constant_at)
-    printed_formula = staticmethod(kernels.viscous_at)
-    constant_branches = 3
-
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        return {kernels.C0: 2 * curve.initial_frequency * self.damping_ratio}
-
-
-class ConstantRatio(OfTheSecant):
-    """CDR, Eq. (11)."""
-
-    model = "CDR"
-    secant_exponent = 1.0
-    formula = staticmethod(kernels.root_at)
-    printed_formula = staticmethod(kernels.viscous_at)
-
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        return {kernels.C1: 2 * self.damping_ratio}
-
-
-class StiffnessProportionalRatio(OfTheSecant):
-    """SDR, Eq. (12): xi(w) = xi w/w1."""
-
-    model = "SDR"
-    secant_exponent = 2.0
-    formula = staticmethod(kernels.linear_at)
-    printed_formula = staticmethod(kernels.viscous_at)
-
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        return {kernels.C2: 2 * self.damping_ratio / curve.initial_frequency}
-
-
-class GeneralExponent(OfTheSecant):
-    """C = 2 xi w1 (w/w1)^n of any n: none of the models that are compared, but what lies between them."""
-
-    model = "POWER"
-    title = "general exponent"
-    names = ("damping_ratio", "exponent")
-    formula = staticmethod(kernels.power_at)
-
-    @property
-    def secant_exponent(self) -> Quantity:
-        return self.exponent
-
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        n = self.exponent
-        return {kernels.C0: 2 * self.damping_ratio * curve.initial_frequency ** (1 - n), kernels.HALF_N: n / 2}
-
-
-class EnergyConsistent(Viscous):
-    """ECD of order m: C = 2 xi N_m w_E (T/(T + V))^m, w_E = |f|/sqrt(2V); m = 0, which is meant by ECD alone, has no T.
-
-    It loses the same fraction of the energy in every half cycle, from any amplitude, on any odd curve; as m grows it
-    tends to restitution (docs/theory.md, section 8).
-    """
-
-    model = "ECD"
-    names = ("damping_ratio", "order")
-    defaults = {"order": 0.0}
-    same_loss_at_any_amplitude = True
-
-    @property
-    def formula(self) -> Formula:
-        m = self._multiplied
-        if m is None:
-            return kernels.energy_of_any_order_at
-        return kernels.energy_of_order_at(m) if m else kernels.energy_at
-
-    @property
-    def printed_formula(self) -> Formula:
-        return self.formula if self._multiplied != 0 else kernels.viscous_at
-
-    @property
-    def _multiplied(self) -> int | None:
-        """m where it is one for all and its power takes multiplications alone: the kernel has a formula for each."""
-        orders = np.unique(self.order)
-        return int(orders[0]) if orders.size == 1 and orders[0] in MULTIPLIED_ORDERS else None
-
-    @property
-    def constant_branches(self) -> int:
-        return 1 if np.all(self.order == 0) else 0
-
-    @classmethod
-    def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        return half_cycle_loss.damping_ratio(0.0 - np.log(restitution), named.get("order", 0.0))
-
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        scale = 2 * self.damping_ratio * half_cycle_loss.normalisation(self.order)
-        return {kernels.C1: scale, kernels.BY_ENERGY: np.ones(()), kernels.ORDER: self.order}
-
-    def law(self, k1: float) -> Law:
-        w1, m = math.sqrt(k1), float(self.order)
-        # N_m by Gamma functions of its own, and cos^2 of the phase's angle: the kernel has the energies' ratio.
-        size = math.exp(math.lgamma(m + 2) - math.lgamma(m + 1.5)) * math.sqrt(math.pi) / 2 if m else 1.0
-        scale = 2 * float(self.damping_ratio) * w1 * size
-
-        def of_state(z: float, f: float, double_v: float, v: float) -> float:
-            root = math.sqrt(double_v)
-            kinetic = math.cos(math.atan2(root, abs(v))) ** (2 * m) if m else 1.0
-            return scale * (f / root / w1) * kinetic
-
-        return of_state
