@@ -8,7 +8,7 @@
   const find = (id) => document.getElementById(id);
   const inputs = [...document.querySelectorAll("#explorer-controls [data-name]")];
   const steps = Object.fromEntries(inputs.map((input) => [input.dataset.name, Number(input.dataset.step)]));
-  const viscous = data.models.filter((model) => model !== "CR");
+  const viscous = data.models.filter((model) => model !== data.reference);
   const plain = (value) => String(Number(value.toPrecision(6)));
 
   // --- stored decays ----------------------------------------------------------------------------------------------

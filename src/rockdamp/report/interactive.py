@@ -15,7 +15,7 @@ from rockdamp.figures.style import style_of
 from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import PRESETS, TITLES, VISCOUS_MODELS
+from rockdamp.vocabulary import PRESETS, REFERENCE, TITLES, VISCOUS_MODELS
 
 # Bokeh draws the plots: well kept, on PyPI with its script, and at 1.4 MB a quarter of what plotly brings, which counts
 # on a phone. Of its components only these two are needed.
@@ -96,6 +96,7 @@ def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> 
             "decrement_step": half_cycle_loss.STEP,
             "decrement_reach": half_cycle_loss.REACH,
         },
+        "reference": REFERENCE,
         "models": [str(model) for model in explorer["damping_model"].values],
         "styles": styles(),
         "start": {"e": restitution, "x0": release_amplitude, **curve, "softening": softening},

@@ -21,6 +21,7 @@ from rockdamp.report.answer import answer
 from rockdamp.report.captions import caption
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
+from rockdamp.vocabulary import REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
@@ -82,6 +83,7 @@ def build(content: Content) -> str:
         explorer=_explorer(content),
         controls=interactive.CONTROLS,
         styles=interactive.styles(),
+        reference=REFERENCE,
         claims=claims,
         counts=tables.counts(claims),
         errata=content.errata,
