@@ -44,7 +44,9 @@ def job(snakemake):
         sys.stderr = _Both(sys.__stderr__, log)
         try:
             with warnings_as_lines():
+                require_unchanged(snakemake)
                 yield
+                require_unchanged(snakemake)
         except (InputError, DatasetError, OSError) as error:  # the last: a full disk, a folder that is read-only
             print(f"{snakemake.rule}: {error}", file=sys.stderr)
             sys.exit(1)
@@ -53,6 +55,23 @@ def job(snakemake):
             sys.exit(1)
         finally:
             sys.stderr = sys.__stderr__
+
+
+def require_unchanged(snakemake):
+    """Stop unless the sources are those whose version the result states; it was taken when the workflow was read.
+
+    Asked before they are imported and after all is done. On an error Snakemake deletes what was written.
+    """
+    from pathlib import Path
+
+    from rockdamp.errors import InputError
+    from rockdamp.storage.provenance import version_of
+
+    stated, now = snakemake.params.version, version_of(Path(path).resolve() for path in snakemake.input.code)
+    if now != stated:
+        raise InputError(
+            f"the sources are {now}, and {stated} when this run began; leave them alone while it runs, and run again"
+        )
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import ast
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -68,8 +68,13 @@ def code_version(*names: str) -> str:
 
     The digest covers names and contents, so it is the same wherever the package lies.
     """
+    return version_of(files_of(*names))
+
+
+def version_of(paths: Iterable[Path]) -> str:
+    """Return the version of the package and a digest of these files of it, as they are now."""
     digest = hashlib.sha256()
-    for path in files_of(*names):
+    for path in sorted(paths):
         content = path.read_bytes()
         digest.update(f"{path.relative_to(ROOT).as_posix()}\0{len(content)}\0".encode() + content)
     return f"{version(PACKAGE)}+{digest.hexdigest()[:16]}"
