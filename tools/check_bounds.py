@@ -49,15 +49,9 @@ def histories(results: Path, config: Config, count: int, seed: int) -> float:
     asked = {**config, "natural": {**config["natural"], "check": {"histories": count, "seed": seed}}}
     found = event_driven_check.check(asked, dataset.open(results / "natural.nc"))
     print(f"{found.sizes['history']} histories, event by event:")
-    for stratum in found["stratum"].values:
-        own = found.sel(stratum=stratum)
-        print(
-            f"  {stratum}: {int(own['checked_count'])} of {int(own['study_count'])},"
-            f" {100 * float(own['otherwise_share']):.2g} % end otherwise,"
-            f" {100 * float(own['beyond_bound_share']):.2g} % of the peaks are beyond their bound,"
-            f" differences {100 * float(own['median_difference']):.2g} % in the middle,"
-            f" {100 * float(own['largest_difference']):.2g} % at most"
-        )
+    rates = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
+    table = found[["study_count", "checked_count", *rates]].to_dataframe()
+    print(table.to_string(float_format=lambda share: f"{100 * share:.2g} %", na_rep="-"))
     return float(held(found.isel(history=(found["settled"] == 1).values)).mean())
 
 
