@@ -144,6 +144,16 @@ def test_ratios_false_safes_and_false_collapses_are_counted_as_they_are_defined(
     assert (int(one["reference_collapses"]), int(one["reference_survivals"])) == (1, 3)
 
 
+def test_one_pulse_of_many_moves_no_median():
+    data = made_up()
+    data["collapsed"][:] = 0
+    data["peak_displacement"][:] = data["reference_peak"] * np.array([[1.0, 1.0], [8.0, 1.0]])[:, :, None]
+    one = pulses.compare(data, np.array([0.1, 1.0])).squeeze()
+    for name in ("median_ratio", "median_ratio_all"):
+        assert float(one[name]) == pytest.approx(1.0)
+    assert float(one["log_dispersion_all"]) == pytest.approx(np.log(8) * np.sqrt(2) / 3)  # of 0, 0 and ln 8
+
+
 def test_the_dataset_is_what_the_registry_says(found):
     dataset.check(found, "pulses")
     assert int(found["pairs"].min()) >= 5
