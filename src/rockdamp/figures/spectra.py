@@ -42,11 +42,12 @@ def fig_spectra(pulses: xr.Dataset) -> Figure:
             _spectrum(axes, at_e.sel(pulse=shape), model, levels)
         row[0].set_ylabel(f"{NAMES.get(shape, shape)}\nload over plateau [-]")
     fontsize = None if len(models) <= 5 else 7
+    frequency = r"frequency $\omega/p$ [-]" if len(models) <= 6 else r"$\omega/p$ [-]"  # panels get narrow
     for axes, model in zip(grid[0], models, strict=True):
         ratio = "" if model == REFERENCE else f"\n$\\xi = {float(at_e['damping_ratio'].sel(damping_model=model)):.3f}$"
         axes.set_title(f"{model}{ratio}", color=style_of(model).colour, fontsize=fontsize)
     for axes in grid[-1]:
-        axes.set_xlabel(r"frequency $\omega/p$ [-]")
+        axes.set_xlabel(frequency)
     _bar(figure, grid.ravel().tolist(), levels)
     figure.legend(
         handles=[
