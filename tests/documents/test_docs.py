@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import nbformat
+import numpy as np
 import pytest
 import rulegraph
 import yaml
@@ -13,8 +14,11 @@ from nbclient import NotebookClient
 from repository import ROOT
 
 from rockdamp.config.schema import dotted
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES
+from rockdamp.vocabulary import RECOMMENDED
 
 NOTEBOOK = ROOT / "docs/notebooks/explore.ipynb"
 
@@ -115,3 +119,13 @@ def test_readme_s_table_of_targets_names_rules_and_every_figure():
     rules = {name for file in files for name in re.findall(r"^rule (\w+):", (ROOT / file).read_text(), re.MULTILINE)}
     assert named <= {*FIGURES, *STAGES, *rules}
     assert set(FIGURES) <= named | {f"fig{number}" for number in range(1, 9)}
+
+
+def test_readme_s_first_screen_states_the_recommended_damper_s_own_numbers():
+    first = (ROOT / "README.md").read_text(encoding="utf-8").partition("\nOn a machine")[0]
+    ratio = float(Damping.of_restitution(0.85, RECOMMENDED).damping_ratio)
+    assert f"{100 * ratio:.1f} % for e = 0.85" in first and abs(ratio / (-np.log(0.85) / np.pi) - 1) < 0.001
+    records = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["natural"]["records"]
+    assert (
+        f"Under {len(catalogue.listing(records))} earthquake records" in first and f"{RECOMMENDED}, a smooth" in first
+    )

@@ -135,6 +135,16 @@ def test_another_damper_is_recommended_when_it_errs_less():
     assert "0.0200 (0.0190 to 0.0210)" in text
 
 
+def test_of_a_damper_with_an_exact_ratio_the_exact_one_is_named_where_no_other_errs_less_with_certainty():
+    compared = scaled("log_error", 0.2, damping_model="ECD")
+    errors = compared["log_error"].isel(band=0).sel(damping_model="ECD").mean("restitution")
+    assert errors.idxmin("damping_ratio_source") == "fit"
+    assert recommended(compared)[0] == Choice("ECD", "closed form")
+    assert "Use ECD, with ξ of the closed form : it is exact, and no other errs less with certainty." in told(compared)
+    worse = scaled("log_error", 0.2, damping_model="ECD", damping_ratio_source="fit")
+    assert recommended(worse)[0] == Choice("ECD", "fit")
+
+
 def test_a_closed_form_that_errs_more_is_told():
     text = told(scaled("log_error", 2.0, damping_ratio_source="closed form"))
     assert "Its closed form errs more" in text and "good enough" not in text

@@ -15,6 +15,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.figures.style import dampers
+from rockdamp.mechanics.damping import Damping
 from rockdamp.report import earthquake_histories as histories
 from rockdamp.report.earthquake_captions import fraction, known, span
 from rockdamp.report.numbers import listed, plain
@@ -202,7 +203,7 @@ def _band(compared: xr.Dataset, index: int) -> str:
 def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
     """Return the damper and source to use, and those that serve as well: at no e told apart from the least error.
 
-    Of several the one with the least error over all e is named first.
+    Of several the one with the least error over all e is named first; if its damper has an exact ratio, with that.
     """
     per_e = [tied(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])]
     if not all(per_e):
@@ -213,6 +214,9 @@ def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
         return None
     errors = [float((_cell(compared, choice)["log_error"].isel(band=0) ** 2).mean()) for choice in common]
     first = common[int(np.argmin(errors))]
+    exact = Choice(first.model, "closed form")
+    if first.model in Damping.exact_models() and exact in common:
+        first = exact
     return first, [choice for choice in common if choice != first]
 
 
@@ -237,6 +241,7 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
         "from_fit": first.source == "fit",
         "others": grouped(others),
         "closed_form": "closed form" in same,
+        "exact": first.source == "closed form" and first.model in Damping.exact_models(),
         "times": span(over),
         "within": bool((over <= MULTIPLE).all()),
         "amplitudes": amplitudes,
