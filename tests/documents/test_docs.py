@@ -125,7 +125,7 @@ def test_readme_s_first_screen_states_the_recommended_damper_s_own_numbers():
     first = (ROOT / "README.md").read_text(encoding="utf-8").partition("\nOn a machine")[0]
     ratio = float(Damping.of_restitution(0.85, RECOMMENDED).damping_ratio)
     assert f"{100 * ratio:.1f} % for e = 0.85" in first and abs(ratio / (-np.log(0.85) / np.pi) - 1) < 0.001
-    records = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["natural"]["records"]
+    records = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["records"]
     assert (
         f"Under {len(catalogue.listing(records))} earthquake records" in first and f"{RECOMMENDED}, a smooth" in first
     )
