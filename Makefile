@@ -7,8 +7,10 @@ PYTEST_FLAGS ?=
 LOCK_FLAGS ?=
 
 bin := .venv/bin
-# A file or folder of tests at a time in each of up to four processes, the long ones first (tests/conftest.py).
-parallel := --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+# A file or folder of tests at a time in each of up to four processes, the long ones first (tests/conftest.py). One more
+# than there are cores: the tests of the workflow often wait for Snakemake.
+processes := $(shell echo $$(($$(getconf _NPROCESSORS_ONLN) + 1)))
+parallel := --numprocesses $(processes) --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 # The user's Python settings stay out of the environments; text is UTF-8 under any locale.
 unexport PYTHONHOME PYTHONPATH PIP_TARGET PIP_PREFIX

@@ -6,7 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rockdamp.equivalence.closed_form import damping_ratio_energy, equivalence_factor, exact_ratio, giannini_masiani
+from rockdamp.equivalence.closed_form import (
+    damping_ratio_energy,
+    damping_ratio_middle,
+    equivalence_factor,
+    exact_ratio,
+    giannini_masiani,
+)
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -135,3 +141,11 @@ def test_restitution_has_no_viscous_factor():
 def test_an_amplitude_without_a_half_cycle_is_named(x0):
     with pytest.raises(InputError, match="release_amplitude"):
         equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0)
+
+
+@pytest.mark.parametrize("model", Damping.exact_models()[1:])
+def test_the_ratio_of_a_damper_that_is_exact_is_exact_at_the_middle_energy_too(model):
+    e = np.array([[0.6], [0.9]])
+    found = damping_ratio_middle(TrilinearCurve(0.04, 0.85), model, e, [0.02, 0.5, 0.9])
+    exact = Damping.of_restitution(e, model).damping_ratio
+    np.testing.assert_array_equal(found, np.broadcast_to(exact, (2, 3)))

@@ -131,14 +131,10 @@ def damping_ratio_energy(
     array([0.0709, 0.0335])
     """
     e = check_restitution(restitution)
-    delta = 0.0 - np.log(e)
     damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
     g = equivalence_factor(curve, damping, release_amplitude)
-    if damping.same_loss_at_any_amplitude:
-        return np.broadcast_to(
-            Damping.of_restitution(e, damping_model).damping_ratio, np.broadcast_shapes(e.shape, g.shape)
-        ).copy()
-    return delta * g
+    delta = 0.0 - np.log(e)
+    return _exact(damping, e, g) if damping.same_loss_at_any_amplitude else delta * g
 
 
 def damping_ratio_middle(
@@ -155,7 +151,7 @@ def damping_ratio_middle(
 
     .. math:: \xi = \pi \, g(x_m) \, \frac{\delta}{\sqrt{\pi^2 + \delta^2}},
 
-    exact for ECD, and for every model on the first branch. Parameters as for `damping_ratio_energy`.
+    exact on the first branch; for ECD and ECD16 the exact ratio. Parameters as for `damping_ratio_energy`.
 
     Raises
     ------
@@ -166,7 +162,13 @@ def damping_ratio_middle(
     middle = curve.amplitude(e * curve.energy(release_amplitude))
     damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
     g = equivalence_factor(curve, damping, middle)
-    return np.pi * g * exact_ratio(e)
+    return _exact(damping, e, g) if damping.same_loss_at_any_amplitude else np.pi * g * exact_ratio(e)
+
+
+def _exact(damping: Damping, e: Array, g: Array) -> Array:
+    """The exact damping ratio, where there is one, in the shape of e and g."""
+    ratio = Damping.of_restitution(e, damping.model).damping_ratio
+    return np.broadcast_to(ratio, np.broadcast_shapes(e.shape, g.shape)).copy()
 
 
 def exact_ratio(restitution: ArrayLike) -> Array:
