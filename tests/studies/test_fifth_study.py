@@ -34,7 +34,7 @@ def fifth(request, monkeypatch):
     config["matching"] |= {"window": 5.0, "refinement": 2, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
     config["windows"] = {"start": 3, "stop": 10, "step": 1}
     config["loops"]["window"] = 12
-    config["accuracy"] |= {"restitutions": 1, "doublings": 0, "halvings": 1, "minima": 2, "bracket": 0.5}
+    config["accuracy"] |= {"restitutions": 1, "doublings": 0, "halvings": 1, "minima": 2, "bracket": 0.3}
     config["accuracy"]["rigid"] |= {"slenderness": [8], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
     config["studies"]["amplitude"]["release_amplitude"] = [0.5]
     config["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.02, 0.04]
