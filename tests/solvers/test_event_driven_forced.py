@@ -23,7 +23,7 @@ def test_energy_is_balanced_by_the_work_of_the_load_and_the_damper(damper):
     curve, step = CURVES[3], 0.05
     load = smooth_load(7, 161, 0.06)
     residuals = []
-    for refined in (16, 32, 64):
+    for refined in (32, 64, 128):
         times = np.arange(160 * refined + 1) * step / refined
         run = history(curve, damper, times, release_amplitude=0.3, load=load, load_step=step)
         x, v = run.displacement, run.velocity
@@ -33,7 +33,7 @@ def test_energy_is_balanced_by_the_work_of_the_load_and_the_damper(damper):
         residuals.append(np.abs(np.diff(curve.energy(x) + v**2 / 2 - work)).sum())
     # Trapezoids of a continuous integrand: second order, so the balance closes in the limit.
     assert np.log2(np.divide(residuals[:-1], residuals[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
-    assert residuals[-1] < 2e-5 * float(curve.energy(0.8))  # the most where the damper acts in a narrow band
+    assert residuals[-1] < 1e-5 * float(curve.energy(0.8))
 
 
 @pytest.mark.parametrize("damper", [DAMPERS[0], DAMPERS[3]], ids=["CR", "SDR"])
