@@ -171,7 +171,7 @@ def _run(walls: int, steps: int, forced: bool, threads: int) -> float:
 def _records(counts: np.ndarray, walls: int) -> list[float]:
     """Seconds of so many records. One serves for all: the next is longer or shorter."""
     config = population_config(1, walls)
-    motion, sampled = catalogue.load(config["population"]["records"])[0], population.walls(config)
+    motion, sampled = catalogue.load_records(config["population"]["records"])[0], population.walls(config)
 
     def run(count: int) -> None:
         for _ in range(count):

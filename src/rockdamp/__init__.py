@@ -36,6 +36,10 @@ _HOME = {
     "IntensityMeasures": "motions.intensity",
     "intensity_measures": "motions.intensity",
     "spectral_acceleration": "motions.intensity",
+    "GroundMotion": "motions.catalogue",
+    "load_records": "motions.catalogue",
+    "Fragility": "statistics.fragility",
+    "fit_fragility": "statistics.fragility",
     "calibrate": "studies.calibration",
     "InputError": "errors",
 }

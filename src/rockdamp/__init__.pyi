@@ -13,6 +13,8 @@ from rockdamp.mechanics.curve import TrilinearCurve as TrilinearCurve
 from rockdamp.mechanics.damping import Damping as Damping
 from rockdamp.mechanics.wall import Parapet as Parapet
 from rockdamp.mechanics.wall import Wall as Wall
+from rockdamp.motions.catalogue import GroundMotion as GroundMotion
+from rockdamp.motions.catalogue import load_records as load_records
 from rockdamp.motions.intensity import IntensityMeasures as IntensityMeasures
 from rockdamp.motions.intensity import intensity_measures as intensity_measures
 from rockdamp.motions.intensity import spectral_acceleration as spectral_acceleration
@@ -26,6 +28,8 @@ from rockdamp.solvers.response import Comparison as Comparison
 from rockdamp.solvers.response import Histories as Histories
 from rockdamp.solvers.response import Reference as Reference
 from rockdamp.solvers.response import Response as Response
+from rockdamp.statistics.fragility import Fragility as Fragility
+from rockdamp.statistics.fragility import fit_fragility as fit_fragility
 from rockdamp.studies.calibration import calibrate as calibrate
 
 __version__: str

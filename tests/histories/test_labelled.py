@@ -102,6 +102,15 @@ def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind()
     np.testing.assert_allclose(response.ground_acceleration.sel(scale=20.0)[:300], 20 * pulse().ground_acceleration)
 
 
+def test_without_histories_the_rest_is_the_same_and_memory_does_not_grow_with_the_record():
+    arguments = (WALL, CURVE, rd.Damping.cr([0.8, 0.9]), pulse())
+    whole, short = (rd.respond(*arguments, scale=20.0, tail=1.0, histories=kept) for kept in (True, False))
+    left_out = {"displacement", "velocity", "ground_acceleration", "elapsed"}
+    assert set(whole.variables) - set(short.variables) == left_out
+    xr.testing.assert_identical(short, whole.drop_vars(left_out))
+    assert short.nbytes == rd.respond(*arguments, scale=20.0, tail=50.0, histories=False).nbytes
+
+
 def test_every_variable_says_its_unit_and_meaning():
     for history in (
         rd.free_decay(CURVE, rd.Damping.power(1.3, [0.05, 0.06]), length=2.0, points=3),

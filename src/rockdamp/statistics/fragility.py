@@ -26,13 +26,20 @@ class Fragility(NamedTuple):
         Intensity at which half collapse, in the unit of the intensity; NaN where the outcomes do not define it.
     dispersion : ndarray
         Standard deviation of the logarithm of the intensity. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.fit_fragility([0.2, 0.4, 0.8, 1.6], collapses=[0, 4, 30, 43], runs=44)
+    >>> isinstance(curve, rd.Fragility)
+    True
     """
 
     median: Array
     dispersion: Array
 
 
-def fit(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
+def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
     """Fit lognormal fragility curves to counts of collapses at stripes of intensity, by maximum likelihood.
 
     The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit regression on ln s:
@@ -48,13 +55,20 @@ def fit(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragilit
     Returns
     -------
     Fragility
-        Of shape (...); NaN where no curve is most likely: without a collapse below a survival the outcomes are
-        separated and any small dispersion is as good; and where collapses become fewer with intensity.
+        ``median`` and ``dispersion``, of shape (...); NaN where no curve is most likely: without a collapse below a
+        survival the outcomes are separated and any small dispersion is as good; and where collapses become fewer with intensity.
 
     Raises
     ------
     InputError
         If the intensities do not ascend from above 0, or there are more collapses than runs.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.fit_fragility([0.2, 0.4, 0.8, 1.6], collapses=[0, 4, 30, 43], runs=44)
+    >>> round(float(curve.median), 3), round(float(curve.dispersion), 3)
+    (0.686, 0.425)
     """
     s = np.asarray(intensity, dtype=float)
     require_finite("intensity", s)
@@ -85,7 +99,7 @@ def fit_resampled(
     Parameters
     ----------
     intensity : ndarray, shape (stripes,)
-        As for `fit`.
+        As for `fit_fragility`.
     collapses, runs : ndarray, shape (records, ..., stripes)
         Counts of each record; they broadcast. [-]
     weights : ndarray, shape (replicates, records)
@@ -97,8 +111,8 @@ def fit_resampled(
         Of shape (...) and (replicates, ...).
     """
     counts = np.broadcast_arrays(np.asarray(collapses, dtype=float), np.asarray(runs, dtype=float))
-    whole = fit(intensity, *(count.sum(axis=0) for count in counts))
-    return whole, fit(intensity, *(np.tensordot(weights, count, 1) for count in counts))
+    whole = fit_fragility(intensity, *(count.sum(axis=0) for count in counts))
+    return whole, fit_fragility(intensity, *(np.tensordot(weights, count, 1) for count in counts))
 
 
 def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:

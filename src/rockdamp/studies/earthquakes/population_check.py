@@ -39,7 +39,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """
     given = PopulationCheckSettings.of(config)
     sample = draw([partial(_members, share) for share in shares], given.histories, given.seed)
-    motions = catalogue.load(given.records)
+    motions = catalogue.load_records(given.records)
     wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
     first = np.cumsum([0, *(share.sizes["wall"] for share in shares)])
     number = first[sample.part] + sample.place[:, 0]
