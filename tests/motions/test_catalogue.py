@@ -240,7 +240,11 @@ def test_a_duplicate_name_is_told_with_both_places(entries, places, folder):
             CSV.replace("0.1,1", "0.1,nan"),
             "bad.csv: ground_acceleration_m_s2 is nan on line 3; it must be a finite number",
         ),
-        ("bad.AT2", AT2.replace("OF G", "OF CM/S2"), "bad.AT2: units are 'CM/S2' on line 3; they must be G"),
+        (
+            "bad.AT2",
+            AT2.replace("OF G", "OF CM/S"),
+            "bad.AT2: units are 'CM/S' on line 3; they must be those of an acceleration: G, GAL, CM/SEC2, M/SEC2, IN/SEC2",
+        ),
         (
             "bad.csv",
             CSV.replace("1\n", "0\n"),

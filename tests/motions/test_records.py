@@ -183,7 +183,7 @@ def test_a_missing_file_and_a_directory_are_named(tmp_path):
         ("-.7000000E-02", "-.7000000E-02 .1", "has 8 accelerations; it must have 7"),
         ("-.7000000E-02", "*****", r"acceleration is '\*\*\*\*\*' on line 6; it must be a number"),
         (".3000000E-01", "NaN", "acceleration is nan on line 5; it must be a finite number"),
-        ("UNITS OF G", "UNITS OF CM/SEC**2", r"units are 'CM/SEC\*\*2' on line 3; they must be G"),
+        ("UNITS OF G", "UNITS OF CM/SEC", "units are 'CM/SEC' on line 3; they must be those of an acceleration: G"),
         ("NPTS=   7, DT=   .0050 SEC", "7 samples", "line 4 is '7 samples'; it must give NPTS and DT"),
         (".0050", "0.0", "DT is 0.0 on line 4; it must be greater than 0"),
     ],

@@ -45,7 +45,7 @@ def calibrate(
     with concerning(record):
         fit = compute(measured, wall, ultimate_ratio=a3, softening=softening)
     if output is not None:
-        write_dataset(fit, output, "calibration", "rockdamp.studies.calibration")
+        write_dataset(fit, output, "calibration", "rockdamp.studies.calibration", record=measured.digest)
     if plot is not None:
         from rockdamp.figures.single import calibration_figure
 

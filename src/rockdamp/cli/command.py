@@ -81,24 +81,21 @@ def writing(path: Path) -> Iterator[None]:
         raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
 
 
-def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str) -> None:
-    """Write what a command computed; the options that it was given stand for the config."""
+def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: str) -> None:
+    """Write what a command computed; the options that it was given stand for the config.
+
+    `read` takes the place of options that name a file: the digest of what was read there, so that what depends on it
+    does not depend on where it lies, and a pipe is not read twice.
+    """
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
     files = ("output", "plot", "animation", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
-    config = {name: _content(value) if isinstance(value, Path) else value for name, value in options.items()}
+    config = {**options, **read}
     with writing(path):
         storage.write(dataset, path, kind, config=config, code_version=code_version(module, "rockdamp.storage.dataset"))
     click.echo(f"{path} written", err=True)
-
-
-def _content(path: Path) -> str:
-    """A digest of a file, so that what depends on it does not depend on where it lies."""
-    import hashlib
-
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def write_figure(figure: Figure, path: Path) -> None:

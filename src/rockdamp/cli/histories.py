@@ -214,7 +214,7 @@ def respond(
     with concerning(record):
         histories = responses(motion, wall, curve, dampings, scale=scale, tail=tail)
     if output is not None:
-        write_dataset(histories, output, "response", "rockdamp.histories.side_by_side")
+        write_dataset(histories, output, "response", "rockdamp.histories.side_by_side", record=motion.digest)
     if plot is not None:
         from rockdamp.figures.single import response_figure
 

@@ -185,8 +185,7 @@ def from_file(path: str | os.PathLike[str]) -> GroundMotion:
     """
     path = Path(path)
     record = read_record(path)
-    unit = "g" if path.suffix.lower() == ".at2" else "m s-2"
-    _warn(plausible(record, str(path), unit))
+    _warn(plausible(record, str(path), record.unit_of_file))
     period = _pulse_period(record.header, path)
     return GroundMotion(path.stem, _station(path.stem), OWN, record, period, record.header.get("event", ""))
 

@@ -193,7 +193,7 @@ def synthetic_record(
     # Adding 0.0 turns a rounded -0.0 into 0.0.
     rounded = {name: np.round(values, DECIMALS[name]) + 0.0 for name, values in columns.items()}
     header = _header(seed, cracked_stiffness_ratio, plateau_ratio, restitution, pulse_peak, noise)
-    return Record(**rounded, header=header)
+    return Record(rounded["elapsed"], rounded["ground_acceleration"], rounded["displacement"], header)
 
 
 def _header(seed: int, a1: float, b1: float, e: float, peak: float, noise: float) -> dict[str, str]:

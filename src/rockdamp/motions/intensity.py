@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require, require_finite
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
+from rockdamp.motions import units
 from rockdamp.motions.records import Record
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
@@ -180,7 +181,7 @@ def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
     record : Record
     name : str
         What the record is called, as a path.
-    unit : {"m s-2", "g"}
+    unit : str
         What its numbers were taken for when they were read.
 
     Returns
@@ -206,7 +207,8 @@ def _unit_doubts(record: Record, unit: str) -> list[str]:
     if SMALLEST <= pga <= LARGEST:
         return []
     beyond = f"over {LARGEST:g}" if pga > LARGEST else f"under {SMALLEST:g}"
-    elsewhere = {name: pga * factor / UNITS[unit] for name, factor in UNITS.items()}
+    taken = units.acceleration(unit) or 1.0
+    elsewhere = {name: pga * factor / taken for name, factor in UNITS.items()}
     likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if SMALLEST <= value <= LARGEST]
     cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
     return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]

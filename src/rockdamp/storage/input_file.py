@@ -1,0 +1,82 @@
+"""Files that others wrote: read once and whole, never waited for, and text or refused."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+
+from rockdamp.errors import InputError
+
+MOST_BYTES = 2**28  # of one file: over a day of ground motion at 200 Hz
+STREAMS = ("/dev/stdin", "/dev/fd/", "/proc/self/fd/")  # what a shell calls a pipe that it made
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # all but tab and line feed
+
+
+def content(path: str | os.PathLike[str], what: str) -> bytes:
+    """Return the bytes of a regular file or of a stream; a stream gives them once only.
+
+    Parameters
+    ----------
+    path : path-like
+    what : str
+        What it must be, for errors: ``a record as CSV or PEER AT2``.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, has more than `MOST_BYTES`, or is neither: a folder, a device, or a named pipe, which
+        may have nobody who writes to it.
+    """
+    shown, allowed = os.fspath(path), f"it must be {what}"
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # opening a named pipe would block
+        try:
+            kind = os.fstat(descriptor).st_mode
+            if stat.S_ISDIR(kind):
+                raise InputError(f"{shown}: is a directory; {allowed}")
+            if not (stat.S_ISREG(kind) or shown.startswith(STREAMS)):
+                raise InputError(f"{shown}: is neither a regular file nor a stream such as /dev/stdin; {allowed}")
+            os.set_blocking(descriptor, True)
+            with os.fdopen(descriptor, "rb", closefd=False) as file:
+                read = file.read(MOST_BYTES + 1)
+        finally:
+            os.close(descriptor)
+    except FileNotFoundError:
+        raise InputError(f"{shown}: there is no such file; {allowed}") from None
+    except OSError as error:
+        raise InputError(f"{shown}: cannot be read ({error.strerror})") from None
+    except InputError:
+        raise
+    except ValueError as error:  # a null in its name
+        raise InputError(f"{shown!r}: is no name of a file ({error}); {allowed}") from None
+    if len(read) > MOST_BYTES:
+        raise InputError(f"{shown}: has more than {MOST_BYTES} bytes; {allowed}")
+    return read
+
+
+def text(read: bytes, path: str | os.PathLike[str]) -> str:
+    """Return the text that bytes are, with one kind of line end.
+
+    Raises
+    ------
+    InputError
+        If they are not UTF-8, or hold control characters, as what is no text does.
+    """
+    try:
+        decoded = read.decode("utf-8-sig")  # spreadsheets put a byte order mark first
+    except UnicodeDecodeError as error:
+        raise _no_text(path, read, error.start) from None
+    decoded = decoded.replace("\r\n", "\n").replace("\r", "\n")
+    odd = _CONTROL.search(decoded)
+    if odd is not None:
+        line, code = decoded.count("\n", 0, odd.start()) + 1, ord(odd[0])
+        raise InputError(
+            f"{os.fspath(path)}: character 0x{code:02x} on line {line} is a control character; it must be text in UTF-8"
+        )
+    return decoded
+
+
+def _no_text(path: str | os.PathLike[str], read: bytes, place: int) -> InputError:
+    line = read.count(b"\n", 0, place) + 1
+    return InputError(f"{os.fspath(path)}: byte 0x{read[place]:02x} on line {line} is not text; it must be UTF-8")
