@@ -243,7 +243,8 @@ def test_a_duplicate_name_is_told_with_both_places(entries, places, folder):
         (
             "bad.AT2",
             AT2.replace("OF G", "OF CM/S"),
-            "bad.AT2: units are 'CM/S' on line 3; they must be those of an acceleration: G, GAL, CM/SEC2, M/SEC2, IN/SEC2",
+            "bad.AT2: units are 'CM/S' on line 3; they must be those of an acceleration: G, GAL, CM/SEC2, M/SEC2, "
+            "IN/SEC2",
         ),
         (
             "bad.csv",

