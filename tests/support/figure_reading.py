@@ -80,7 +80,8 @@ def texts(figure):
 
 
 def all_text(figure):
-    return "\n".join(text.get_text() for text in texts(figure))
+    """Every text that is seen, a line each: a title broken into several lines is one text."""
+    return "\n".join(" ".join(text.get_text().split()) for text in texts(figure))
 
 
 def panel_titled(figure, start):

@@ -57,8 +57,8 @@ def models_of(dataset: xr.Dataset) -> list[str]:
     return [str(model) for model in dataset["damping_model"].values]
 
 
-def _title(axes: Axes, model: str, narrow: bool = False) -> None:
-    axes.set_title(title_of(model, narrow), color=style_of(model).colour, fontweight="bold")
+def _title(axes: Axes, model: str, lines: int = 1) -> None:
+    axes.set_title(title_of(model, lines), color=style_of(model).colour, fontweight="bold")
 
 
 def _every(e: xr.DataArray) -> int:
@@ -153,10 +153,10 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         panels[0].set_ylim(0, 1.05 * max(float(study["damping_ratio"].max()) for study, _, _ in studies))
         _legend(panels[-1], models, title, numbers(dataset, parameter), strips is not None)
     for axes, model in zip(grid[0], models, strict=True):
-        _title(axes, model, narrow=len(models) > 4)
+        _title(axes, model, lines=1 + (len(models) > 4) + (len(models) > 5))
     for strip in grid[[0, 2], 0]:
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
-    for axes in grid[-1]:
+    for axes in grid[-1, :: 1 + (len(models) > 5)]:  # of many panels every second one, so that labels stay apart
         axes.set_xlabel("restitution $e$ [-]")
     few_ticks(grid[0, 0], 3)
     figure.align_ylabels(grid[:, 0])
@@ -302,7 +302,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
             axes.plot(e, fit["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
             axes.plot(e[:: _every(e)], fit["damping_ratio"][:: _every(e)], ".", color=colour, markersize=2.5)
         axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
-        _title(axes, model, narrow=columns > 2)
+        _title(axes, model, lines=1 + (columns > 2))
         if model == models[-1]:
             _note(axes, "lines: polynomials\ndots: matched")
         axes.legend(title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)

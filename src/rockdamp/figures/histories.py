@@ -51,22 +51,24 @@ def fig3(loops: xr.Dataset) -> Figure:
 
 
 def _laws(axes: Axes, loops: xr.Dataset) -> None:
-    for model in map(str, loops["viscous_model"].values):
-        values = loops["damping_ratio_law"].sel(viscous_model=model)
-        if values.notnull().any():
-            axes.plot(loops["frequency_ratio"], values, label=model, **line_of(model))
-        else:
-            axes.plot([], [], label=f"{model}: no function of $\\omega$", **line_of(model))
+    for model in _functions_of_frequency(loops):
+        axes.plot(loops["frequency_ratio"], loops["damping_ratio_law"].sel(viscous_model=model), **line_of(model))
     axes.plot(1, 1, "o", color="black", clip_on=False, zorder=5)
     axes.set_xlim(0, 1)
     axes.set_ylim(0, LARGEST_LAW)
     axes.set_xlabel(r"secant frequency $\omega/\omega_1$ [-]")
     axes.set_ylabel(r"damping ratio $\xi(\omega)/\xi$ [-]")
     axes.set_title("(a) damping ratio and frequency")
-    axes.legend(loc="upper right")
+
+
+def _functions_of_frequency(loops: xr.Dataset) -> list[str]:
+    """The models whose damping ratio the secant frequency alone gives."""
+    law = loops["damping_ratio_law"]
+    return [model for model in map(str, loops["viscous_model"].values) if law.sel(viscous_model=model).notnull().any()]
 
 
 def _loops(axes: Axes, loops: xr.Dataset) -> None:
+    in_both = _functions_of_frequency(loops)
     for model in map(str, loops["viscous_model"].values):
         decay = loops.sel(damping_model=model)
         u, force = decay["displacement"].values, decay["damping_force"].values
@@ -74,17 +76,16 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
         label = f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
         label += "\n(beyond the paper)" if is_beyond_paper(model) else ""
+        label += "" if model in in_both else "\nnot in (a): no function of $\\omega$"
         axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.1 * (high - low) * max(loops.sizes["viscous_model"] - 4, 0))  # room for the legend
     limit = 1.06 * float(np.abs(loops["displacement"]).max())
     axes.set_xlim(-limit, limit)
     axes.set_xlabel(DISPLACEMENT)
     axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
     axes.set_title(f"(b) decays matched to $e = {float(loops['restitution']):g}$: first cycle, later ones pale")
-    axes.legend(loc="upper right")
+    axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), title="(a) and (b)", alignment="left")
 
 
 @styled

@@ -35,7 +35,7 @@ def fig_orders(orders: xr.Dataset) -> Figure:
     for axes in grid[-1]:
         axes.set_xlabel(r"step $p\,\Delta t$ [-]")
     low, high = float(orders["solver_error"].min()), float(orders["solver_error"].max())
-    grid[0, 0].set_ylim(low / 8, high * 3)
+    grid[0, 0].set_ylim(low / 3, high * 3)
     steps = orders["step"].values
     grid[0, 0].set_xlim(steps.min() / LEFT, steps.max() * 1.3)
     return figure
@@ -51,7 +51,7 @@ def _panel(axes: Axes, errors: xr.Dataset) -> None:
     axes.set_yscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())
     _slopes(axes, errors)
-    axes.legend(title="order (at the finest steps)", loc="lower right", alignment="left")
+    axes.legend(title="order (finest steps)", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
 
 
 def _slopes(axes: Axes, errors: xr.Dataset) -> None:

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, new_figure, style_of, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, columns_of, new_figure, style_of, styled, title_of
 
 COLLAPSED = "#3A3A3A"
 PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FDE3B0", "#D98B2B", "#7A2E0E"])
@@ -33,11 +33,13 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
     e = pulses["restitution"].values
     at_e = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)
     shapes, models = ([str(value) for value in at_e[name].values] for name in ("pulse", "damping_model"))
-    figure = new_figure(DOUBLE_COLUMN, 140.0)
-    grid = figure.add_gridspec(2, len(shapes) * len(models), height_ratios=[1.1, 1.0])
+    columns = columns_of(len(models), 5)
+    rows = -(-len(models) // columns)
+    figure = new_figure(DOUBLE_COLUMN, 78.0 + 62.0 * rows)
+    grid = figure.add_gridspec(1 + rows, len(shapes) * columns, height_ratios=[1.1] + [1.0] * rows)
     first: Axes | None = None
     for column, shape in enumerate(shapes):
-        axes = figure.add_subplot(grid[0, len(models) * column : len(models) * (column + 1)], sharey=first)
+        axes = figure.add_subplot(grid[0, columns * column : columns * (column + 1)], sharey=first)
         _map(axes, at_e.sel(pulse=shape), shape, last=column == len(shapes) - 1)
         if first is None:
             axes.set_ylabel("load over plateau [-]")
@@ -45,16 +47,15 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
         else:
             axes.tick_params(labelleft=False)
     first = None
-    for column, model in enumerate(models):
-        axes = figure.add_subplot(
-            grid[1, len(shapes) * column : len(shapes) * (column + 1)], sharex=first, sharey=first
-        )
+    for position, model in enumerate(models):
+        row, column = divmod(position, columns)
+        place = grid[1 + row, len(shapes) * column : len(shapes) * (column + 1)]
+        axes = figure.add_subplot(place, sharex=first, sharey=first)
         _ratios(axes, at_e.sel(damping_model=model), model)
-        if first is None:
+        first = first or axes
+        axes.tick_params(labelleft=column == 0)
+        if column == 0:
             axes.set_ylabel("peak over that of CR [-]")
-            first = axes
-        else:
-            axes.tick_params(labelleft=False)
     _legend(figure, shapes, models, float(at_e["restitution"]), float(at_e["release_amplitude"]))
     return figure
 
@@ -139,7 +140,7 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     axes.set_xticks([0.01, 0.1, 1])
     axes.set_xlabel(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
     axes.set_title(
-        f"{title_of(model, narrow=True)}\n$\\xi = {float(of_model['damping_ratio']):.3f}$\n"
+        f"{title_of(model, lines=2)}\n$\\xi = {float(of_model['damping_ratio']):.3f}$\n"
         f"all: {float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
         f"false safe {int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"
         f"false collapse {int(of_model['false_collapse'])} of {int(of_model['reference_survivals'])}",

@@ -112,9 +112,12 @@ def dampers(data: xr.Dataset) -> list[str]:
     return [str(model) for model in data["damping_model"].values if model != REFERENCE]
 
 
-def title_of(model: str, narrow: bool = False) -> str:
-    """Return a model's name, marked where it is not the paper's; in a narrow panel on a line of its own."""
-    return f"{model}{chr(10) if narrow else ' '}(beyond the paper)" if is_beyond_paper(model) else model
+def title_of(model: str, lines: int = 1) -> str:
+    """Return a model's name, marked where it is not the paper's; over a narrow panel on two or three lines."""
+    if not is_beyond_paper(model):
+        return model
+    name_end, mark_break = ("\n" if lines > 1 else " "), ("\n" if lines > 2 else " ")
+    return f"{model}{name_end}(beyond{mark_break}the paper)"
 
 
 def line_of(model: str) -> dict[str, Any]:
