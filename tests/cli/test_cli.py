@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
+from published_models import PUBLISHED_VISCOUS
 from repository import ROOT
 
 import rockdamp as rd
@@ -88,8 +89,9 @@ def test_readme_shows_what_the_command_prints():
     _, command, table = text.partition("$ .venv/bin/rockdamp equivalent")
     arguments, *shown = table.partition("```")[0].splitlines()
     printed = run("equivalent", *arguments.split()).stdout.splitlines()
-    assert command and shown[0] == printed[0] and len(shown) == 1 + len(VISCOUS_MODELS)
-    for told, row in zip(shown[1:], printed[1 : len(shown)], strict=True):
+    assert command and shown[0] == printed[0] and len(printed) == 1 + len(VISCOUS_MODELS)
+    published = [row for row in printed[1:] if row.split()[1] in PUBLISHED_VISCOUS]
+    for told, row in zip(shown[1:], published, strict=True):
         assert told.split()[:2] == row.split()[:2]
         # Another processor may turn the last digits.
         assert np.array(told.split()[2:], float) == pytest.approx(np.array(row.split()[2:], float), rel=1e-4)

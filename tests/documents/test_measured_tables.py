@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 import report_content
 import yaml
+from published_models import PUBLISHED
 from repository import ROOT
 
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import RECOMMENDED_ORDER, STUDIES
+from rockdamp.vocabulary import MODELS, RECOMMENDED_ORDER, STUDIES
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
 TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}
@@ -87,6 +88,7 @@ def test_a_page_has_the_form_that_the_tool_writes(name, made_up):
         [line.split("|") for line in text.splitlines() if line.startswith("|")]
         for text in (SHOWN[name], measured_tables.TABLES[name](made_up))
     )
+    written = [line for line in written if line[1].strip() not in MODELS or line[1].strip() in PUBLISHED]
     assert shown[0] == written[0]
     assert [line[1] for line in shown] == [line[1] for line in written]
 

@@ -60,9 +60,12 @@ def test_it_is_released_and_matched(fifth):
 @pytest.mark.parametrize("fifth", [PLATEAU], indirect=True, ids=["of the curve"])
 def test_accuracy_is_given_it_and_measures_it(fifth):
     name, _, config = fifth
-    matched = {study: made_up(config, study) for study in STUDIES}
-    released = [decays.study(study, config) for study in STUDIES]
-    measured = accuracy(config, damping_loops.loops(config), *matched.values(), *released)
+    # Walls of one frequency: the length in seconds of the response is within the decays of each.
+    config["studies"]["slenderness"]["slenderness"] = [config["wall"]["slenderness"]]
+    config["studies"]["overburden"]["overburden_ratio"] = [0.0]
+    released = {study: decays.study(study, config) for study in STUDIES}
+    matched = {study: matches.match(study, config, released[study]) for study in STUDIES}
+    measured = accuracy(config, damping_loops.loops(config), *matched.values(), *released.values())
     assert measured["study"].values.tolist() == [*STUDIES]
     assert float(measured["decay_energy_residual"].sel(study=name)) < 1e-3
     assert int(measured["published_count"]) == sum(one["damping_ratio"][0].size for one in matched.values())

@@ -102,8 +102,9 @@ def _errors(
 
 def _least_of_cubic(nodes: Array, values: Array) -> Array:
     """Where the cubic fitted to each row of `values` is least within [-1, 1]: its minimum, or the end downhill."""
-    shape = np.linalg.pinv(np.vander(nodes, 4, increasing=True))[1:] @ values.T
-    slope, curvature, third = shape
+    fit = np.linalg.pinv(np.vander(nodes, 4, increasing=True))[1:]
+    # Node by node: a product of matrices rounds otherwise with another number of rows, and a wall has one xi.
+    slope, curvature, third = sum(np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size))
     root = np.sqrt(np.maximum(curvature**2 - 3 * slope * third, 0.0))
     convex = curvature + root > 0
     minimum = -slope / np.where(convex, curvature + root, 1.0)

@@ -96,8 +96,8 @@ def equivalent(
     --------
     >>> import rockdamp as rd
     >>> rows = rd.equivalent(0.85, cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
-    >>> [row["damping_model"] for row in rows]
-    ['CDC', 'CDR', 'SDR', 'ECD', 'ECD16']
+    >>> {row["damping_model"]: f"{row['damping_ratio']:.4f}" for row in rows}["ECD16"]
+    '0.0517'
     """
     e = np.atleast_1d(check_restitution(restitution))
     curve = TrilinearCurve(cracked_stiffness_ratio, plateau_ratio, ultimate_ratio, softening)
@@ -173,8 +173,8 @@ def equivalent_dampings(
     --------
     >>> import rockdamp as rd
     >>> dampings = rd.equivalent_dampings(0.85, rd.TrilinearCurve.preset("moderate"))
-    >>> [damping.model for damping in dampings]
-    ['CR', 'CDC', 'CDR', 'SDR', 'ECD', 'ECD16']
+    >>> [damping.model for damping in dampings[:4]]
+    ['CR', 'CDC', 'CDR', 'SDR']
     """
     a1, b1, a3 = curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio
     rows = equivalent(restitution, float(a1), float(b1), float(a3), curve.softening, release_amplitude, window)
