@@ -295,7 +295,7 @@ def _counts(tree: Tree, config: str) -> tuple[int, int]:
 
     results = "results/minimal" if "minimal" in config else "results"
     with xr.open_dataset(tree.place / results / "natural.nc") as study:
-        return study.sizes["record"], int(study["peak_displacement"].notnull().sum())
+        return study.sizes["record"], int(study["peak_ratio"].notnull().sum())
 
 
 class _Peak:

@@ -63,7 +63,7 @@ def respond(record, *arguments):
 
 def test_decay_gives_the_peak_of_each_half_cycle():
     rows = printed("decay", *CURVE, "--damping-model", "CR", "--restitution", 0.9, "--release", 0.4)
-    assert [row["half_cycle"] for row in rows] == list(range(len(rows)))
+    assert [row["impacts"] for row in rows] == list(range(len(rows)))
     assert rows[0]["peak_ratio"] == 0.4 and rows[0]["tau"] == 0.0
     curve = rd.TrilinearCurve(0.04, 0.8)
     energy = curve.energy([row["peak_ratio"] for row in rows])
@@ -86,7 +86,7 @@ def test_decays_are_compared_with_every_equivalent_damper():
     rows = printed(*arguments)
     assert list(dict.fromkeys(row["damping_model"] for row in rows)) == list(MODELS)
     lines = [line.split() for line in run(*arguments).stdout.splitlines()]
-    assert lines[0] == ["half_cycle", *MODELS]
+    assert lines[0] == ["impacts", *MODELS]
     assert lines[1] == ["0"] + ["0.5"] * len(MODELS)
 
 

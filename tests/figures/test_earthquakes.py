@@ -102,9 +102,7 @@ def test_fragility_curves_are_the_stored_lognormal_ones_with_the_share_of_record
     axes = panel(figure, "church")
     for model in earthquakes.MODELS:
         curve = next(line for line in coloured(axes, model) if line.get_label() == model)
-        median, beta = (
-            float(one.sel(damping_model=model)[f"wall_{name}"]) for name in ("median_intensity", "dispersion")
-        )
+        median, beta = (float(one.sel(damping_model=model)[f"wall_{name}"]) for name in ("median_scale", "dispersion"))
         assert curve.get_ydata() == pytest.approx(ndtr(np.log(curve.get_xdata() / median) / beta))
     (points,) = (line for line in axes.get_lines() if line.get_linestyle() == "None")
     assert points.get_ydata() == pytest.approx(one["collapse_fraction"].sel(damping_model="CR").values)

@@ -83,7 +83,7 @@ def test_histories_whose_bound_exceeds_their_peak_are_named_once():
     histories = made_up.natural()
     assert "exceeds the peak" not in told(natural=histories)
     at = {"record": "far-field/2/a", "scale": made_up.SCALE[0], "wall": "church", "restitution": 0.85}
-    bound, peak = (histories[name] for name in ("peak_displacement_uncertainty", "peak_displacement"))
+    bound, peak = (histories[name] for name in ("peak_ratio_uncertainty", "peak_ratio"))
     bound.loc[{**at, "damping_model": "CR"}] = 2 * peak.loc[{**at, "damping_model": "CR"}]  # from every source
     bound.loc[{**at, "damping_model": "SDR", "damping_ratio_source": "fit"}] = 3 * peak.sel(
         **at, damping_model="SDR", damping_ratio_source="fit"
@@ -205,7 +205,7 @@ def test_walls_whose_median_is_told_apart_from_that_of_restitution_are_named():
         text = told(scaled("wall_median_intensity_ratio", factor, wall="church", damping_model="CDR", restitution=0.9))
         assert "Walls whose median intensity of collapse is told apart from CR's: church (e = 0.9)." in text
     # The ratio alone decides: a median outside the interval of CR's own may well be of a pair that does not differ.
-    moved = scaled("wall_median_intensity", 1.5, wall="church", damping_model="CDR")
+    moved = scaled("wall_median_scale", 1.5, wall="church", damping_model="CDR")
     assert "At no wall is its median intensity of collapse told apart from CR's." in told(moved)
 
 

@@ -53,7 +53,7 @@ def natural(records=6):
     dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
     collapsed[:, :, 3, :, 1:, 0] = -1  # one wall lies beyond the polynomials
     data = xr.Dataset(
-        {"peak_displacement": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
+        {"peak_ratio": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
         coords={
             **COORDS,
             "record": [f"far-field/{i}/a" for i in range(records)],
@@ -84,11 +84,11 @@ def comparison():
             **_statistic("log_error", (*e_dims, "band"), error),
             **_statistic("varied_median_ratio", ("restitution", "variation", "band"), 1 + 0.1 * own),
             **_statistic("varied_log_error", ("restitution", "variation", "band"), own),
-            **_statistic("median_intensity", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
+            **_statistic("median_scale", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
             **_statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
             **_statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
             **_statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
-            **_statistic("wall_median_intensity", wall_dims, of_wall),
+            **_statistic("wall_median_scale", wall_dims, of_wall),
             **_statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
             **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "scale"), collapse),

@@ -263,7 +263,7 @@ def pulses():
             "damping_ratio": (by, np.full((2, len(VISCOUS), 3), 0.05)),
             "reference_peak": (cells, peak),
             "reference_collapsed": (cells, collapsed.astype(np.int8)),
-            "peak_displacement": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
+            "peak_ratio": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
             "collapsed": ((*by[:2], *cells), np.stack([ratio * peak > 1] * 2).astype(np.int8)),
             "median_ratio": ((*by, "band"), median),
             "log_dispersion": ((*by, "band"), 0.15 * median),

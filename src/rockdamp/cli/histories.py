@@ -149,11 +149,11 @@ def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
 
 
 def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows by half cycle, the peaks of the models beside each other."""
+    """Rows by the impacts before the peak, the peaks of the models beside each other."""
     models = list(dict.fromkeys(row["damping_model"] for row in rows))
-    peak = {(row["damping_model"], row["half_cycle"]): row["peak_ratio"] for row in rows}
-    count = max(row["half_cycle"] for row in rows) + 1
-    return [{"half_cycle": n, **{model: peak.get((model, n)) for model in models}} for n in range(count)]
+    peak = {(row["damping_model"], row["impacts"]): row["peak_ratio"] for row in rows}
+    count = max(row["impacts"] for row in rows) + 1
+    return [{"impacts": n, **{model: peak.get((model, n)) for model in models}} for n in range(count)]
 
 
 @click.command(

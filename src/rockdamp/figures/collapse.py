@@ -165,12 +165,12 @@ def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array,
 def _curves(axes: Axes, wall: xr.Dataset) -> None:
     intensity = np.geomspace(float(wall["scale"][0]), float(wall["scale"][-1]), 201)
     cr = wall.sel(damping_model=REFERENCE)
-    low, high = envelope(intensity, cr["wall_median_intensity_interval"].values, cr["wall_dispersion_interval"].values)
+    low, high = envelope(intensity, cr["wall_median_scale_interval"].values, cr["wall_dispersion_interval"].values)
     axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
     for model in (*dampers(wall), REFERENCE):
         fragility = wall.sel(damping_model=model)
         beta = float(fragility["wall_dispersion"])
-        probability = ndtr(np.log(intensity / float(fragility["wall_median_intensity"])) / beta)
+        probability = ndtr(np.log(intensity / float(fragility["wall_median_scale"])) / beta)
         axes.plot(intensity, probability, label=model, **line_of(model))
     axes.plot(
         wall["scale"],

@@ -113,16 +113,16 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
 def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Peaks of CR and of the damper, and which collapse; of the histories that have a damping ratio."""
     by = [histories.sel(damping_model=name) for name in (REFERENCE, model)]
-    order = by[0]["peak_displacement"].dims
+    order = by[0]["peak_ratio"].dims
     run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
-    peaks = [each["peak_displacement"].transpose(*order).values.ravel()[run] for each in by]
+    peaks = [each["peak_ratio"].transpose(*order).values.ravel()[run] for each in by]
     fell = [each["collapsed"].transpose(*order).values.ravel()[run] == 1 for each in by]
     return peaks[0], peaks[1], fell[0], fell[1]
 
 
 def _busiest(histories: xr.Dataset) -> float:
     """The count at which the shades end: a hundredth of the histories of a panel."""
-    return max(histories["peak_displacement"].sel(damping_model=REFERENCE).size / 100, 10.0)
+    return max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0)
 
 
 def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:

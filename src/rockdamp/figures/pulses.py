@@ -108,7 +108,7 @@ def _map(axes: Axes, of_pulse: xr.Dataset, shape: str, last: bool) -> None:
 def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     """Every pair of peaks where neither collapses, and the median and dispersion of each band."""
     stands = (of_model["reference_collapsed"] == 0) & (of_model["collapsed"] == 0)
-    ratio = (of_model["peak_displacement"] / of_model["reference_peak"]).where(stands)
+    ratio = (of_model["peak_ratio"] / of_model["reference_peak"]).where(stands)
     style = style_of(model)
     for shape in map(str, of_model["pulse"].values):
         x, y = of_model["reference_peak"].sel(pulse=shape).values.ravel(), ratio.sel(pulse=shape).values.ravel()

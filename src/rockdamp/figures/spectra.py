@@ -67,7 +67,7 @@ def _peak(of_pulse: xr.Dataset, model: str) -> xr.DataArray:
     if model == REFERENCE:
         peak, fell = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
     else:
-        peak, fell = (of_pulse[name].sel(damping_model=model) for name in ("peak_displacement", "collapsed"))
+        peak, fell = (of_pulse[name].sel(damping_model=model) for name in ("peak_ratio", "collapsed"))
     return xr.where(fell == 1, BEYOND, peak).transpose("load_ratio", "pulse_frequency")
 
 

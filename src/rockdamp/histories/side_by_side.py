@@ -136,22 +136,23 @@ def responses(
 
 
 def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the half cycles of each model's decay: model, number, tau and peak over u_ins, with a wall in s and m too.
+    """Return the peaks of each decay: model, impacts before the peak, tau and u/u_ins; with a wall in s and m too.
 
     Parameters
     ----------
     decay : xarray.Dataset
-        What `decays` returned. The release is half cycle 0; the last, which has not ended, is left out.
+        What `decays` returned. Before the first peak, the release, are no impacts; the last half cycle, which has not
+        ended, is left out.
     """
     rows = []
     with_wall = "elapsed" in decay.coords
     for model in map(str, decay["damping_model"].values):
         cycles = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
         ended = np.isfinite(cycles.end)
-        for number, (peak, tau) in enumerate(zip(np.abs(cycles.peak[ended]), cycles.peak_elapsed[ended], strict=True)):
+        for impacts, (peak, tau) in enumerate(zip(np.abs(cycles.peak[ended]), cycles.peak_elapsed[ended], strict=True)):
             row: dict[str, Any] = {
                 "damping_model": model,
-                "half_cycle": number,
+                "impacts": impacts,
                 "tau": float(tau),
                 "peak_ratio": float(peak),
             }

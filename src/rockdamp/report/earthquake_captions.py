@@ -90,7 +90,7 @@ def fig_fragility(data: Datasets) -> dict[str, Any]:
     cr = drawn.sel(damping_model=REFERENCE)
     return {
         "restitution": plain(drawn["restitution"]),
-        "medians": span(cr["wall_median_intensity"]),
+        "medians": span(cr["wall_median_scale"]),
         "dispersions": span(cr["wall_dispersion"]),
         "ratios": _by_damper(drawn, lambda at: known(at["median_intensity_ratio"])),
     }

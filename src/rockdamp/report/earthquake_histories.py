@@ -78,8 +78,8 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
     """
     if natural is None:
         return []
-    peak = natural["peak_displacement"]
-    over = natural["peak_displacement_uncertainty"] / peak
+    peak = natural["peak_ratio"]
+    over = natural["peak_ratio_uncertainty"] / peak
     again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
     named = []
     for index in np.argwhere((over.where(~again) > 1).values):

@@ -70,7 +70,7 @@ def pulses(config: Config) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``peak_displacement`` and ``collapsed`` of CR (``reference_...``) and of each model (source, damping_model,
+        ``peak_ratio`` and ``collapsed`` of CR (``reference_...``) and of each model (source, damping_model,
         pulse, pulse_frequency, load_ratio, restitution), and what `compare` makes of them.
     """
     given = PulseSettings.of(config)
@@ -97,7 +97,7 @@ def pulses(config: Config) -> xr.Dataset:
             "reference_peak": (dims, reference[0]),
             "reference_collapsed": (dims, reference[1].astype(np.int8)),
             "impacts_before_peak": (dims, reference[2].astype(np.int32)),
-            "peak_displacement": ((*by_model, *dims), by_damper[0]),
+            "peak_ratio": ((*by_model, *dims), by_damper[0]),
             "collapsed": ((*by_model, *dims), by_damper[1].astype(np.int8)),
         },
         coords={
@@ -169,7 +169,7 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     """
     cells = ("pulse", "pulse_frequency", "load_ratio")
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
-    ratio = (dataset["peak_displacement"] / peak).where(~fell & ~reference)
+    ratio = (dataset["peak_ratio"] / peak).where(~fell & ~reference)
     logarithm = xr.apply_ufunc(np.log, ratio)
     in_bands = [logarithm.where((peak >= low) & (peak < high)) for low, high in pairwise(edges)]
     by_band = xr.concat(in_bands, "band").assign_coords(

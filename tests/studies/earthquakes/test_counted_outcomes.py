@@ -20,8 +20,8 @@ def study(peak, fell=None, scale=(1.0,)):
     ratio = np.array([np.nan, 0.05])[None, None, :, None]
     return xr.Dataset(
         {
-            "peak_displacement": (DIMS, peaks),
-            "peak_displacement_uncertainty": (DIMS, 0.001 * peaks),
+            "peak_ratio": (DIMS, peaks),
+            "peak_ratio_uncertainty": (DIMS, 0.001 * peaks),
             "collapsed": (DIMS, collapsed),
             "settled": (DIMS, np.ones_like(collapsed)),
             "decay_misfit": (DIMS, np.zeros(peaks.shape)),
@@ -78,9 +78,9 @@ def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_with
     """However uncertain each of both medians is, they are resampled together."""
     fell = np.repeat((capacities()[:, None] <= SCALE)[..., None], 2, axis=-1)
     found = compared(study(np.full(fell.shape, 0.15), fell, SCALE)).sel(damping_model="CDR")
-    for name in ("median_intensity", "wall_median_intensity"):
-        assert np.ptp(found[f"{name}_interval"].values) > 0.1
-        np.testing.assert_allclose(found[f"{name}_ratio_interval"], ONE)
+    for wall in ("", "wall_"):
+        assert np.ptp(found[f"{wall}median_scale_interval"].values) > 0.1
+        np.testing.assert_allclose(found[f"{wall}median_intensity_ratio_interval"], ONE)
 
 
 def test_a_damper_of_the_population_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():

@@ -103,7 +103,7 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
 def test_the_study_has_the_dimensions_that_others_depend_on(study):
     dataset.check(study, "natural")
     dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
-    assert study["peak_displacement"].dims == study["collapsed"].dims == dims
+    assert study["peak_ratio"].dims == study["collapsed"].dims == dims
     assert study["record"].values.tolist() == [f"far-field/{number}/a" for number in (1, 2, 3)]
     assert study.sizes["scale"] >= 12 and study["damping_model"].values.tolist() == list(MODELS)
 
@@ -125,17 +125,17 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
 
 def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
     cr = study.sel(damping_model="CR")
-    for name in ("peak_displacement", "collapsed", "settled"):
+    for name in ("peak_ratio", "collapsed", "settled"):
         assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
     missing = np.isnan(study["damping_ratio"]) & (study["damping_model"] != "CR")
     assert missing.any()
-    assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak_displacement"]) == missing).all()
+    assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak_ratio"]) == missing).all()
 
 
 def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
     run = study["collapsed"].where(study["collapsed"] >= 0)
     assert run.isel(scale=0).mean() < 0.05 and run.isel(scale=-1).mean() > 0.9
-    stands, peak = study["collapsed"] == 0, study["peak_displacement"]
+    stands, peak = study["collapsed"] == 0, study["peak_ratio"]
     assert (peak.where(stands) <= 1.0).sum() == stands.sum()
     assert (peak.where(study["collapsed"] == 1) > 1.0).sum() == (study["collapsed"] == 1).sum()
 
@@ -159,7 +159,7 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
     assert (certain["median_difference"].dropna("stratum") < 0.002).all()
     stands = found.isel(history=((found["settled"] == 1) & (found["collapsed"] == 0)).values)
     assert stands.sizes["history"] > 20
-    assert (stands["peak_displacement_uncertainty"] / stands["peak_displacement"]).median() < 0.005
+    assert (stands["peak_ratio_uncertainty"] / stands["peak_ratio"]).median() < 0.005
 
 
 def test_shares_of_the_records_change_nothing(config, walls):
@@ -193,7 +193,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     cr, damped = (case.histories(damper).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
-    peak = float(study.sel(at)["peak_displacement"].isel(scale=scale).sel(damping_model="CR")[0])
+    peak = float(study.sel(at)["peak_ratio"].isel(scale=scale).sel(damping_model="CR")[0])
     assert one["decay_misfit"].values[scale] == pytest.approx(misfit / peak, rel=1e-9)
 
 
@@ -213,8 +213,8 @@ def made_up(ratio=1.0):
     xi = np.full((2, 2, len(MODELS), 3), 0.05)
     xi[:, :, 0] = np.nan
     data = {
-        "peak_displacement": (dims, peaks),
-        "peak_displacement_uncertainty": (dims, np.where(peaks > 1, np.nan, 1e-3 * peaks)),
+        "peak_ratio": (dims, peaks),
+        "peak_ratio_uncertainty": (dims, np.where(peaks > 1, np.nan, 1e-3 * peaks)),
         "collapsed": (dims, (peaks > 1).astype(np.int8)),
         "settled": (dims, np.ones(peaks.shape, dtype=np.int8)),
         "decay_misfit": (dims, np.zeros(peaks.shape)),

@@ -54,7 +54,7 @@ def made_up(log_ratio, collapsed=False):
             "reference_collapsed": (dims, fell),
             "varied_peak": ((*dims, "variation"), varied),
             "varied_collapsed": ((*dims, "variation"), np.repeat(fell[..., None], 3, axis=-1)),
-            "peak_displacement": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
+            "peak_ratio": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
             "collapsed": ((*dims, "order"), order_fell),
         },
         coords={
@@ -90,7 +90,7 @@ def test_the_histories_are_the_event_driven_solver_s(config, shares):
     factor = float(own["scale"][stands]) * unit / intensity_measures(motion.record).pgv
     for damping, stored in (
         (Damping.cr(0.79), own["varied_peak"].sel(variation="lower e")),
-        (Damping.of_restitution(0.8, order=8), own["peak_displacement"].sel(order=8)),
+        (Damping.of_restitution(0.8, order=8), own["peak_ratio"].sel(order=8)),
     ):
         solved = event_driven.history(
             named.curve,
@@ -106,7 +106,7 @@ def test_the_larger_the_order_the_nearer_to_restitution(shares):
     """By the median: a few histories on the edge of collapse rule the mean square of so small a sample."""
     histories = xr.concat(shares, "record")
     stand = (histories["collapsed"] == 0) & (histories["reference_collapsed"] == 0)
-    ratio = (histories["peak_displacement"] / histories["reference_peak"]).where(stand)
+    ratio = (histories["peak_ratio"] / histories["reference_peak"]).where(stand)
     away = np.abs(np.log(ratio)).median(("record", "scale", "wall", "restitution"))
     assert (away.diff("order") < 0).all()
     assert away.sel(order=8) < 0.5 * away.sel(order=0)

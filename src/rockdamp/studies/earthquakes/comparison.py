@@ -46,16 +46,16 @@ def compare(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         ``pairs`` of the peaks over CR's where neither collapses, by band of CR's peak (the first band is all of them);
         ``log_error_excess``, how much more a damper errs than the one of least error at that e, over the histories that
         stand with both; ``false_safe_rate`` (of CR's collapses) and ``false_collapse_rate`` (of its survivals);
-        ``median_intensity``, ``dispersion`` and ``median_intensity_ratio`` of the fragilities. Names with ``_interval``
+        ``median_scale``, ``dispersion`` and ``median_intensity_ratio`` of the fragilities. Names with ``_interval``
         are 95 % bootstrap intervals, those of ratios and of the excess paired; those with ``varied_`` are CR's own
-        under small changes. For each wall: ``wall_median_intensity``, its ratio to CR's, ``wall_dispersion``,
+        under small changes. For each wall: ``wall_median_scale``, its ratio to CR's, ``wall_dispersion``,
         ``collapse_fraction`` and ``fractile`` of the peaks.
     """
     given = ComparisonSettings.of(config)
     weights = resample(earthquakes["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
     edges = given.bands
     pooled = earthquakes.isel(wall=_complete(earthquakes))
-    damper = _Alternatives(pooled, "peak_displacement", "collapsed", ("damping_model", "damping_ratio_source"))
+    damper = _Alternatives(pooled, "peak_ratio", "collapsed", ("damping_model", "damping_ratio_source"))
     varied = _Alternatives(pooled, "varied_peak", "varied_collapsed", ("variation",))
     statistics = xr.merge(
         [
@@ -100,7 +100,7 @@ def _complete(earthquakes: xr.Dataset) -> NDArray[np.bool_]:
 
 def _uncertainty(earthquakes: xr.Dataset) -> Array:
     """Fractiles of the bound of the peaks' error, as a fraction of the peak."""
-    bound = (earthquakes["peak_displacement_uncertainty"] / earthquakes["peak_displacement"]).values
+    bound = (earthquakes["peak_ratio_uncertainty"] / earthquakes["peak_ratio"]).values
     known = bound[np.isfinite(bound)]
     return np.quantile(known, [0.5, 0.9, 0.99, 1.0]) if known.size else np.full(4, np.nan)
 
@@ -119,7 +119,7 @@ class _Alternatives:
         cr = self.earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
         order = ("record", "scale", "wall", "restitution")
         return (
-            cr["peak_displacement"].transpose(*order),
+            cr["peak_ratio"].transpose(*order),
             cr["collapsed"].transpose(*order),
             self.earthquakes[self.peak].transpose(*order, *self.dims),
             self.earthquakes[self.collapsed].transpose(*order, *self.dims),
@@ -192,10 +192,10 @@ class _Alternatives:
         ratio, drawn_ratio = (_over_reference(self.earthquakes, each.median) for each in (whole, drawn))
         return xr.Dataset(
             {
-                "median_intensity": (lead, whole.median),
+                "median_scale": (lead, whole.median),
                 "dispersion": (lead, whole.dispersion),
                 "median_intensity_ratio": (lead, ratio),
-                "median_intensity_interval": ((*lead, "bound"), interval(drawn.median)),
+                "median_scale_interval": ((*lead, "bound"), interval(drawn.median)),
                 "dispersion_interval": ((*lead, "bound"), interval(drawn.dispersion)),
                 "median_intensity_ratio_interval": ((*lead, "bound"), interval(drawn_ratio)),
             }
@@ -230,7 +230,7 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset
     cr = earthquakes["damping_model"].values.tolist().index(REFERENCE)
     excess, bounds = [], []
     for e in range(stored.sizes["restitution"]):
-        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak_displacement", "collapsed"))
+        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak_ratio", "collapsed"))
         reference, fell = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
         stand = (collapsed == 0) & (fell == 0) & (reference >= edges[0]) & (reference < edges[-1])
         square = np.log(np.where(stand, peak / reference, 1.0)) ** 2
@@ -285,17 +285,15 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
             (whole.median, whole.dispersion, ratio, *map(interval, (drawn.median, drawn.dispersion, drawn_ratio)))
         )
     median, dispersion, median_ratio, *intervals = (np.stack(parts) for parts in zip(*of_walls, strict=True))
-    peaks = np.where(
-        collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak_displacement"].transpose(*order), np.nan)
-    )
+    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak_ratio"].transpose(*order), np.nan))
     fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
     count = run.sum(axis=0)
     return xr.Dataset(
         {
-            "wall_median_intensity": (lead, median),
+            "wall_median_scale": (lead, median),
             "wall_dispersion": (lead, dispersion),
             "wall_median_intensity_ratio": (lead, median_ratio),
-            "wall_median_intensity_interval": ((*lead, "bound"), intervals[0]),
+            "wall_median_scale_interval": ((*lead, "bound"), intervals[0]),
             "wall_dispersion_interval": ((*lead, "bound"), intervals[1]),
             "wall_median_intensity_ratio_interval": ((*lead, "bound"), intervals[2]),
             "collapse_fraction": ((*lead, "scale"), _divide(collapsed.sum(axis=0), count)),

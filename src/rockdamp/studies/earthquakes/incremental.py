@@ -135,7 +135,7 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``peak_displacement``, ``collapsed``, ``settled``, ``peak_displacement_uncertainty`` and ``decay_misfit``
+        ``peak_ratio``, ``collapsed``, ``settled``, ``peak_ratio_uncertainty`` and ``decay_misfit``
         (record, scale, wall, restitution, damping_model, damping_ratio_source); ``varied_peak`` and
         ``varied_collapsed`` (record, scale, wall, restitution, variation) of CR; intensity measures (record).
     """
@@ -150,6 +150,7 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """Join the walls and the jobs' shares of the records, in the order of the records."""
     joined = xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+    joined["peak_displacement"] = joined["peak_ratio"]  # the old name, for one release: elsewhere it is in metres
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 
@@ -170,7 +171,7 @@ class _Study:
         ]
         dims = {
             **dict.fromkeys(
-                ("peak_displacement", "peak_displacement_uncertainty", "collapsed", "settled", "decay_misfit"),
+                ("peak_ratio", "peak_ratio_uncertainty", "collapsed", "settled", "decay_misfit"),
                 BY_DAMPER[1:],
             ),
             **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),

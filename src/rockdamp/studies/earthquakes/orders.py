@@ -49,7 +49,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     -------
     xarray.Dataset
         ``reference_peak`` and ``reference_collapsed`` (record, scale, wall, restitution) with CR; ``varied_peak`` and
-        ``varied_collapsed`` with a last dimension variation; ``peak_displacement`` and ``collapsed`` with a last
+        ``varied_collapsed`` with a last dimension variation; ``peak_ratio`` and ``collapsed`` with a last
         dimension order.
     """
     given = OrderRecordSettings.of(config)
@@ -67,7 +67,7 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
     names = {
         "reference": ("reference_peak", "reference_collapsed"),
         "varied": ("varied_peak", "varied_collapsed"),
-        "by_order": ("peak_displacement", "collapsed"),
+        "by_order": ("peak_ratio", "collapsed"),
     }
     data: dict[str, Any] = {}
     for key, (peak, collapsed) in names.items():
@@ -179,7 +179,7 @@ def _of_set(own: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
     peak, fell = own["reference_peak"].values, own["reference_collapsed"].values == 1
     alternatives = {
         "varied_": (own["varied_peak"].values, own["varied_collapsed"].values == 1, "variation"),
-        "": (own["peak_displacement"].values, own["collapsed"].values == 1, "order"),
+        "": (own["peak_ratio"].values, own["collapsed"].values == 1, "order"),
     }
     scale, found = own["scale"].values, {}
     for prefix, (peaks, falls, dim) in alternatives.items():
@@ -262,7 +262,7 @@ def _excesses(own: xr.Dataset, weights: Array) -> dict[str, Any]:
     for e, m in _each(shape):
         peaks = np.stack(
             [
-                own["peak_displacement"].values[..., e, m],
+                own["peak_ratio"].values[..., e, m],
                 *np.moveaxis(own["varied_peak"].values[..., e, nearby], -1, 0),
             ]
         )
@@ -332,7 +332,7 @@ def _by_band(own: xr.Dataset, bands: Array) -> dict[str, Any]:
     peak = own["reference_peak"]
     results: dict[str, Any] = {}
     for name, peaks, falls in (
-        ("band_log_error", "peak_displacement", "collapsed"),
+        ("band_log_error", "peak_ratio", "collapsed"),
         ("varied_band_log_error", "varied_peak", "varied_collapsed"),
     ):
         stand = (own["reference_collapsed"] == 0) & (own[falls] == 0)

@@ -150,7 +150,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``peak_displacement`` and ``collapsed`` (wall, record, intensity, damping_model), and their counts:
+        ``peak_ratio`` and ``collapsed`` (wall, record, intensity, damping_model), and their counts:
         ``collapses`` (record, intensity, damping_model) and ``vulnerability`` (wall, damping_model).
     """
     given = PopulationShareSettings.of(config)
@@ -165,7 +165,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     dims = ("wall", "record", "intensity", "damping_model")
     return xr.Dataset(
         {
-            "peak_displacement": (dims, peak),
+            "peak_ratio": (dims, peak),
             "collapsed": (dims, collapsed.astype(np.int8)),
             "collapses": (dims[1:], collapsed.sum(axis=0)),
             "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),

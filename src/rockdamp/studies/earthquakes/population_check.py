@@ -65,7 +65,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
         "record": np.array([motion.name for motion in motions])[sample.place[:, 1]],
         "intensity": intensity[sample.place[:, 2]],
         "damping_model": np.array(models)[sample.place[:, 3]],
-        "peak_displacement": _picked(shares, "peak_displacement", sample).astype(float),
+        "peak_ratio": _picked(shares, "peak_ratio", sample).astype(float),
         "collapsed": _picked(shares, "collapsed", sample),
     }
     checked = xr.Dataset(
@@ -78,7 +78,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
 
 def _members(share: xr.Dataset) -> Members:
     """The strata of one share; without finer steps, nothing is known to be unsettled."""
-    peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak_displacement", "collapsed"))
+    peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak_ratio", "collapsed"))
     of_all = event_driven_check.strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
     return of_all[: STRATA.index("unsettled")]
 

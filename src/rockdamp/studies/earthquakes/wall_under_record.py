@@ -116,14 +116,14 @@ class Case:
     def by_damper(self, e: Array, damping_ratio: Array) -> dict[str, Array]:
         """Peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""
         shape = (self.load_factor.size, e.size, len(MODELS), len(SOURCES))
-        names = ("peak_displacement", "peak_displacement_uncertainty", "decay_misfit")
+        names = ("peak_ratio", "peak_ratio_uncertainty", "decay_misfit")
         outcome = {name: np.full(shape, np.nan) for name in names}
         outcome |= {name: np.zeros(shape, dtype=np.int8) for name in ("collapsed", "settled")}
         histories = self.histories(Damping.cr(e))
         reference = self._reference(histories)
         for name, values in self._judge(Damping.cr(e), histories).items():
             outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
-        stands, peak = outcome["collapsed"][:, :, 0, 0] == 0, outcome["peak_displacement"][:, :, 0, 0]
+        stands, peak = outcome["collapsed"][:, :, 0, 0] == 0, outcome["peak_ratio"][:, :, 0, 0]
         for row, model in enumerate(VISCOUS_MODELS, start=1):
             defined = np.isfinite(damping_ratio[:, row]).all(axis=0)
             damping = Damping(model, damping_ratio[:, row, defined])
@@ -168,8 +168,8 @@ class Case:
         changes = np.abs(np.diff(peak, axis=0)).max(axis=0)
         bound = np.where(settled & ~collapsed[-1], changes + self.roughness(last) * peak[-1], np.nan)
         return {
-            "peak_displacement": peak[-1],
-            "peak_displacement_uncertainty": bound,
+            "peak_ratio": peak[-1],
+            "peak_ratio_uncertainty": bound,
             "collapsed": collapsed[-1].astype(np.int8),
             "settled": settled.astype(np.int8),
         }
