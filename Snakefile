@@ -11,6 +11,7 @@ from rockdamp.motions import catalogue
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.between_keys import require_writable, subset, validate
+from rockdamp.config.merging import merged
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage.provenance import code_version, files_of
 from rockdamp.motions.records import read_record
@@ -22,13 +23,14 @@ min_version("9.8")
 configfile: "config/default.yaml"
 
 
-# Bad input ends the run here, before anything is built or deleted.
+# Bad input ends the run here, before anything is built or deleted. Snakemake has read the config by YAML 1.1, which loses
+# the first of two keys of one name; it is read again.
 try:
-    validate(
-        config,
-        schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"),
-        files=["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)],
-    )
+    files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
+    read = merged(files[workflow.config_settings.replace_workflow_config :], workflow.config_settings.config)
+    config.clear()
+    config.update(read)
+    validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
     read_record(config["validation"]["record"])
     with warnings_as_lines():
         for path in catalogue.files_of(config["records"]):

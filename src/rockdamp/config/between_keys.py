@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import natural_problems, population_problems
+from rockdamp.config.limits import cost_problems, size_problems
 from rockdamp.config.pulses import damper_order_problems, pulse_problems
 from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.errors import InputError
@@ -60,7 +61,7 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
     InputError
         With a line for each thing that is wrong, and where it stands.
     """
-    wrong = schema_problems(config, read_schema(schema)) or problems(config)
+    wrong = schema_problems(config, read_schema(schema)) or size_problems(config) or problems(config)
     if wrong:
         files = list(files)
         raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in wrong))
@@ -119,7 +120,7 @@ def problems(config: Config) -> list[Problem]:
     if not Path(record).is_file():
         text = f"is {record!r}; it must be a file, seen from the folder of the run"
         wrong.append(Problem(("validation", "record"), text))
-    return list(dict.fromkeys(wrong))
+    return list(dict.fromkeys(wrong)) or cost_problems(config)
 
 
 # --- curves --------------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -33,6 +34,8 @@ BOUNDS = {
 
 
 COMMAND_LINE = "the command line"
+ODD_TEXT = "has a control character, or half a character; it must be one line of text"
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
 class Problem(NamedTuple):
@@ -53,7 +56,10 @@ def dotted(path: KeyPath) -> str:
 
 def schema_problems(config: Mapping[str, Any], schema: Mapping[str, Any]) -> list[Problem]:
     """List where `config` does not fit `schema` (JSON Schema, draft 2020-12), or holds a number that is not finite."""
-    departures = [Problem(path, f"is {value}; it must be a finite number") for path, value in _not_finite((), config)]
+    departures = [
+        Problem(path, f"is {value}; it must be a finite number" if isinstance(value, float) else ODD_TEXT)
+        for path, value in _odd((), config)
+    ]
     missing: list[KeyPath] = []
     meant: set[KeyPath] = set()  # keys that are there, but misspelt
     for error in sorted(Draft202012Validator(schema).iter_errors(config), key=lambda error: error.json_path):
@@ -73,14 +79,18 @@ def schema_problems(config: Mapping[str, Any], schema: Mapping[str, Any]) -> lis
     return list(dict.fromkeys(departures))
 
 
-def _not_finite(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, float]]:
+def _odd(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, float | str]]:
+    """Numbers that are not finite, and texts that a terminal or a file name cannot hold."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
-            yield from _not_finite((*path, key), inner)
+            if isinstance(key, str) and _CONTROL.search(key):
+                yield path, key
+            else:
+                yield from _odd((*path, key), inner)
     elif isinstance(value, list):
         for index, inner in enumerate(value):
-            yield from _not_finite((*path, index), inner)
-    elif isinstance(value, float) and not math.isfinite(value):
+            yield from _odd((*path, index), inner)
+    elif isinstance(value, float) and not math.isfinite(value) or isinstance(value, str) and _CONTROL.search(value):
         yield path, value
 
 
@@ -92,7 +102,7 @@ def _misfit(error: ValidationError) -> str:
     if error.validator == "minItems":
         return f"has {len(value)} of them; it must be {_allowed(error.schema)}"
     if isinstance(value, str) and _is_number(value):
-        hint = "YAML's numbers have no quotes, and a point before an exponent; --config has none within braces"
+        hint = "YAML's numbers have no quotes; --config has none within braces"
         return f"is the text {value!r}; it must be {_allowed(error.schema)} ({hint})"
     shown = "a mapping of keys to values" if isinstance(value, Mapping) else repr(value)
     return f"is {shown}; it must be {_allowed(error.schema)}"
@@ -140,7 +150,7 @@ def origin(path: KeyPath, config: Mapping[str, Any], files: Sequence[str | Path]
     for depth in [len(path)] if there else range(len(path) - 1, 0, -1):
         for file in reversed(files):
             text = Path(file).read_text(encoding="utf-8")
-            line = _line(yaml.compose(text, Loader=yaml_file.LOADER), path[:depth])
+            line = _line(yaml.compose(text, Loader=yaml_file.Loader), path[:depth])
             if line is not None:
                 same = not there or _at(yaml_file.load(text), path) == _at(config, path)
                 return f"{file}, line {line}" if same else COMMAND_LINE

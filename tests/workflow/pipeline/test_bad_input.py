@@ -26,6 +26,22 @@ def test_a_misspelt_key_stops_the_run(tree):
     assert "overlay.yaml, line 1: solver.stepp is not a key; did you mean 'step'?" in said
 
 
+def test_a_section_that_stands_there_twice_stops_the_run(tree):
+    said = refused(tree, "wall: {thickness: 0.4}\nwall: {width: 2.0}\n")
+    assert "overlay.yaml, line 2: key 'wall' stands there more than once, first on line 1; it must be YAML\n" in said
+
+
+def test_a_number_is_that_of_yaml_1_2_and_not_ninety(tree):
+    said = refused(tree, "convergence: {lanes: 1:30}\n")
+    assert "overlay.yaml, line 1: convergence.lanes is '1:30'; it must be a whole number at least 1\n" in said
+
+
+def test_a_job_that_no_computer_can_run_stops_the_run(tree):
+    said = refused(tree, "convergence:\n  lanes: 1000000000000\n")
+    assert "overlay.yaml, line 2: convergence.lanes is 1000000000000, with which values of" in said
+    assert "; it must be at most " in said
+
+
 def test_values_that_do_not_agree_stop_the_run(tree):
     said = refused(tree, "solver: {step: 0.2}\n")
     assert "overlay.yaml, line 1: solver.step is 0.2; it must be less than the stability limit" in said
