@@ -15,7 +15,7 @@ STATED = {"solver": {"step": 0.003}, "results": "elsewhere", "wall": 3, "records
 def test_files_and_the_command_line_are_merged_as_snakemake_does():
     expected = {}
     for file in FILES:
-        update_config(expected, yaml_file.read(file))
+        update_config(expected, yaml_file.load(file.read_text(encoding="utf-8")))
     update_config(expected, STATED)
     assert merged(FILES, STATED) == expected
     assert list(merged(FILES, STATED)) == list(expected)  # the report shows them in order

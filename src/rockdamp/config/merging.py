@@ -9,8 +9,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from rockdamp.errors import InputError
-from rockdamp.storage import yaml_file
+from rockdamp.storage import input_file, yaml_file
 
 
 def merged(files: Iterable[str | Path], stated: Mapping[str, Any]) -> dict[str, Any]:
@@ -23,12 +25,24 @@ def merged(files: Iterable[str | Path], stated: Mapping[str, Any]) -> dict[str, 
     """
     config: dict[str, Any] = {}
     for file in files:
-        document = yaml_file.read(file)
+        document = _read(file)
         if not isinstance(document, Mapping):
             raise InputError(f"{file}: is not a mapping of keys to values; a config must be one")
         _update(config, document)
     _update(config, stated)
     return config
+
+
+def _read(path: str | Path) -> Any:
+    """Return what a YAML file holds; what goes wrong is one line, with the file and where it can be told the line."""
+    text = input_file.text(input_file.content(path, "YAML"), path)
+    try:
+        return yaml_file.load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+        line = f", line {mark.line + 1}" if mark else ""
+        said = getattr(error, "problem", None) or " ".join(str(error).split())
+        raise InputError(f"{path}{line}: {said}; it must be YAML") from None
 
 
 def _update(config: dict[str, Any], other: Mapping[str, Any]) -> None:

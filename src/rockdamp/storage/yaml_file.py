@@ -6,14 +6,10 @@ the last. Here they are text, 10, a number, and an error.
 
 from __future__ import annotations
 
-import os
 import re
 from typing import Any
 
 import yaml
-
-from rockdamp.errors import InputError
-from rockdamp.storage import input_file
 
 try:
     from yaml import CSafeLoader as _Base
@@ -93,24 +89,6 @@ def load(text: str) -> Any:
         raise yaml.YAMLError(str(error)) from None
     finally:
         loader.dispose()
-
-
-def read(path: str | os.PathLike[str]) -> Any:
-    """Return what a YAML file holds.
-
-    Raises
-    ------
-    InputError
-        In one line, with the file and where it can be told the line.
-    """
-    text = input_file.text(input_file.content(path, "YAML"), path)
-    try:
-        return load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        said = getattr(error, "problem", None) or " ".join(str(error).split())
-        raise InputError(f"{os.fspath(path)}{line}: {said}; it must be YAML") from None
 
 
 def _depth(text: str) -> int:
