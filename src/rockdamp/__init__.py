@@ -40,6 +40,7 @@ _HOME = {
     "load_records": "motions.catalogue",
     "Fragility": "statistics.fragility",
     "fit_fragility": "statistics.fragility",
+    "assess": "assessment.one_wall",
     "calibrate": "studies.calibration",
     "InputError": "errors",
 }

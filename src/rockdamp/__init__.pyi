@@ -1,5 +1,6 @@
 """The public names for type checkers and editors; a test keeps them those of `__init__.py`."""
 
+from rockdamp.assessment.one_wall import assess as assess
 from rockdamp.equivalence.closed_form import damping_ratio_energy as damping_ratio_energy
 from rockdamp.equivalence.closed_form import equivalence_factor as equivalence_factor
 from rockdamp.equivalence.closed_form import giannini_masiani as giannini_masiani

@@ -1,5 +1,7 @@
 """Names and values that the whole package shares, the checks of the config included. Imports nothing."""
 
+STANDARD_GRAVITY = 9.80665  # [m s-2], CODATA
+
 # The studies of free decay, and the parameter that each varies: its dimension in the datasets.
 STUDIES = {
     "amplitude": "release_amplitude",

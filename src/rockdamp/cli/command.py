@@ -90,7 +90,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "animation", "as_json")
+    files = ("output", "plot", "animation", "nrml", "report", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     config = {**options, **read}
     with writing(path):

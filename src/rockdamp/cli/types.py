@@ -17,14 +17,21 @@ from typing import Any
 import click
 
 MOST_VALUES = 1000  # of a range
-UNITS = {"m": "102mm, 0.102m, 4in", "kg m-3": "1800, 1.8t/m^3, 112lb/ft^3", "s": "2s, 500ms, 1min"}
+UNITS = {
+    "m": "102mm, 0.102m, 4in",
+    "kg m-3": "1800, 1.8t/m^3, 112lb/ft^3",
+    "s": "2s, 500ms, 1min",
+    "m s-1": "0.4m/s, 40cm/s, 16in/s",
+    "m s-2": "0.3g, 3m/s^2, 300cm/s^2",
+}
 
-_QUANTITY = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<units>[^\s\d.].*)", re.DOTALL)
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<units>[^\s\d.].*)", re.DOTALL)
 _FACTOR = re.compile(r"(?P<slash>[*/·]?)\s*(?P<name>[^\W\d_]+)\s*(?:(?:\*\*|\^)?(?P<power>[-+]?\d))?\s*")
 
 
 class Quantity(click.ParamType):
-    """A number in SI, or a number with its unit, as `102mm`; a length, a density or a time.
+    """A number in SI, or a number with its unit, as `102mm`; g is that of the earth for an acceleration.
 
     Parameters
     ----------
@@ -53,12 +60,13 @@ class Quantity(click.ParamType):
         allowed = f"it must be a number in {self.unit}, or one with its unit, as {UNITS[self.unit]}"
         match = _QUANTITY.fullmatch(text)
         units = list(_factors(match["units"])) if match else []
+        units = [("standard_gravity", 1)] if units == [("g", 1)] and self.unit == "m s-2" else units
         if match is None or not units:
             self.fail(f"{text!r} is no quantity; {allowed}", param, ctx)
         import pint  # slow to load, and most numbers come without units
 
         try:
-            return _registry().convert(float(match["number"]), _product(units), self.unit.replace("m-3", "* m**-3"))
+            return _registry().convert(float(match["number"]), _product(units), _product(_factors_of(self.unit)))
         except pint.UndefinedUnitError:
             self.fail(f"{text!r} has an unknown unit, {match['units'].strip()}; {allowed}", param, ctx)
         except (pint.DimensionalityError, pint.OffsetUnitCalculusError):
@@ -81,6 +89,11 @@ def _factors(text: str) -> Iterator[tuple[str, int]]:
     yield from factors
 
 
+def _factors_of(unit: str) -> list[tuple[str, int]]:
+    """Return the factors of one of `UNITS`."""
+    return [(name, int(power or 1)) for name, power in re.findall(r"([a-z]+)(-?\d*)", unit)]
+
+
 @cache
 def _registry() -> Any:
     import pint
@@ -90,6 +103,35 @@ def _registry() -> Any:
 
 def _product(factors: Sequence[tuple[str, int]]) -> str:
     return " * ".join(f"{name} ** {power}" for name, power in factors)
+
+
+class Quantities(Quantity):
+    """A quantity, several divided by commas, or a range `start:stop:step`; the last unit is that of numbers without."""
+
+    name = "quantities"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return f"[{self.unit}]|A:B:STEP|A,B,..."
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return [float(number) for number in value]
+        parts = re.split(r"[,:]", value)
+        match = _QUANTITY.fullmatch(parts[-1])
+        unit = match["units"] if match else ""
+        bare = [part.removesuffix(unit).strip() for part in parts] if unit else parts
+        if not all(re.fullmatch(_NUMBER, part) for part in bare):  # units of several kinds, or no quantity at all
+            return [super(Quantities, self).convert(part, param, ctx) for part in _alone(value, parts)]
+        super().convert(parts[-1], param, ctx)  # which says what is wrong with it in its own words
+        factor = super().convert(f"1{unit}", param, ctx)
+        separators = [*re.findall(r"[,:]", value), ""]
+        plain = "".join(f"{part}{separator}" for part, separator in zip(bare, separators, strict=True))
+        return [number * factor for number in Numbers().convert(plain, param, ctx)]
+
+
+def _alone(value: str, parts: Sequence[str]) -> Sequence[str]:
+    """Return the parts of a list; a range whose numbers differ in unit is left whole, and so refused."""
+    return [value] if ":" in value else parts
 
 
 class Numbers(click.ParamType):

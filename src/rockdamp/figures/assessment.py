@@ -1,0 +1,80 @@
+"""One wall under records: its fragility, and what the page of a wall shows beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.special import ndtr
+
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
+
+AXES = {"pgv": "PGV [m/s]", "pga": r"PGA [m/s$^2$]"}
+POINTS = 200  # of a curve
+
+
+@styled
+def fragility_figure(answer: xr.Dataset) -> Figure:
+    """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        What `rockdamp.assess` returned.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 85.0)
+    draw_fragility(figure.subplots(), answer)
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
+def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
+    """Draw the fragility into a panel."""
+    measure = measure_of(answer)
+    records = int(answer["records"])
+    stripes = answer[f"stripe_{measure}"].values
+    levels = np.geomspace(stripes[0], stripes[-1], POINTS)
+    for model in map(str, answer["damping_model"].values):
+        of_model = answer.sel(damping_model=model)
+        median, dispersion = float(of_model[f"median_{measure}"]), float(of_model["dispersion"])
+        style = style_of(model)
+        axes.plot(
+            stripes, of_model["stripe_collapses"] / records, style.marker, color=style.colour, markersize=3, alpha=0.7
+        )
+        if np.isfinite(median):
+            text = f"{model}: median {median:.3g}, dispersion {dispersion:.2f}"
+            axes.plot(levels, ndtr(np.log(levels / median) / dispersion), label=text, **line_of(model))
+        else:
+            axes.plot([], [], style.marker, color=style.colour, label=f"{model}: no lognormal curve")
+    _draw_asked(axes, answer, measure)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_xlim(stripes[0], stripes[-1])
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlabel(AXES[measure])
+    axes.set_ylabel(f"share of {records} records that collapse")
+
+
+def _draw_asked(axes: Axes, answer: xr.Dataset, measure: str) -> None:
+    """Draw the share under restitution at the intensities asked for, with its interval."""
+    cr = answer.isel(damping_model=0)
+    share, bounds = cr["collapse_probability"].values, cr["collapse_probability_interval"].values
+    error: Any = np.abs(bounds.T - share)
+    axes.errorbar(
+        cr[measure],
+        share,
+        error,
+        fmt="_",
+        color=GREY,
+        capsize=3,
+        linewidth=1.2,
+        label=f"{cr['damping_model'].item()} at the intensity asked for, 95 %",
+    )
+
+
+def measure_of(answer: xr.Dataset) -> str:
+    """Return `pgv` or `pga`, the intensity measure of an assessment."""
+    return str(answer.attrs["intensity_measure"]).lower()

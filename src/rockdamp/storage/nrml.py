@@ -1,0 +1,111 @@
+"""Fragility in NRML 0.5, the format that OpenQuake reads: functions of collapse, continuous and discrete."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+from rockdamp.storage.atomic import replacing
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
+# OpenQuake's units of the intensity measures: PGA in g, PGV in cm/s; what SI is multiplied by.
+UNITS: Mapping[str, tuple[str, float]] = {"PGA": ("g", 1 / STANDARD_GRAVITY), "PGV": ("cm/s", 100.0)}
+LIMIT_STATE = "collapse"
+
+
+@dataclass(frozen=True)
+class Collapse:
+    """The fragility of one wall, or of a population.
+
+    Attributes
+    ----------
+    name : str
+        Becomes the functions' id, which OpenQuake's exposure calls a taxonomy.
+    median, dispersion : float
+        Of the lognormal function; NaN of a fragility that is not defined. [m s-1] or [m s-2], and [-]
+    intensity, share : sequence of float
+        Stripes, ascending, and what collapsed at each. [m s-1] or [m s-2], and [-]
+    """
+
+    name: str
+    median: float
+    dispersion: float
+    intensity: Sequence[float]
+    share: Sequence[float]
+
+
+def text(collapses: Iterable[Collapse], measure: str, name: str, description: str) -> str:
+    """Return a fragility model: of each collapse a continuous function and, with ``-discrete``, its stripes.
+
+    Parameters
+    ----------
+    collapses : iterable of Collapse
+        Of one whose lognormal function is not defined, the stripes alone.
+    measure : str
+        One of `UNITS`.
+    name, description : str
+        Of the model.
+    """
+    unit, factor = UNITS[measure]
+    root = ElementTree.Element("nrml", {"xmlns": NAMESPACE})
+    model = ElementTree.SubElement(
+        root, "fragilityModel", {"id": _identifier(name), "assetCategory": "buildings", "lossCategory": "structural"}
+    )
+    ElementTree.SubElement(model, "description").text = f"{description} {measure} in {unit}."
+    ElementTree.SubElement(model, "limitStates").text = LIMIT_STATE
+    taken: set[str] = set()
+    for collapse in collapses:
+        identifier = _identifier(collapse.name)
+        while identifier in taken:
+            identifier += "_"
+        taken |= {identifier, f"{identifier}-discrete"}
+        levels = [factor * float(level) for level in collapse.intensity]
+        if math.isfinite(collapse.median) and math.isfinite(collapse.dispersion):
+            function = _function(model, identifier, format="continuous", shape="logncdf")
+            _continuous(function, collapse, measure, factor, levels)
+        function = _function(model, f"{identifier}-discrete", format="discrete")
+        _discrete(function, collapse, measure, levels)
+    ElementTree.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
+
+
+def write(path: str | os.PathLike[str], content: str) -> None:
+    """Write what `text` returned, complete or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(content, encoding="utf-8", newline="\n")
+
+
+def _function(model: ElementTree.Element, identifier: str, **attributes: str) -> ElementTree.Element:
+    return ElementTree.SubElement(model, "fragilityFunction", {"id": identifier, **attributes})
+
+
+def _continuous(
+    function: ElementTree.Element, collapse: Collapse, measure: str, factor: float, levels: Sequence[float]
+) -> None:
+    ElementTree.SubElement(
+        function,
+        "imls",
+        {"imt": measure, "noDamageLimit": "0.0", "minIML": repr(levels[0]), "maxIML": repr(levels[-1])},
+    )
+    # NRML states mean and standard deviation of the intensity at collapse, not of its logarithm.
+    mean = factor * collapse.median * math.exp(collapse.dispersion**2 / 2)
+    deviation = mean * math.sqrt(math.expm1(collapse.dispersion**2))
+    ElementTree.SubElement(
+        function, "params", {"ls": LIMIT_STATE, "mean": repr(float(mean)), "stddev": repr(float(deviation))}
+    )
+
+
+def _discrete(function: ElementTree.Element, collapse: Collapse, measure: str, levels: Sequence[float]) -> None:
+    imls = ElementTree.SubElement(function, "imls", {"imt": measure, "noDamageLimit": "0.0"})
+    imls.text = " ".join(map(repr, levels))
+    poes = ElementTree.SubElement(function, "poes", {"ls": LIMIT_STATE})
+    poes.text = " ".join(repr(float(share)) for share in collapse.share)
+
+
+def _identifier(name: str) -> str:
+    """Return a name with what NRML's ids do not take written as an underscore."""
+    return "".join(letter if letter.isascii() and (letter.isalnum() or letter in "-_.") else "_" for letter in name)

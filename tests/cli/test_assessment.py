@@ -1,0 +1,113 @@
+"""`assess` at the command line: what it prints and writes is what the package computes."""
+
+import json
+from xml.etree import ElementTree
+
+import pytest
+from click.testing import CliRunner
+
+import rockdamp as rd
+from rockdamp.assessment.restitution import RULES
+from rockdamp.cli import assessment, main
+from rockdamp.storage import dataset
+
+RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:far-field/5/*")
+WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution", 0.85)
+MODEL = ["damping_model", "order", "damping_ratio", "records", "collapses", "collapse_probability"]
+MODEL += ["collapse_probability_interval", "effective_records", "median_intensity", "median_intensity_interval"]
+MODEL += ["dispersion", "dispersion_interval"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def printed(*arguments):
+    result = run(*arguments, "--json")
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def refused(*arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2 and isinstance(result.exception, SystemExit) and result.stdout == ""
+    return result.stderr
+
+
+@pytest.fixture(scope="module")
+def answer():
+    records = ["fema-p695:far-field/[1-4]/a", "fema-p695:far-field/5/*"]
+    return rd.assess(rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new"), records, pgv=0.6, restitution=0.85)
+
+
+def test_assess_gives_the_agreed_keys_and_the_packages_numbers(answer):
+    values = printed("assess", *WALL, *RECORDS, "--pgv", "60cm/s")
+    assert values["rocking_onset"] == float(answer["rocking_onset"])
+    assert (values["intensity_measure"], values["intensity"]) == ("PGV", 0.6)
+    assert [list(model) for model in values["models"]] == [MODEL, MODEL]
+    cr, ecd = values["models"]
+    assert (cr["damping_model"], cr["order"], cr["damping_ratio"]) == ("CR", None, None)
+    assert (ecd["damping_model"], ecd["order"]) == ("ECD16", 16)
+    for model in values["models"]:
+        of_model = answer.sel(damping_model=model["damping_model"]).isel(intensity=0)
+        assert (model["records"], model["collapses"]) == (6, int(of_model["collapses"]))
+        assert model["collapse_probability"] == pytest.approx(model["collapses"] / 6)
+        assert model["collapse_probability_interval"] == of_model["collapse_probability_interval"].values.tolist()
+        assert model["median_intensity"] == float(of_model["median_pgv"])
+
+
+def test_several_intensities_give_lists_and_g_is_that_of_the_earth():
+    values = printed("assess", *WALL, *RECORDS, "--pga", "0.2g:0.6g:0.2g")
+    assert values["intensity"] == pytest.approx([1.96133, 3.92266, 5.88399])
+    collapses = values["models"][0]["collapses"]
+    assert collapses == sorted(collapses) and len(collapses) == 3
+    assert len(values["models"][0]["collapse_probability_interval"]) == 3
+
+
+def test_a_row_of_a_table_is_the_same_wall(tmp_path):
+    table = tmp_path / "walls.csv"
+    table.write_text("id,thickness,height,preset,restitution\nbig,2.5,30,new,0.85\nmine,0.25,3,new,0.85\n")
+    by_row = printed("assess", "--walls", table, "--id", "mine", *RECORDS, "--pgv", 0.6)
+    assert by_row == printed("assess", *WALL, *RECORDS, "--pgv", 0.6)
+
+
+def test_what_is_written_is_what_is_printed(tmp_path, answer):
+    names = {"output": "a.nc", "plot": "a.png", "nrml": "a.xml"}
+    options = [part for option, name in names.items() for part in (f"--{option}", tmp_path / name)]
+    result = run("assess", *WALL, *RECORDS, "--pgv", 0.6, *options)
+    assert result.exit_code == 0, result.output
+    assert "0.171 g" in result.stdout and "as given" in result.stdout and "Wilson" in result.stdout
+    stored = dataset.open(tmp_path / "a.nc")
+    dataset.check(stored, "assessment")
+    assert stored["median_pgv"].values.tolist() == answer["median_pgv"].values.tolist()
+    assert (tmp_path / "a.png").stat().st_size > 1000
+    functions = ElementTree.parse(tmp_path / "a.xml").getroot().findall(".//{*}fragilityFunction")
+    assert "wall-CR-discrete" in [function.get("id") for function in functions]
+
+
+def test_the_rules_are_those_of_the_package():
+    assert set(assessment.RULES) == set(RULES)
+    values = printed("assess", *WALL[:-2], *RECORDS, "--pgv", 0.6)
+    assert "0.90 of Eq. (7)" in values["restitution_reason"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((*WALL, *RECORDS), "either --pgv or --pga"),
+        ((*WALL, *RECORDS, "--pgv", 0.4, "--pga", 3), "either --pgv or --pga"),
+        ((*WALL, "--pgv", 0.4), "--records"),
+        ((*WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2' matches no file"),
+        ((*WALL, *RECORDS, "--pgv", "0.4kg"), "'0.4kg' is in kg; it must be a number in m s-1"),
+        ((*WALL, *RECORDS, "--pgv", 0), "pgv is 0.0; it must be greater than 0"),
+        ((*WALL, *RECORDS, "--pga", "0.6g:0.2g:0.1g"), "does not rise"),
+        ((*WALL[:-2], "--restitution", "guess", *RECORDS, "--pgv", 0.4), "one of measured, analytical, impulsive"),
+        ((*WALL[:2], *RECORDS, "--pgv", 0.4), "--thickness and --height, or --walls and --id"),
+        ((*WALL, "--id", "a", *RECORDS, "--pgv", 0.4), "--id is a row of --walls"),
+        (("--walls", "walls.csv", *RECORDS, "--pgv", 0.4), "--id is missing"),
+        (("--walls", "walls.csv", "--id", "a", "--preset", "new", *RECORDS, "--pgv", 0.4), "--preset"),
+        (("--walls", "walls.csv", "--id", "a", *RECORDS, "--pgv", 0.4), "walls.csv: cannot be read"),
+    ],
+)
+def test_bad_input_is_told_in_a_line(arguments, said):
+    assert said in refused("assess", *arguments)

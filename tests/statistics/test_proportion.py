@@ -1,0 +1,59 @@
+"""The interval of a share against its equation, its coverage, and groups whose members agree or do not."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.stats import norm
+
+from rockdamp.statistics.proportion import effective_count, wilson
+
+
+@pytest.mark.parametrize(("counted", "trials"), [(0, 5), (1, 44), (22, 44), (44, 44), (3, 7)])
+def test_the_ends_are_where_the_score_test_just_rejects(counted, trials):
+    """|p_hat - p| = z sqrt(p (1 - p)/n) at both ends, solved by bisection."""
+    share, z = counted / trials, norm.ppf(0.975)
+    low, high = wilson(share, trials)
+
+    def excess(p):
+        return abs(share - p) - z * np.sqrt(p * (1 - p) / trials)
+
+    assert low == pytest.approx(brentq(excess, 1e-12, share - 1e-9) if counted else 0.0, abs=1e-9)
+    assert high == pytest.approx(brentq(excess, share + 1e-9, 1 - 1e-12) if counted < trials else 1.0, abs=1e-9)
+
+
+def test_the_interval_covers_the_share_as_often_as_it_says():
+    rng = np.random.default_rng(5)
+    for share in (0.05, 0.3, 0.5, 0.9):
+        bounds = wilson(rng.binomial(44, share, 4000) / 44, 44)
+        covered = ((bounds[:, 0] <= share) & (share <= bounds[:, 1])).mean()
+        assert 0.92 < covered < 0.99, share
+
+
+def test_records_that_stand_alone_count_as_many_as_they_are():
+    assert effective_count(np.array([True, False, True]), ["a", "b", "c"], 50, 1) == 3
+
+
+def test_components_that_agree_count_as_their_stations_and_opposite_ones_as_all():
+    groups = np.repeat(np.arange(20), 2)
+    alike = np.repeat(np.arange(20) < 8, 2)
+    opposite = np.tile([True, False], 20)
+    both = effective_count(np.stack([alike, opposite], axis=1), groups, 4000, 1)
+    assert both[0] == pytest.approx(20, rel=0.05)
+    assert both[1] == 40
+
+
+def test_where_none_or_all_are_counted_the_stations_count():
+    counted = np.stack([np.zeros(6, bool), np.ones(6, bool)], axis=1)
+    assert effective_count(counted, [1, 1, 2, 2, 3, 3], 100, 1).tolist() == [3, 3]
+
+
+@pytest.mark.parametrize("agreement", [0.0, 0.5, 1.0])
+def test_the_interval_of_pairs_covers_however_much_they_agree(agreement):
+    """22 stations of two components, of which a part has the same outcome in both."""
+    rng, groups, share = np.random.default_rng(11), np.repeat(np.arange(22), 2), 0.3
+    first = rng.random((1000, 22)) < share
+    second = np.where(rng.random((1000, 22)) < agreement, first, rng.random((1000, 22)) < share)
+    counted = np.stack([first, second], axis=2).reshape(1000, 44).T
+    bounds = wilson(counted.mean(axis=0), effective_count(counted, groups, 400, 3))
+    covered = ((bounds[:, 0] <= share) & (share <= bounds[:, 1])).mean()
+    assert 0.92 < covered < 0.99

@@ -1,0 +1,78 @@
+"""NRML 0.5, read back by the standard library, and by OpenQuake where it is installed."""
+
+import math
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from scipy.stats import lognorm
+
+from rockdamp.storage.nrml import NAMESPACE, UNITS, Collapse, text, write
+
+WALLS = [
+    Collapse("house 7, north-CR", 0.45, 0.4, [0.1, 0.3, 0.9], [0.0, 0.25, 1.0]),
+    Collapse("undefined", math.nan, math.nan, [0.1, 0.3], [0.0, 0.0]),
+]
+IN = f"{{{NAMESPACE}}}"
+
+
+def functions(content):
+    model = ElementTree.fromstring(content.encode()).find(f"{IN}fragilityModel")
+    assert model.find(f"{IN}limitStates").text == "collapse"
+    return {function.get("id"): function for function in model.iterfind(f"{IN}fragilityFunction")}
+
+
+@pytest.mark.parametrize(("measure", "factor"), [("PGV", 100.0), ("PGA", 1 / 9.80665)])
+def test_mean_and_deviation_are_those_of_the_lognormal_in_openquakes_unit(measure, factor):
+    found = functions(text(WALLS, measure, "m", "Walls."))
+    continuous = found["house_7__north-CR"]
+    assert (continuous.get("format"), continuous.get("shape")) == ("continuous", "logncdf")
+    assert continuous.find(f"{IN}imls").get("imt") == measure
+    stated = continuous.find(f"{IN}params")
+    law = lognorm(s=0.4, scale=0.45 * factor)
+    assert float(stated.get("mean")) == pytest.approx(law.mean(), rel=1e-12)
+    assert float(stated.get("stddev")) == pytest.approx(law.std(), rel=1e-12)
+
+
+def test_stripes_are_a_discrete_function_and_where_no_curve_is_defined_the_only_one():
+    found = functions(text(WALLS, "PGV", "m", "Walls."))
+    assert set(found) == {"house_7__north-CR", "house_7__north-CR-discrete", "undefined-discrete"}
+    discrete = found["house_7__north-CR-discrete"]
+    assert [float(level) for level in discrete.find(f"{IN}imls").text.split()] == pytest.approx([10, 30, 90])
+    assert [float(share) for share in discrete.find(f"{IN}poes").text.split()] == [0.0, 0.25, 1.0]
+
+
+def test_names_that_become_one_id_stay_apart():
+    found = functions(
+        text([Collapse(name, 1.0, 0.4, [0.1, 1.0], [0.0, 0.5]) for name in ("a b", "a/b")], "PGA", "m", "")
+    )
+    assert len(found) == 4
+
+
+def test_a_file_is_whole_and_names_the_measure_with_its_unit(tmp_path):
+    write(tmp_path / "f.xml", text(WALLS, "PGA", "f", "Walls <of & one> town."))
+    description = ElementTree.parse(tmp_path / "f.xml").getroot().find(f"{IN}fragilityModel/{IN}description").text
+    assert description == "Walls <of & one> town. PGA in g."
+    assert [path.name for path in tmp_path.iterdir()] == ["f.xml"]
+
+
+@pytest.mark.peers
+@pytest.mark.filterwarnings("ignore")  # of OpenQuake's own imports
+@pytest.mark.parametrize("measure", UNITS)
+def test_openquake_reads_the_same_fragility(measure, tmp_path):
+    nrml = pytest.importorskip("openquake.hazardlib.nrml", reason="OpenQuake is not installed", exc_type=ImportError)
+    pytest.importorskip(
+        "openquake.risklib.read_nrml", exc_type=ImportError
+    )  # which teaches the former fragility models
+    path = tmp_path / "fragility.xml"
+    write(path, text(WALLS, measure, "fragility", "Walls."))
+    model = nrml.to_python(str(path))
+    assert type(model).__name__ == "FragilityModel" and model.limitStates == ["collapse"]
+    assert {imt for imt, _ in model} == {measure} and len(model) == 3
+    _, factor = UNITS[measure]
+    level = factor * np.array([0.2, 0.45, 0.8])
+    (continuous,), (discrete,) = (
+        model[measure, name].build(["collapse"]) for name in ("house_7__north-CR", "house_7__north-CR-discrete")
+    )
+    np.testing.assert_allclose(continuous(level), lognorm(s=0.4, scale=0.45 * factor).cdf(level), rtol=1e-9)
+    np.testing.assert_allclose(discrete(factor * np.array([0.3, 0.9])), [0.25, 1.0], rtol=1e-9)
