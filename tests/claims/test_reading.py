@@ -10,6 +10,7 @@ from made_up_claims import FILE, IDS
 from rockdamp import claims
 from rockdamp.claims.verdicts import CONDITIONAL, NOT_REPRODUCED, REPRODUCED
 from rockdamp.errors import InputError
+from rockdamp.pipeline.figures import FIGURES
 
 
 def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(listed):
@@ -19,11 +20,26 @@ def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(liste
 
 def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(listed, data):
     table = claims.judge(listed, data)
-    assert list(table.columns) == ["id", "section", "claim", "verdict", "measured", "threshold", "condition"]
+    assert list(table.columns[:7]) == ["id", "section", "claim", "verdict", "measured", "threshold", "condition"]
+    assert list(table.columns[7:]) == ["finding", "holds", "holds_in_part", "does_not_hold", "figure"]
     assert list(table["id"]) == IDS
     assert set(table["verdict"]) <= {REPRODUCED, CONDITIONAL, NOT_REPRODUCED}
-    assert (table.drop(columns="condition") != "").all(axis=None)
-    assert not table["threshold"].str.contains(r"[{}]").any()
+    assert (table.drop(columns=["condition", "figure", "holds", "holds_in_part", "does_not_hold"]) != "").all(axis=None)
+    assert not table[["threshold", "finding"]].apply(lambda column: column.str.contains(r"[{}]")).any(axis=None)
+
+
+def test_the_lists_of_parts_are_those_of_the_condition_and_hold_every_part_once(listed, data):
+    for claim, (_, row) in zip(listed, claims.judge(listed, data).iterrows(), strict=True):
+        listed_parts = [part for name in ("holds", "holds_in_part", "does_not_hold") for part in row[name].split("; ")]
+        told = [part.partition(" (")[0] for part in listed_parts if part]
+        assert sorted(told) == sorted(words.partition(" (")[0] for words in claim["parts"].values())
+        if row["verdict"] == CONDITIONAL and row["does_not_hold"]:
+            assert f"does not hold: {row['does_not_hold'].replace('; ', ', ')}" in row["condition"]
+
+
+def test_the_figures_that_claims_name_exist(listed):
+    named = [claim["figure"] for claim in listed if "figure" in claim]
+    assert len(named) > 20 and set(named) <= set(FIGURES)
 
 
 def test_judging_twice_gives_the_same_table(listed, data):
@@ -96,6 +112,8 @@ def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, 
         (lambda c: c["parts"].update(more="x"), "parts that are not judged: more"),
         (lambda c: c["parts"].pop("impulsive"), "parts without words: impulsive"),
         (lambda c: c["datasets"].append("none"), "no dataset 'none'"),
+        (lambda c: c.update(finding="e is {printed}"), "finding has the gaps printed; they must be high, hinge, "),
+        (lambda c: c.update(finding="e is {low}"), "finding has the gaps low; they must be high, hinge, "),
     ],
 )
 def test_a_claim_that_its_judge_does_not_match_is_an_error(listed, data, change, message):

@@ -23,6 +23,18 @@ def test_where_there_is_no_case_nothing_holds():
     assert verdicts.judged(xr.DataArray(np.zeros(0, bool), dims="e"), "", "e") == Part(False, "")
 
 
+def test_findings_have_two_digits_and_ranges_where_values_differ():
+    assert [verdicts.brief(value) for value in (0.14312, 1.0, 0.0060849, -0.72, 0)] == [
+        "14%",
+        "100%",
+        "0.61%",
+        "-72%",
+        "0%",
+    ]
+    assert verdicts.between(np.array([0.432, 0.371])) == "37% to 43%"
+    assert verdicts.between(np.array([0.4, 0.4])) == "40%" and verdicts.between(np.array([])) == "none"
+
+
 # --- verdicts from parts ---------------------------------------------------------------------------------------------
 
 

@@ -6,6 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+VERDICTS = ("yes", "partly", "unknown", "no")
+
 
 def test_names_are_unique_and_what_points_to_them_finds_them(page):
     names = [element["attrs"]["id"] for element in page.elements if "id" in element["attrs"]]
@@ -54,12 +56,17 @@ def contrast(one, other):
 
 def test_text_stands_out_from_its_ground_as_wcag_asks(page):
     style = page.all("style")[0]["text"]
-    named = dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", style))
-    pairs = [(named[text], named[ground]) for text in ("ink", "quiet", "accent") for ground in ("paper", "tint")]
-    pairs += re.findall(r"background: (#[0-9a-f]{6});[^}]*?[^-]color: (#[0-9a-f]{6});", style)
-    assert len(pairs) >= 10
-    for one, other in pairs:
-        assert contrast(one, other) >= 4.5  # level AA of WCAG 2 for text of any size
+    light, _, dark = style.partition("prefers-color-scheme: dark")
+    for part in (light, dark.partition("figure img")[0]):
+        named = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", part))
+        pairs = [(text, ground) for text in ("ink", "quiet", "accent") for ground in ("paper", "tint")]
+        pairs += [(f"{verdict}-ink", f"{verdict}-ground") for verdict in VERDICTS]
+        pairs += [(f"{verdict}-ink", "paper") for verdict in VERDICTS]  # of the ticks
+        for text, ground in pairs:
+            assert contrast(named[text], named[ground]) >= 4.5  # level AA of WCAG 2 for text of any size
+        for edge in ("edge", *(f"{verdict}-edge" for verdict in VERDICTS)):
+            assert contrast(named[edge], named["paper"]) >= 3  # the same, for what is not text
+    assert not re.findall(r"(?<!-)\b(?:background|color): #(?!ffffff)", style)  # all colours are named
 
 
 def test_the_contrast_of_black_on_white_is_that_of_the_standard():

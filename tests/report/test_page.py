@@ -73,17 +73,40 @@ def test_a_report_is_written_whole(content, html, tmp_path):
 
 
 def test_every_claim_is_there_with_its_verdict_in_words(page, content):
-    told = {row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]}
+    told = {one["attrs"]["id"]: words(one["text"]) for one in page.all("article")}
+    grouped = {}
+    for group in (one for one in page.all("div") if one["attrs"].get("class") == "group"):
+        grouped |= {name: group["text"] for name in told if told[name] in words(group["text"])}
     for claim in content.claims:
         text = told[f"claim-{claim['id']}"]
-        for column in tables.CLAIMS:
+        for column in ("id", "section", "claim", "threshold", "condition"):
             assert claim[column] in text
-        assert text.count(claim["verdict"]) == 1
+        for column in ("measured", "holds", "holds_in_part", "does_not_hold"):
+            assert all(part in text for part in claim[column].split("; "))
+        assert claim["finding"].replace("u_ins", "uins") in text
+        assert words(grouped[f"claim-{claim['id']}"]).split(" ", 1)[1].startswith(claim["verdict"])
+
+
+def test_what_fails_comes_first_and_no_empty_group_is_shown(page, content):
+    groups = [one["attrs"]["id"] for one in page.all("div") if one["attrs"].get("class") == "group"]
+    assert groups == ["verdict-no", "verdict-partly", "verdict-unknown", "verdict-yes"]
+    less = dataclasses.replace(content, claims=[one for one in content.claims if one["verdict"] == "reproduced"])
+    few = Page(report.build(less))
+    assert [one["attrs"]["id"] for one in few.all("div") if one["attrs"].get("class") == "group"] == ["verdict-yes"]
+    assert [one["attrs"]["data-verdict"] for one in few.all("button") if "data-verdict" in one["attrs"]] == ["yes"]
+
+
+def test_a_claim_links_to_the_figure_that_shows_it(page, content):
+    links = [link for link in page.all("a") if "article" in link["within"]]
+    assert [(link["attrs"]["href"], link["text"]) for link in links] == [("#fig5", "Fig. 5")] * 2
+    less = {name: png for name, png in content.figures.items() if name != "fig5"}
+    few = Page(report.build(dataclasses.replace(content, figures=less)))
+    assert not [link for link in few.all("a") if "article" in link["within"]]
 
 
 def test_verdicts_are_counted_at_the_top(page):
     (short,) = [one for one in page.all("ul") if one["attrs"].get("class") == "counts"]
-    assert words(short["text"]) == "2 ✓ reproduced 1 ◐ reproduced under conditions 1 ✗ not reproduced 1 – not testable"
+    assert words(short["text"]) == "2 ✗ not reproduced 1 ◐ reproduced under conditions 1 – not testable 1 ✓ reproduced"
 
 
 def test_the_answer_comes_first_then_claims_errata_and_figures(page):

@@ -31,13 +31,30 @@ def test_what_was_measured_stands_in_parts_with_their_numbers():
     assert tables.parts("0.3; of all: one") == ["0.3", "of all: one"]
 
 
+def test_ranges_by_half_cycle_become_a_table_and_the_parts_lists(content):
+    measured = "in total: CDC -4%; half cycle by half cycle against their mean: -6% to 7%; -14% to 13%; more: 1"
+    condition = "the length was inferred; holds: in total; does not hold: each half cycle"
+    claim = {**content.claims[1], "measured": measured, "condition": condition}
+    (shown,) = [one for group in tables.judged([claim], {}) for one in group["claims"]]
+    assert shown["half_cycles"] == [{"against": "their mean", "ranges": ["-6% to 7%", "-14% to 13%"]}]
+    assert shown["measured"] == ["in total: CDC -4%", "more: 1"] and shown["reasons"] == ["the length was inferred"]
+    marks = [(part["kind"], part["words"]) for part in shown["parts"]]
+    assert marks == [
+        ("no", "no part of 1"),
+        ("partly", "some part of 1 (e 0.1)"),
+        ("yes", "this part of 1"),
+        ("yes", "that part of 1"),
+    ]
+
+
 def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
     assert tables.inline("`solve` if a < b") == "<code>solve</code> if a &lt; b"
+    assert tables.inline("-3% of u_ins, large-rotation, -a") == "−3&nbsp;% of u<sub>ins</sub>, large-rotation, -a"
 
 
 def test_an_unknown_verdict_is_refused(content):
     claims = [{**content.claims[0], "verdict": "likely"}]
-    with pytest.raises(InputError, match="the verdict of claim-0 is 'likely'; it must be one of reproduced, "):
+    with pytest.raises(InputError, match="the verdict of claim-0 is 'likely'; it must be one of not reproduced, "):
         report.build(dataclasses.replace(content, claims=claims))
 
 

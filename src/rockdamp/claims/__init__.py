@@ -13,11 +13,14 @@ import pandas as pd
 
 from rockdamp.claims import histories, misfits, ratios
 from rockdamp.claims.reading import read_list
-from rockdamp.claims.verdicts import NOT_TESTABLE, Claim, Judge, Limits, combine
+from rockdamp.claims.verdicts import NOT_TESTABLE, Claim, Judge, Limits, combine, found, sorted_out
 from rockdamp.errors import InputError
 from rockdamp.storage.dataset import Datasets
 
-COLUMNS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
+COLUMNS = (
+    *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
+    *("finding", "holds", "holds_in_part", "does_not_hold", "figure"),
+)
 JUDGES: dict[str, Judge] = {**histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}
 
 
@@ -82,6 +85,8 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
         verdict, condition = NOT_TESTABLE, "; ".join([claim["condition"]] * synthetic + missing)
     else:
         verdict, condition = combine(claim, parts, capped=bool(claim.get("inferred")))
+    # What cannot be told has parts that neither hold nor fail.
+    sorted_parts = sorted_out(claim, {} if verdict == NOT_TESTABLE else parts)
     return {
         "id": claim["id"],
         "section": claim["section"],
@@ -90,6 +95,9 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
         "measured": "; ".join(measured),
         "threshold": claim["threshold"].format_map(claim["limits"]),
         "condition": condition,
+        "finding": found(claim, parts),
+        **{label.replace(" ", "_"): "; ".join(words) for label, words in sorted_parts.items()},
+        "figure": claim.get("figure", ""),
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.claims.verdicts import Judge, Limits, Part, judged, number, per_model, percent
+from rockdamp.claims.verdicts import (
+    Judge,
+    Limits,
+    Part,
+    between,
+    brief,
+    judged,
+    number,
+    per_model,
+    percent,
+)
 from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
@@ -18,7 +29,8 @@ from rockdamp.vocabulary import PAPER_MODELS
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Restitution against slenderness."""
     mechanism, parts = data["mechanism"], {}
-    for name, variable in (("printed", "restitution_analytical"), ("impulsive", "restitution_impulsive")):
+    values = {"printed": ("restitution_analytical", "Eq. (7)"), "impulsive": ("restitution_impulsive", "every impulse")}
+    for name, (variable, words) in values.items():
         e = mechanism[variable].sortby("slenderness")
         rises = e.diff("slenderness") > limits["rise"]
         ends = e.isel(slenderness=[0, -1])
@@ -29,9 +41,12 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
                 e["hinge_height_ratio"].values, ends.transpose(..., "slenderness").values, strict=True
             )
         )
-        measured = f"{variable} from h/t {number(low)} to {number(high)}: {measured}"
-        parts[name] = judged(rises.all("slenderness"), measured, "h1/h")
-    return parts
+        measured = f"{words} from h/t {number(low)} to {number(high)}: {measured}"
+        first, last = ends.isel(hinge_height_ratio=0).values
+        told = {f"{name}_low": number(first), f"{name}_high": number(last)}
+        parts[name] = replace(judged(rises.all("slenderness"), measured, "h1/h"), told=told)
+    at = {"hinge": number(e["hinge_height_ratio"][0]), "low": number(low), "high": number(high)}
+    return {name: replace(part, told={**part.told, **at}) for name, part in parts.items()}
 
 
 # --- loops ---------------------------------------------------------------------------------------------------------
@@ -70,7 +85,8 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
         apart = totals / totals.mean() - 1
         each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
         measured = f"in total against their mean, up to tau {number(length)}: {each}"
-        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), measured)
+        told = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
+        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), measured, told=told)
     losses = impact_losses(loops, window)
     loop_areas = [areas(loops, model, window) for model in PAPER_MODELS]
     count = min(losses.size, *(values.size for values in loop_areas))
@@ -80,7 +96,8 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
         each = "; ".join(f"{percent(column.min())} to {percent(column.max())}" for column in relative.T)
         held = np.abs(relative).max(axis=0) <= limits["same"]
         measured = f"half cycle by half cycle against {of}: {each}"
-        parts[name] = judged(by_half_cycle(held), measured, "half cycle", limits["enough"])
+        told = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
+        parts[name] = replace(judged(by_half_cycle(held), measured, "half cycle", limits["enough"]), told=told)
     return parts
 
 
@@ -99,7 +116,8 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
         ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
         measured = f"{model} {ends[0]} to {ends[1]} of the area"
-        parts[model.lower()] = judged(held, measured, "half cycle", limits["enough"])
+        part = judged(held, measured, "half cycle", limits["enough"])
+        parts[model.lower()] = replace(part, told={model.lower(): between(share)})
     return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
 
 
@@ -122,12 +140,9 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
         ours, theirs = (peaks(history, int(limits["peaks"])) for history in (model, rigid))
         count = min(ours.size, theirs.size)
         largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
-        parts[f"{name}-history"] = Part(
-            apart <= limits["same"], f"{reference}: history {percent(apart)} of the release"
-        )
-        parts[f"{name}-peaks"] = Part(
-            largest <= limits["same"], f"{reference}: first {count} peaks {percent(largest)} of the release"
-        )
+        for part, value, words in (("history", apart, "history"), ("peaks", largest, f"first {count} peaks")):
+            measured, told = f"{reference}: {words} {percent(value)} of the release", {f"{name}_{part}": brief(value)}
+            parts[f"{name}-{part}"] = Part(value <= limits["same"], measured, told=told)
     return {name: parts[name] for name in ("slender-history", "slender-peaks", "exact-history", "exact-peaks")}
 
 
@@ -151,9 +166,17 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     length = number(loops["tau"].values[-1])
     steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
     return {
-        "smooth": Part(jump <= limits["jump"], steps),
-        "displacement": Part(apart <= limits["same"], f"displacement differs by {percent(apart)} (rms)"),
-        "velocity": Part(apart_velocity <= limits["same_velocity"], f"velocity by {percent(apart_velocity)} (rms)"),
+        "smooth": Part(jump <= limits["jump"], steps, told={"step": brief(jump)}),
+        "displacement": Part(
+            apart <= limits["same"],
+            f"displacement differs by {percent(apart)} (rms)",
+            told={"displacement": brief(apart)},
+        ),
+        "velocity": Part(
+            apart_velocity <= limits["same_velocity"],
+            f"velocity by {percent(apart_velocity)} (rms)",
+            told={"velocity": brief(apart_velocity)},
+        ),
         "beyond": Part(beyond <= limits["same"], f"displacement by {percent(beyond)} (rms) up to tau {length}"),
     }
 
@@ -168,9 +191,10 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
     more = float(sdr / others.mean(skipna=False)) - 1
     slight = bool(more > 0) & bool(more <= limits["slight"])
+    missing = "the record holds no free decay"
     if not np.isfinite(validation["measured_log_decrement"]):
         return {
-            "more": Part(False, "the record holds no free decay", testable=False),
+            "more": Part(False, missing, testable=False, told={"decay": "there is no free decay to judge by"}),
             "slightly": Part(False, ""),
             "peaks": Part(False, ""),
         }
@@ -179,7 +203,11 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
             bool((sdr > others).all()),
             f"logarithmic decrement {per_model(decrement)}; measured {number(validation['measured_log_decrement'])}",
         ),
-        "slightly": Part(slight, f"SDR {percent(more)} above the others' mean"),
+        "slightly": Part(
+            slight,
+            f"SDR {percent(more)} above the others' mean",
+            told={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
+        ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),
             f"misfit of the free decay's peaks {per_model(1000 * misfit)} mm",

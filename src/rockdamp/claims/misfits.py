@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import xarray as xr
 from scipy.stats import spearmanr
 
 from rockdamp.claims.ratios import MODELS, is_smallest, mean_spread, papers, ratios, spans_of
-from rockdamp.claims.verdicts import Judge, Limits, Part, judged, number, per_model, percent, spans, steady
+from rockdamp.claims.verdicts import (
+    Judge,
+    Limits,
+    Part,
+    brief,
+    judged,
+    number,
+    per_model,
+    percent,
+    spans,
+    steady,
+    told_by_model,
+)
 from rockdamp.storage.dataset import Datasets
 
 ROUNDING = 1e-9
@@ -36,9 +50,10 @@ def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
     """CDR and SDR against CDC."""
     error = matched_error(data)
     held = error.sel(damping_model=["CDR", "SDR"]).max("damping_model") < error.sel(damping_model="CDC")
-    _, measured = mean_errors(data)
+    mean, measured = mean_errors(data)
+    matched = judged(held, f"both below CDC at {spans_of(held)}; {measured}", "e", limits["enough"])
     return {
-        "matched": judged(held, f"both below CDC at {spans_of(held)}; {measured}", "e", limits["enough"]),
+        "matched": replace(matched, told={**told_by_model(mean), "both": spans_of(held)}),
         "lengths": lengths(data["windows"]["secant_below_constant"], "below CDC at every e"),
     }
 
@@ -65,10 +80,15 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     parts = {}
     for name, model, where in (("inside", "CDR", in_range), ("outside", "SDR", ~in_range)):
         held = (lowest == model)[where.values]
-        parts[name] = judged(held, f"{model} lowest at {spans_of(held)} {name}", "e", limits["enough"])
+        part = judged(held, f"{model} lowest at {spans_of(held)} {name}", "e", limits["enough"])
+        parts[name] = replace(part, told={name: spans_of(held)})
     last = parts["outside"]
     measured = f"{last.measured}, at {number(inferred['window'])} in tau; the range is exactly so for {exact}{others}"
-    return parts | {"outside": Part(last.holds, measured, last.where)}
+    told = {
+        "window": number(inferred["window"]),
+        "elsewhere": f"At any other it misses at least {int(wrong.min())} e" if wrong.size else "No other was studied",
+    }
+    return parts | {"outside": replace(last, measured=measured, told={**last.told, **told})}
 
 
 def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -85,7 +105,8 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
     for model in MODELS:
         rising = int(steps.sel(damping_model=model))
         measured = f"{model} rises at {rising} of {count} steps to lower e"
-        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), measured)
+        told = {model.lower(): f"{rising} of {count}"}
+        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), measured, told=told)
     parts["trend"] = Part(
         bool((correlation <= limits["correlation"]).all()), f"rank correlation {per_model(correlation)}"
     )
@@ -104,13 +125,25 @@ def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
     of_lengths = data["windows"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
     return {
-        "error": Part(bool(is_smallest(error, "CDR")), measured),
+        "error": Part(bool(is_smallest(error, "CDR")), measured, told=against_others("error", error)),
         "amplitude": Part(
-            bool(is_smallest(amplitude, "CDR")), f"spread over amplitude {per_model(amplitude, percent)}"
+            bool(is_smallest(amplitude, "CDR")),
+            f"spread over amplitude {per_model(amplitude, percent)}",
+            told=against_others("amplitude", amplitude),
         ),
-        "stiffness": Part(bool(is_smallest(stiffness, "CDR")), f"over a1 {per_model(stiffness, percent)}"),
+        "stiffness": Part(
+            bool(is_smallest(stiffness, "CDR")),
+            f"over a1 {per_model(stiffness, percent)}",
+            told=against_others("stiffness", stiffness),
+        ),
         "lengths": lengths(is_smallest(of_lengths, "CDR"), "CDR errs least"),
     }
+
+
+def against_others(name: str, values: xr.DataArray) -> dict[str, str]:
+    """CDR's value and the smallest of the others', as gaps of a finding."""
+    others = values.drop_sel(damping_model="CDR")
+    return {name: brief(values.sel(damping_model="CDR")), f"{name}_others": brief(others.min())}
 
 
 def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -121,7 +154,7 @@ def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     of_lengths = data["windows"]["rms_error"].mean("restitution")
     below = of_lengths.sel(damping_model="SDR").drop_vars("damping_model") < of_lengths.sel(damping_model="CDC")
     return {
-        "small": Part(bool(sdr <= limits["small"]), measured),
+        "small": Part(bool(sdr <= limits["small"]), measured, told=told_by_model(error)),
         "better": Part(bool(sdr < cdc), ""),
         "near": Part(times <= limits["near"], f"SDR {number(times)} times the lowest"),
         "lengths": lengths(below.drop_vars("damping_model", errors="ignore"), "below CDC in the mean"),

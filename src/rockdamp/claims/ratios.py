@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Judge, Limits, Part, judged, listed, number, per_model, percent, steady
+from rockdamp.claims.verdicts import (
+    Judge,
+    Limits,
+    Part,
+    between,
+    brief,
+    judged,
+    listed,
+    number,
+    per_model,
+    percent,
+    steady,
+    told_by_model,
+)
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
 
@@ -77,7 +92,8 @@ def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, xi in _amplitude_sets(limits, data).items():
         values, measured = _spread_over_amplitude(xi)
         parts[name] = Part(bool(is_largest(values, "CDC")), measured)
-    return parts
+    values, _ = _spread_over_amplitude(_amplitude_sets(limits, data)["paper"])
+    return parts | {"paper": replace(parts["paper"], told=told_by_model(values))}
 
 
 def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -86,7 +102,11 @@ def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     values, measured = spreads["paper"]
     widest, measured_wide = spreads["wide"]
     return {
-        "slight": Part(bool(values.sel(damping_model="CDR") <= limits["slight"]), measured),
+        "slight": Part(
+            bool(values.sel(damping_model="CDR") <= limits["slight"]),
+            measured,
+            told={"paper": brief(values.sel(damping_model="CDR")), "wide": brief(widest.sel(damping_model="CDR"))},
+        ),
         "least": Part(bool(is_smallest(values, "CDR")), ""),
         "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), measured_wide),
     }
@@ -103,11 +123,13 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         xi, wide = (values.sel(damping_model=model) for values in sets.values())
         held = steady(xi, "release_amplitude", sign)
         ends = xi.sortby("release_amplitude").isel(release_amplitude=[0, -1]).mean("restitution").values
-        measured = f"{model} mean xi {number(ends[0])} to {number(ends[1])} ({spans_of(held)})"
-        parts[model.lower()] = judged(held, measured, "e", limits["enough"])
+        change = f"{number(ends[0])} to {number(ends[1])}"
+        part = judged(held, f"{model} mean xi {change} ({spans_of(held)})", "e", limits["enough"])
+        parts[model.lower()] = replace(part, told={model.lower(): change})
         everywhere.append(steady(wide, "release_amplitude", sign))
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
-    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), f"spread of SDR {percent(sdr)}")
+    told = {"spread": brief(sdr)}
+    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), f"spread of SDR {percent(sdr)}", told=told)
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
     measured = f"all amplitudes: {listed(f'{m} {spans_of(held)}' for m, held in zip(SIGNS, everywhere, strict=True))}"
     parts["wide"] = judged(wide_held, measured, "e", limits["enough"])
@@ -132,7 +154,7 @@ def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
         low, high = (dispersion.isel(restitution=part) for part in (slice(None, third), slice(-third, None)))
         growth = high.mean("restitution") / low.mean("restitution")
         measured = f"{name}, high over low e: {per_model(growth)}"
-        parts[name] = Part(bool((growth > limits["more"]).all()), measured)
+        parts[name] = Part(bool((growth > limits["more"]).all()), measured, told={name: between(growth, number)})
     return parts
 
 
@@ -152,6 +174,7 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
         "together": Part(
             gap <= limits["closer"] * gap_reference,
             f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}",
+            told={"gap": brief(gap), "gap_reference": brief(gap_reference)},
         ),
         "overdamps": judged(
             excess > 0,
@@ -159,7 +182,15 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
             "e",
             limits["enough"],
         ),
-        "slightly": Part(bool(mean > 0) & bool(mean <= limits["slight"]), f"in the mean {percent(mean)}"),
+        "slightly": Part(
+            bool(mean > 0) & bool(mean <= limits["slight"]),
+            f"in the mean {percent(mean)}",
+            told={
+                "excess": brief(mean),
+                "low": number(low["release_amplitude"]),
+                "reference": number(reference["release_amplitude"]),
+            },
+        ),
     }
 
 
@@ -173,7 +204,8 @@ def _independence(dim: str, study: str) -> Judge:
         for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
             values = spread(ratios(data[study], variable), dim).max("restitution")
             measured = f"equal {name}: {spreads(values)}"
-            parts[name] = Part(bool((values <= limits[name]).all()), measured)
+            told = {f"in_{name}": brief(values.max())}
+            parts[name] = Part(bool((values <= limits[name]).all()), measured, told=told)
         return parts
 
     return judge
@@ -188,7 +220,9 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
         told = "; ".join(f"{dim.split('_')[0]} {spreads(values)}" for dim, values in others.items())
         of_a1 = "" if parts else f"spread: a1 {per_model(a1, percent)}; "
-        parts[name] = judged(held, f"{of_a1}equal {name}: {told}", "models", limits["enough"])
+        part = judged(held, f"{of_a1}equal {name}: {told}", "models", limits["enough"])
+        largest = max(float(values.max()) for values in others.values())
+        parts[name] = replace(part, told={**told_by_model(a1), f"in_{name}": brief(largest)})
     return parts
 
 
@@ -200,10 +234,14 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
     held = is_largest(at_each, "CDC") & is_smallest(at_each, "CDR")
     return {
         "cdc": Part(
-            bool(is_largest(values, "CDC")), f"spread over {extent(xi[dim], 'a1')}: {per_model(values, percent)}"
+            bool(is_largest(values, "CDC")),
+            f"spread over {extent(xi[dim], 'a1')}: {per_model(values, percent)}",
+            told={**told_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
         ),
         "cdr": Part(bool(is_smallest(values, "CDR")), ""),
-        "each": judged(held, f"so ranked at {spans_of(held)}", "e", limits["enough"]),
+        "each": replace(
+            judged(held, f"so ranked at {spans_of(held)}", "e", limits["enough"]), told={"ranked": spans_of(held)}
+        ),
     }
 
 
@@ -215,8 +253,9 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = steady(xi.sel(damping_model=model), dim, sign)
         ends = xi.sel(damping_model=model).isel({dim: [0, -1]}).mean("restitution").values
         less = "less" if sign > 0 else "more"
-        measured = f"{model} mean xi {number(ends[0])} to {number(ends[1])} ({less} at low a1 for {spans_of(held)})"
-        parts[name] = judged(held, measured, "e", limits["enough"])
+        change = f"{number(ends[0])} to {number(ends[1])}"
+        measured = f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})"
+        parts[name] = replace(judged(held, measured, "e", limits["enough"]), told={model.lower(): change})
     return parts
 
 
@@ -231,10 +270,12 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = sign * of_model > 0
         measured = f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)"
         partly = f"{percent(held.mean())} of e and a1" if float(held.mean()) >= enough else ""
-        parts[name] = Part(bool(held.all()), measured, "" if held.all() else partly)
+        told = {name: between(of_model)}
+        parts[name] = Part(bool(held.all()), measured, "" if held.all() else partly, told=told)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
     values = mean_spread(xi, "cracked_stiffness_ratio")
-    parts["cdr-slightly"] = Part(apart <= limits["slight"], f"CDR off by {percent(apart)} in the mean")
+    off = f"CDR off by {percent(apart)} in the mean"
+    parts["cdr-slightly"] = Part(apart <= limits["slight"], off, told={"apart": brief(apart)})
     parts["cdr-a1"] = Part(
         bool(is_smallest(values, "CDR")),
         f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}: {per_model(values, percent)}",

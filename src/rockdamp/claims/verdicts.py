@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import string
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
 NOT_TESTABLE = "not testable"
+HOLDS, PARTLY, FAILS = "holds", "holds in part", "does not hold"  # what a part does
 
 Claim = Mapping[str, Any]
 
@@ -34,12 +36,15 @@ class Part:
         The cases in which it holds, where it holds in enough of them but not in all.
     testable : bool
         The datasets hold what decides; if not, `measured` says what is missing.
+    told : dict of str to str
+        What fills the gaps of the claim's ``finding``.
     """
 
     holds: bool
     measured: str
     where: str = ""
     testable: bool = True
+    told: Mapping[str, str] = field(default_factory=dict)
 
 
 class Limits(dict[str, Any]):
@@ -77,15 +82,36 @@ def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str,
         return NOT_REPRODUCED, ""
     if all(part.holds for part in parts.values()) and not capped:
         return REPRODUCED, ""
-    words = claim["parts"]
     conditions = [claim["condition"]] if capped else []
-    holds = [words[name] for name, part in parts.items() if part.holds]
-    partly = [f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where]
-    fails = [words[name] for name, part in parts.items() if not part.holds and not part.where]
-    for label, listed in (("holds", holds), ("holds in part", partly), ("does not hold", fails)):
-        if listed:
-            conditions.append(f"{label}: {', '.join(listed)}")
+    conditions += [f"{label}: {', '.join(names)}" for label, names in sorted_out(claim, parts).items() if names]
     return CONDITIONAL, "; ".join(conditions)
+
+
+def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, list[str]]:
+    """Return the words of the parts that hold, that hold in part, with where, and that do not hold."""
+    words = claim["parts"]
+    return {
+        HOLDS: [words[name] for name, part in parts.items() if part.holds],
+        PARTLY: [f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where],
+        FAILS: [words[name] for name, part in parts.items() if not part.holds and not part.where],
+    }
+
+
+def found(claim: Claim, parts: Mapping[str, Part]) -> str:
+    """Return the sentence of a claim's finding, its gaps filled with limits and with what was found.
+
+    Raises
+    ------
+    InputError
+        If it has a gap that nothing fills, or something was found that it does not tell.
+    """
+    told = {name: words for part in parts.values() for name, words in part.told.items()}
+    gaps = {name for _, name, _, _ in string.Formatter().parse(claim["finding"]) if name is not None}
+    limits = {name: value for name, value in claim["limits"].items() if name in gaps}
+    if gaps != {*told, *limits}:
+        problem = f"has the gaps {', '.join(sorted(gaps - {*limits}))}; they must be {', '.join(sorted(told))}"
+        raise InputError(f"claim {claim['id']}: finding {problem}")
+    return str(claim["finding"].format_map({**limits, **told}))
 
 
 # --- cases ---------------------------------------------------------------------------------------------------------
@@ -131,6 +157,25 @@ def number(value: Any) -> str:
 def percent(value: Any) -> str:
     """Three significant digits, in percent."""
     return f"{100 * float(value):.3g}%"
+
+
+def brief(value: Any) -> str:
+    """Two significant digits, in percent."""
+    return f"{float(f'{100 * float(value):.2g}'):g}%"
+
+
+def between(values: Any, words: Callable[[Any], str] = brief) -> str:
+    """The least and the largest: ``37% to 43%``; ``none`` where there is no value."""
+    if not np.size(values):
+        return "none"
+    low, high = words(np.min(values)), words(np.max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def told_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
+    """A value of each model, by its name in lower case: the gaps of a finding."""
+    models = [str(model).lower() for model in values["damping_model"].values]
+    return {model: words(value) for model, value in zip(models, values.values, strict=True)}
 
 
 def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:

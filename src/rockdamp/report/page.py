@@ -16,6 +16,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.errors import InputError
+from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer
 from rockdamp.report.captions import caption
@@ -26,7 +27,7 @@ from rockdamp.vocabulary import REFERENCE
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
-SCRIPTS = ("closed_form.js", "explorer.js")
+SCRIPTS = ("page.js", "closed_form.js", "explorer.js")
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,8 @@ def build(content: Content) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
-    environment.filters |= {"inline": tables.inline, "parts": tables.parts}
+    environment.filters["inline"] = tables.inline
     template = environment.from_string(_text(TEMPLATE))
-    claims = tables.judged(content.claims)
     accuracy = content.datasets.get("accuracy")
     return template.render(
         style=Markup(_text(STYLE)),
@@ -84,8 +84,7 @@ def build(content: Content) -> str:
         controls=interactive.CONTROLS,
         styles=interactive.styles(),
         reference=REFERENCE,
-        claims=claims,
-        counts=tables.counts(claims),
+        verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
         errata=content.errata,
         figures=_figures(content),
         answer=answer(content.datasets),

@@ -20,16 +20,23 @@ from rockdamp.errors import InputError
 from rockdamp.report.numbers import number, of_models
 from rockdamp.storage import yaml_file
 
-CLAIMS = ("id", "section", "claim", "verdict", "measured", "threshold", "condition")
+CLAIMS = (
+    *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
+    *("finding", "holds", "holds_in_part", "does_not_hold", "figure"),
+)
 ERRATA = ("id", "where", "printed", "used", "evidence")
 
-# How each verdict is marked: shape and word as well as colour.
+# How each verdict is marked, by shape and word as well as colour; first what a reader must know of most.
 VERDICTS = {
-    "reproduced": ("yes", "✓"),
-    "reproduced under conditions": ("partly", "◐"),
     "not reproduced": ("no", "✗"),
+    "reproduced under conditions": ("partly", "◐"),
     "not testable": ("unknown", "–"),
+    "reproduced": ("yes", "✓"),
 }
+# How the parts of a claim are marked.
+PARTS = {"does_not_hold": ("no", "✗"), "holds_in_part": ("partly", "◐"), "holds": ("yes", "✓")}
+_LABELS = ("holds: ", "holds in part: ", "does not hold: ")  # of the same parts in a condition
+BY_HALF_CYCLE = "half cycle by half cycle against "
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "bokeh", "snakemake")
 
 
@@ -53,8 +60,15 @@ def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str,
     return table
 
 
-def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
-    """Return the claims with the mark of their verdict.
+def judged(claims: Sequence[Mapping[str, str]], figures: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Return the verdicts, each with its mark and its claims, ready for the page.
+
+    Parameters
+    ----------
+    claims : sequence of dict
+        Rows with the columns `CLAIMS`.
+    figures : dict of str to str
+        Those that a claim may point to, and what to call them.
 
     Raises
     ------
@@ -65,7 +79,38 @@ def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
         if claim["verdict"] not in VERDICTS:
             allowed = ", ".join(VERDICTS)
             raise InputError(f"the verdict of {claim['id']} is {claim['verdict']!r}; it must be one of {allowed}")
-    return [{**claim, "kind": VERDICTS[claim["verdict"]][0], "mark": VERDICTS[claim["verdict"]][1]} for claim in claims]
+    return [
+        {
+            "verdict": verdict,
+            "kind": kind,
+            "mark": mark,
+            "claims": [_shown(claim, figures) for claim in claims if claim["verdict"] == verdict],
+        }
+        for verdict, (kind, mark) in VERDICTS.items()
+    ]
+
+
+def _shown(claim: Mapping[str, str], figures: Mapping[str, str]) -> dict[str, Any]:
+    pieces = parts(claim["measured"])
+    return {
+        **claim,
+        "figure_words": figures.get(claim["figure"], ""),
+        "parts": [
+            {"kind": kind, "mark": mark, "words": words}
+            for column, (kind, mark) in PARTS.items()
+            for words in claim[column].split("; ")
+            if words
+        ],
+        "reasons": [text for text in claim["condition"].split("; ") if not text.startswith(_LABELS)],
+        "measured": [text for text in pieces if not text.startswith(BY_HALF_CYCLE)],
+        "half_cycles": [_by_half_cycle(text) for text in pieces if text.startswith(BY_HALF_CYCLE)],
+    }
+
+
+def _by_half_cycle(text: str) -> dict[str, Any]:
+    """Return what the loops are compared with, and the range of each half cycle."""
+    against, _, ranges = text.removeprefix(BY_HALF_CYCLE).partition(": ")
+    return {"against": against, "ranges": ranges.split("; ")}
 
 
 def parts(measured: str) -> list[str]:
@@ -80,16 +125,11 @@ def parts(measured: str) -> list[str]:
 
 
 def inline(text: str) -> Markup:
-    """Return a cell's text as HTML, what stands between backticks as code."""
-    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
-
-
-def counts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
-    """Return how many claims have each verdict."""
-    return [
-        {"verdict": verdict, "kind": kind, "mark": mark, "count": sum(claim["verdict"] == verdict for claim in claims)}
-        for verdict, (kind, mark) in VERDICTS.items()
-    ]
+    """Return a cell's text as HTML: what stands between backticks as code, u_ins with its index, minus as a minus."""
+    html = re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text)))
+    html = re.sub(r"(?<![\w])-(?=\d)", "−", html)
+    html = re.sub(r"(?<=\d)%", "&nbsp;%", html)
+    return Markup(html.replace("u_ins", "u<sub>ins</sub>"))
 
 
 def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
