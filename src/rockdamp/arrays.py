@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-
-from rockdamp.errors import InputError
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -20,34 +19,32 @@ def is_named(value: Quantity) -> bool:
     return hasattr(value, "dims")
 
 
-def together(**values: Quantity) -> list[Any]:
-    """Return the parameters of one object as numbers; broadcast by name where any of them has named dimensions.
+class ByValue:
+    """Equality by value for objects that hold arrays: one answer, where arrays would compare element by element.
 
-    Parameters
-    ----------
-    **values : float, ndarray or xarray.DataArray
-        By their names, which errors state.
-
-    Returns
-    -------
-    list
-        In the order given: plain arrays as they are, named ones broadcast to one shape.
-
-    Raises
-    ------
-    InputError
-        If arrays with and without names are mixed, or two have unlike values along a dimension of one name.
+    What is not a number alone has no hash: the error says why.
     """
-    if not any(is_named(value) for value in values.values()):
-        return [np.asarray(value, dtype=float) for value in values.values()]
-    import xarray as xr  # only who brings such an array waits for it to load
 
-    for name, value in values.items():
-        if np.ndim(value) and not is_named(value):
-            raise InputError(f"{name} is an array without names; beside named ones it must be an xarray.DataArray")
-    named = {name: value.astype(float) for name, value in values.items() if is_named(value)}
-    try:
-        named = dict(zip(named, xr.broadcast(*xr.align(*named.values(), join="exact", copy=False)), strict=True))
-    except ValueError:
-        raise InputError(f"{', '.join(named)} have unlike values along a dimension that they share") from None
-    return [named[name] if name in named else np.asarray(value, dtype=float) for name, value in values.items()]
+    def _parts(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, field.name) for field in fields(self) if field.compare)  # type: ignore[arg-type]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, type(self)) or type(other) is not type(self):
+            return NotImplemented
+        return all(_equal(own, given) for own, given in zip(self._parts(), other._parts(), strict=True))
+
+    def __hash__(self) -> int:
+        parts = tuple(part.item() if np.ndim(part) == 0 and hasattr(part, "item") else part for part in self._parts())
+        try:
+            return hash((type(self), *parts))
+        except TypeError:
+            text = f"a {type(self).__name__} that holds arrays has no hash: compare it with ==, or name it to look it up"
+            raise TypeError(text) from None
+
+
+def _equal(one: Any, other: Any) -> bool:
+    if is_named(one) or is_named(other):
+        return is_named(one) and is_named(other) and bool(one.equals(other))
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other, equal_nan=True)
+    return bool(one == other)

@@ -1,4 +1,4 @@
-"""The one exception that bad input raises, the checks that raise it, and the warning of input that may be bad."""
+"""The one exception that bad input raises, the checks that raise it, and the warnings of input that may be bad."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+
+MOST_SHOWN = 80  # characters of a value
 
 
 class InputError(ValueError):
@@ -25,7 +28,22 @@ class InputError(ValueError):
     """
 
 
-class RecordWarning(UserWarning):
+class InputWarning(UserWarning):
+    """Input that is possible and unlikely: names the value, what is usual, and the slip that may have made it.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import rockdamp as rd
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     wall = rd.Wall(thickness=240, height=3000)
+    >>> caught[0].category is rd.InputWarning
+    True
+    """
+
+
+class RecordWarning(InputWarning):
     """A record that can be used but may not be what it is taken for: names the file, the value and the likely cause."""
 
 
@@ -49,30 +67,27 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
     if np.ndim(value):
         values, bad = np.broadcast_arrays(np.asarray(value), ~condition)
         value = values[bad][0]
-    raise InputError(f"{name} is {_plain(value)}; it must be {allowed}")
+    raise InputError(f"{name} is {shown(value)}; it must be {allowed}")
 
 
-def require_finite(name: str, value: ArrayLike) -> None:
-    """Raise `InputError` unless every element of `value` is a finite number."""
+def shown(value: Any) -> str:
+    """Return a value as an error shows it: on one line, and not all of it where it is long."""
+    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
+        value = value.item()
     try:
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is {value!r}; it must be a number") from None
-    require(np.isfinite(numbers), name, numbers, "a finite number")
-
-
-def _plain(value: Any) -> str:
-    scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0)
-    return repr(value.item() if scalar else value)
+        text = " ".join(repr(value).split())
+    except Exception:  # whatever an object raises when it is asked for its text
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
 
 
 @contextmanager
 def warnings_as_lines() -> Iterator[None]:
-    """Show each `RecordWarning` as one line, ``warning: ...``, without the line of Python that gave it."""
+    """Show each `InputWarning` as one line, ``warning: ...``, without the line of Python that gave it."""
     usual = warnings.formatwarning
 
     def shown(message: Any, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
-        if issubclass(category, RecordWarning):
+        if issubclass(category, InputWarning):
             return f"warning: {message}\n"
         return usual(message, category, filename, lineno, line)
 

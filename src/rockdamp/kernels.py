@@ -312,8 +312,8 @@ def any_alive(w):
 def plain_march(advance):
     """Return the loop over blocks and steps for one kind of step, as Python runs it."""
 
-    def march(blocks, ground, substeps, steps, reference, row, checkpoints, error, every, displacement, velocity):
-        """Advance blocks of lanes by `steps` steps, in place.
+    def march(blocks, ground, substeps, first, last, reference, row, checkpoints, error, every, displacement, velocity):
+        """Advance blocks of lanes by the steps `first` to `last`, in place; the first of a run is step 1.
 
         Parameters
         ----------
@@ -321,14 +321,14 @@ def plain_march(advance):
             State, observations and parameters, laid out as the constants above say.
         ground : ndarray, shape (samples,)
             Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
-        substeps, steps : int
-            Steps per sample of `ground`, and steps in all.
-        reference, row : ndarray, shape (cases, steps + 1) and (blocks, LANES)
+        substeps, first, last : int
+            Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
+        reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, LANES)
             Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
         checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
             Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
             lane of the block stands; those of a collapsed lane mean nothing.
-        every, displacement, velocity : int and ndarray, shape (blocks, LANES, steps//every + 1)
+        every, displacement, velocity : int and ndarray, shape (blocks, LANES, last//every + 1 or more)
             Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
         """
         forced = ground.size > 0
@@ -337,11 +337,13 @@ def plain_march(advance):
         for b in range(blocks.shape[0]):
             w = blocks[b]
             window = 0
-            p1 = ground[0] if forced else 0.0
-            if store:
+            while window < checkpoints.size - 1 and checkpoints[window] < first:
+                window += 1
+            p1 = ground[(first - 1) // substeps] if forced else 0.0
+            if store and first == 1:
                 for i in range(LANES):
                     displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
-            for step in range(1, steps + 1):
+            for step in range(first, last + 1):
                 p0 = p1
                 if forced:
                     sample, part = divmod(step, substeps)

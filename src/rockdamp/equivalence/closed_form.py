@@ -17,8 +17,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp.arguments import numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import require, require_finite
+from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 
@@ -66,8 +67,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     [0.44, 1.26]
     """
     require(not damping.is_impact, "damping_model", damping.model, "a viscous model")
-    require_finite("release_amplitude", release_amplitude)
-    x0 = np.asarray(release_amplitude, dtype=float)
+    x0 = numbers("release_amplitude", release_amplitude)
     require((x0 > 0) & (x0 < curve.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
     unit = damping.changed(damping_ratio=np.ones(()))
     v0 = curve.energy(x0)
@@ -222,7 +222,6 @@ def giannini_masiani(restitution: ArrayLike) -> Array:
 
 def check_restitution(restitution: ArrayLike) -> Array:
     """Return e as an array of floats, or raise `InputError` unless it lies in (0, 1]."""
-    require_finite("restitution (e)", restitution)
-    e = np.asarray(restitution, dtype=float)
+    e = numbers("restitution (e)", restitution)
     require((e > 0) & (e <= 1), "restitution (e)", e, "greater than 0 and at most 1")
     return e

@@ -8,11 +8,12 @@ from typing import TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp.arguments import number
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
 from rockdamp.equivalence.matching import REFINEMENT, solve
 from rockdamp.equivalence.minima import Cases
 from rockdamp.equivalence.polynomials import shipped
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import DEFAULT_WINDOW, VISCOUS_MODELS
@@ -101,21 +102,20 @@ def equivalent(
     """
     e = np.atleast_1d(check_restitution(restitution))
     curve = TrilinearCurve(cracked_stiffness_ratio, plateau_ratio, ultimate_ratio, softening)
-    require_finite("window", window)
-    require_finite("release_amplitude", release_amplitude)
+    window, release_amplitude = number("window", window), number("release_amplitude", release_amplitude)
     require(
         bool(0 < release_amplitude < curve.ultimate_ratio),
         "release_amplitude",
         release_amplitude,
         "greater than 0 and less than a3",
     )
-    require(float(window) > 0, "window", window, "greater than 0 (in tau)")
+    require(window > 0, "window", window, "greater than 0 (in tau)")
     step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
-    _require_affordable(float(window), step, e.size, float(curve.cracked_stiffness_ratio))
-    steps = int(np.ceil(float(window) / step))
+    _require_affordable(window, step, e.size, float(curve.cracked_stiffness_ratio))
+    steps = int(np.ceil(window / step))
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
-    amplitude = np.full(e.size, float(release_amplitude))
-    cases = Cases.released(batch, amplitude, e, step=float(window) / steps, steps=steps)
+    amplitude = np.full(e.size, release_amplitude)
+    cases = Cases.released(batch, amplitude, e, step=window / steps, steps=steps)
     rows: list[Equivalent] = []
     for model, matched in solve(cases, VISCOUS_MODELS, steps).items():
         energy = damping_ratio_energy(batch, model, e, amplitude)

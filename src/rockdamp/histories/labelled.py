@@ -14,8 +14,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from rockdamp.arrays import Quantity, is_named
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp import plausibility
+from rockdamp.arguments import broadcast, instance, number, quantity, whole
+from rockdamp.arrays import Array, Quantity, is_named
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -24,6 +26,7 @@ from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import OUTCOMES, Histories, Response
 from rockdamp.storage.dataset import ATTRIBUTES, registry
 
+MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 LENGTH = 30.0  # in tau: half a dozen impacts and more
@@ -77,14 +80,12 @@ def free_decay(
     >>> decay.displacement.attrs["units"]
     'm'
     """
-    require(isinstance(points, (int, np.integer)) and points >= 2, "points", points, "a whole number, at least 2")
+    points = whole("points", points, 2, MOST_STEPS + 1)
     batch = _Batch(wall, curve, damping, {"release_amplitude": release_amplitude})
-    if length is None:
-        length = LENGTH / float(batch.frequency.min())
-    require_finite("length", length)
+    length = LENGTH / float(batch.frequency.min()) if length is None else number("length", length)
     require(length > 0, "length", length, "greater than 0")
-    spacing = float(length) / (points - 1)
-    every = batch.steps_within(spacing, step)
+    spacing = length / (points - 1)
+    every = batch.steps_within(spacing, step, points - 1)
     response = solve(
         batch.curve,
         batch.damping,
@@ -147,9 +148,11 @@ def respond(
     >>> response.outcome.values.tolist()
     ['completed', 'completed']
     """
+    instance("record", record, Record)
     motion = followed_by_rest(record.ground_acceleration, record.step, tail)
-    batch = _Batch(wall, curve, damping, {"scale": scale})
-    substeps = batch.steps_within(record.step, step)
+    batch = _Batch(instance("wall", wall, Wall, Parapet), curve, damping, {"scale": scale})
+    _warn_of_motion(motion, batch.values["scale"])
+    substeps = batch.steps_within(record.step, step, motion.size - 1)
     response = solve(
         batch.curve,
         batch.damping,
@@ -165,6 +168,14 @@ def respond(
         return history.pipe(_described)
     scaled = batch.given["scale"].variable * xr.Variable("elapsed", motion)
     return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
+
+
+def _warn_of_motion(ground: Array, scale: Array) -> None:
+    """Warn where the motion is likely in another unit at every scale; some scales of many may be meant to go far."""
+    peaks = np.abs(ground).max() * np.abs(scale[scale != 0])
+    doubts = [plausibility.of_motion(float(peak)) for peak in (peaks.min(initial=np.inf), peaks.max(initial=0))]
+    if all(doubts):
+        plausibility.warn(doubts[-1])
 
 
 class _Batch:
@@ -189,8 +200,12 @@ class _Batch:
     def __init__(
         self, wall: Wall | Parapet | None, curve: TrilinearCurve, damping: Damping, others: Mapping[str, Quantity]
     ) -> None:
-        for name, value in others.items():
-            require_finite(name, value)
+        if wall is not None:
+            instance("wall", wall, Wall, Parapet)
+        instance("curve", curve, TrilinearCurve)
+        instance("damping", damping, Damping)
+        plausibility.warn(plausibility.of_damping(damping.own.get("damping_ratio", 0.0)))
+        others = {name: quantity(name, value) for name, value in others.items()}
         self.given = _names(_parameters(wall)) | _names(_parameters(curve))
         self.given |= _names(damping.own)
         for name, value in others.items():
@@ -199,9 +214,11 @@ class _Batch:
             together = xr.broadcast(*xr.align(*self.given.values(), join="exact", copy=False))
         except ValueError as error:
             raise InputError(f"parameters have unlike values along a dimension that they share: {error}") from None
+        broadcast(**dict(zip(self.given, together, strict=True)))
         lanes: dict[str, Any] = {name: array.values for name, array in zip(self.given, together, strict=True)}
         self.dims, self.model = together[0].dims, damping.model
-        self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
+        with plausibility.as_meant():  # it was warned of when it was made
+            self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
         self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})
         self.damping = damping.changed(**{name: lanes[name] for name in damping.own})
         self.values = {name: lanes[name] for name in others}
@@ -209,12 +226,24 @@ class _Batch:
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
         self.load_factor = np.zeros(()) if self.wall is None else np.asarray(self.wall.load_factor)
 
-    def steps_within(self, spacing: float, step: float | None) -> int:
-        """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau."""
-        longest = np.minimum(STEP, FINEST * stable_step(self.curve)) if step is None else np.asarray(step, dtype=float)
-        require_finite("step", longest)
-        require(longest > 0, "step", longest, "greater than 0")
-        return int(np.ceil(float(np.max(self.frequency * spacing / longest)) * (1 - 1e-12)))
+    def steps_within(self, spacing: float, step: float | None, times: int) -> int:
+        """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau.
+
+        Raises
+        ------
+        InputError
+            If a history of so many times would take more than `MOST_STEPS`.
+        """
+        longest = np.minimum(STEP, FINEST * stable_step(self.curve)) if step is None else number("step", step)
+        require(np.greater(longest, 0), "step", longest, "greater than 0")
+        with np.errstate(over="ignore"):
+            between = np.max(self.frequency * spacing / longest, initial=0.0) * (1 - 1e-12)
+        if not between * times <= MOST_STEPS:
+            raise InputError(
+                f"the history would take {float(between) * times:.3g} steps of the solver, by its length and step; they"
+                f" must be at most {MOST_STEPS:.3g}"
+            )
+        return max(int(np.ceil(between)), 1)
 
     def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
         """Name what the solver returned; with a wall in m and s."""

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.arguments import number
+from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import LEAST, half_cycles
-from rockdamp.histories.labelled import FINEST, STEP, free_decay, respond
+from rockdamp.histories.labelled import FINEST, MOST_STEPS, STEP, free_decay, respond
 from rockdamp.histories.under_a_record import record_attributes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -18,7 +19,6 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import stable_step
 
-MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 DECAY = ("displacement", "velocity", "impacts", "outcome", "outcome_tau")
 RESPONSE = (
     "displacement",
@@ -65,9 +65,8 @@ def decays(
     InputError
         If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
     """
-    require_finite("length", length)
+    length, release_amplitude = number("length", length), number("release_amplitude", release_amplitude)
     require(length > 0, "length", length, "greater than 0 (in tau)")
-    require_finite("release_amplitude", release_amplitude)
     a3 = float(curve.ultimate_ratio)
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, "greater than 0 and less than a3")
     steps = _affordable("length", float(length), float(length), curve)
@@ -117,8 +116,7 @@ def responses(
     InputError
         If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
     """
-    require_finite("scale", scale)
-    require_finite("tail", tail)
+    scale, tail = number("scale", scale), number("tail", tail)
     duration = float(record.elapsed[-1] - record.elapsed[0]) + max(float(tail), 0.0)
     _affordable("tail", float(tail), float(wall.frequency_parameter) * duration, curve)
     runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rockdamp.arguments import number
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -39,8 +40,8 @@ def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping
     Histories
         At the record's samples.
     """
-    require_finite("step", step)
-    require(np.asarray(step) > 0, "step", step, "greater than 0")
+    step = number("step", step)
+    require(step > 0, "step", step, "greater than 0")
     sampling = float(wall.frequency_parameter) * record.step
     substeps = int(np.ceil(sampling / step * (1 - 1e-12)))
     return solve(

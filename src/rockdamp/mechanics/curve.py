@@ -9,16 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp import kernels
-from rockdamp.arrays import Array, Quantity, together
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.arguments import numbers, one_of, together
+from rockdamp.arrays import Array, ByValue, Quantity
+from rockdamp.errors import require
 from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
 ROUNDING = 1e-12
 
 
-@dataclass(frozen=True)
-class TrilinearCurve:
+@dataclass(frozen=True, eq=False)
+class TrilinearCurve(ByValue):
     r"""Odd tri-linear law f(x), with f = F/(K0 u_ins) and x = u/u_ins (Section 3, Fig. 2).
 
     .. math::
@@ -66,12 +67,9 @@ class TrilinearCurve:
 
     def __post_init__(self) -> None:
         a1, b1, a3 = self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio
-        require_finite("cracked_stiffness_ratio (a1)", a1)
-        require_finite("plateau_ratio (b1)", b1)
-        require_finite("ultimate_ratio (a3)", a3)
-        a1, b1, a3 = together(cracked_stiffness_ratio=a1, plateau_ratio=b1, ultimate_ratio=a3)
-        if self.softening not in SOFTENING:
-            raise InputError(f"softening is {self.softening!r}; it must be one of {', '.join(SOFTENING)}")
+        given = {"cracked_stiffness_ratio (a1)": a1, "plateau_ratio (b1)": b1, "ultimate_ratio (a3)": a3}
+        a1, b1, a3 = together(**given)
+        object.__setattr__(self, "softening", one_of("softening", self.softening, SOFTENING))
         require(a1 > 0, "cracked_stiffness_ratio (a1)", a1, "greater than 0")
         require((b1 > ROUNDING) & (b1 < 1), "plateau_ratio (b1)", b1, "between 0 and 1, both excluded")
         require((a3 > 0) & (a3 <= 1), "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
@@ -107,9 +105,7 @@ class TrilinearCurve:
         InputError
             If there is no such stage.
         """
-        if name not in PRESETS:
-            raise InputError(f"preset is {name!r}; it must be one of {', '.join(PRESETS)}")
-        b1, a1 = PRESETS[name]
+        b1, a1 = PRESETS[one_of("preset", name, PRESETS)]
         return cls(a1, b1, **kwargs)
 
     @property
@@ -169,8 +165,9 @@ class TrilinearCurve:
         x : float or ndarray
             u/u_ins, broadcasts. [-]
         """
+        at = numbers("x", x)
         k1, b1, ks, _, _, a3 = self.parameters()
-        return np.sign(x) * kernels.force(np.abs(x), k1, b1, ks, a3)
+        return np.sign(at) * kernels.force(np.abs(at), k1, b1, ks, a3)
 
     def tangent(self, x: ArrayLike) -> Array:
         """Return df/dx; at a corner that of the branch further out. [-]
@@ -181,7 +178,7 @@ class TrilinearCurve:
             u/u_ins, broadcasts. [-]
         """
         k1, _, ks, a1, a2, a3 = self.parameters()
-        return kernels.tangent(np.abs(x), k1, ks, a1, a2, a3)
+        return kernels.tangent(np.abs(numbers("x", x)), k1, ks, a1, a2, a3)
 
     def secant(self, x: ArrayLike) -> Array:
         """Return f(x)/x, the square of the frequency w(x) of Eq. (9); k1 at x = 0. [-]
@@ -192,7 +189,7 @@ class TrilinearCurve:
             u/u_ins, broadcasts. [-]
         """
         k1, b1, ks, _, _, a3 = self.parameters()
-        z = np.maximum(np.abs(x), kernels.TINY)
+        z = np.maximum(np.abs(numbers("x", x)), kernels.TINY)
         return kernels.force(z, k1, b1, ks, a3) / z
 
     def energy(self, x: ArrayLike) -> Array:
@@ -205,7 +202,7 @@ class TrilinearCurve:
         x : float or ndarray
             u/u_ins, broadcasts. [-]
         """
-        return 0.5 * kernels.double_energy(np.abs(x), *self.parameters())
+        return 0.5 * kernels.double_energy(np.abs(numbers("x", x)), *self.parameters())
 
     def amplitude(self, energy: ArrayLike) -> Array:
         """Return the x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3]. [-]
@@ -220,7 +217,7 @@ class TrilinearCurve:
         InputError
             If an energy is negative or more than the curve can store.
         """
-        energy = np.asarray(energy, dtype=float)
+        energy = numbers("energy", energy)
         k1, b1, ks, a1, a2, a3 = self.parameters()
         at_a1, at_a2, largest = self.energy(a1), self.energy(a2), self.energy(a3)
         require(
@@ -254,7 +251,7 @@ class TrilinearCurve:
         InputError
             If an amplitude lies outside (0, a3).
         """
-        x0 = np.asarray(x0, dtype=float)
+        x0 = numbers("release_amplitude", x0)
         k1, b1, ks, a1, a2, a3 = self.parameters()
         require((x0 > 0) & (x0 < a3), "release_amplitude", x0, "greater than 0 and less than a3")
         v0 = self.energy(x0)

@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 from scipy.special import beta
 
 from rockdamp.arrays import Array
-from rockdamp.errors import require, require_finite
+from rockdamp.arguments import numbers
+from rockdamp.errors import require
 
 LARGEST_DECREMENT = -np.log(1e-6)  # poles near the real axis, at a distance like 1/delta, limit the rule's step
 STEP, REACH = 0.025, 12.5  # in t sqrt(m + 1): the integrand is below 1e-16 of its middle from REACH on
@@ -170,8 +171,7 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
     >>> damping_ratio(-np.log(0.5), [0, 1, 4, 8]).round(4)
     array([0.2155, 0.2166, 0.2171, 0.2173])
     """
-    require_finite("log_decrement (delta)", log_decrement)
-    delta, m = np.broadcast_arrays(np.asarray(log_decrement, dtype=float), check_order(order))
+    delta, m = np.broadcast_arrays(numbers("log_decrement (delta)", log_decrement), check_order(order))
     within = (delta >= 0) & (delta <= LARGEST_DECREMENT * (1 + 1e-12))
     require(within, "log_decrement (delta)", delta, "between 0 and 13.8 (e between 1e-6 and 1)")
     by_closed_form = delta / np.hypot(np.pi, delta)
@@ -183,15 +183,13 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
 
 def check_order(order: ArrayLike) -> Array:
     """Return m as an array of floats, or raise `InputError` unless it is at least 0."""
-    require_finite("order (m)", order)
-    m = np.asarray(order, dtype=float)
+    m = numbers("order (m)", order)
     require(m >= 0, "order (m)", m, "at least 0")
     return m
 
 
 def _check_damping_ratio(damping_ratio: ArrayLike) -> Array:
-    require_finite("damping_ratio (xi)", damping_ratio)
-    xi = np.asarray(damping_ratio, dtype=float)
+    xi = numbers("damping_ratio (xi)", damping_ratio)
     require(xi >= 0, "damping_ratio (xi)", xi, "at least 0")
     return xi
 

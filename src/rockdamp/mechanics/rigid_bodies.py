@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 
@@ -115,13 +116,13 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
 
 def _check(times: ArrayLike, wall: Wall, restitution: float, release_amplitude: float) -> Array:
     """Return the times as an array, everything checked."""
-    Damping.cr(restitution)
-    for name, value in (("times", times), ("release_amplitude", release_amplitude)):
-        require_finite(name, value)
-    times = np.asarray(times, dtype=float)
+    Damping.cr(number("restitution (e)", restitution))
+    times, x0 = numbers("times", times), number("release_amplitude", release_amplitude)
+    instance("wall", wall, Wall)
+    require(times.ndim == 1, "the number of dimensions of times", times.ndim, "1")
     require(times >= 0, "times", times, "at least 0")
     require(np.diff(times) >= 0, "times", times[1:], "ascending")
-    require(0 < release_amplitude < 1, "release_amplitude", release_amplitude, "between 0 and 1, both excluded")
+    require(0 < x0 < 1, "release_amplitude", x0, "between 0 and 1, both excluded")
     require(np.ndim(wall.rigid_stiffness) == 0, "the number of walls", np.size(wall.rigid_stiffness), "1")
     return times
 

@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array, Quantity, is_named, together
-from rockdamp.errors import require, require_finite
+from rockdamp import plausibility
+from rockdamp.arguments import numbers, quantity, together
+from rockdamp.arrays import Array, ByValue, Quantity, is_named
+from rockdamp.errors import require
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
-STANDARD_GRAVITY = 9.80665  # [m s-2], CODATA
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
 SORRENTINO_RATIO = 0.90  # e_exp/e_an for a VSSW, section 4.1
 
 
-class _Mechanism:
+# What a message calls a parameter, its range, and the range in words; the eccentricity's depends on the thickness.
+RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
+    "thickness": ("thickness", lambda t: t > 0, "greater than 0 [m]"),
+    "height": ("height", lambda h: h > 0, "greater than 0 [m]"),
+    "width": ("width", lambda width: width > 0, "greater than 0 [m]"),
+    "density": ("density", lambda density: density > 0, "greater than 0 [kg m-3]"),
+    "hinge_ratio": ("hinge_ratio (h1/h)", lambda r: (r > 0) & (r < 1), "between 0 and 1, both excluded"),
+    "overburden_ratio": ("overburden_ratio (O/W)", lambda ratio: ratio >= 0, "at least 0"),
+    "eccentricity": ("eccentricity", lambda _: True, "at most half the thickness, either way [m]"),
+}
+
+
+class _Mechanism(ByValue):
     """What a wall and a parapet share: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
 
     thickness: Quantity
@@ -24,31 +40,30 @@ class _Mechanism:
     density: Quantity
     overburden_ratio: Quantity
     eccentricity: Quantity
+    restitution: Array
+    least_slenderness: ClassVar[float]  # below it no wall of this kind is meant [-]
+    law: ClassVar[str]  # that `restitution` is by
 
-    def _check(self) -> None:
-        given = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        if any(map(is_named, given.values())):
-            for name, value in zip(given, together(**given), strict=True):
-                object.__setattr__(self, name, value)
-        for name, unit in (("thickness", "m"), ("height", "m"), ("width", "m"), ("density", "kg m-3")):
-            value = getattr(self, name)
-            require_finite(name, value)
-            require(np.asarray(value, dtype=float) > 0, name, value, f"greater than 0 [{unit}]")
-        require_finite("overburden_ratio (O/W)", self.overburden_ratio)
-        require(
-            np.asarray(self.overburden_ratio, dtype=float) >= 0,
-            "overburden_ratio (O/W)",
-            self.overburden_ratio,
-            "at least 0",
-        )
-        require_finite("eccentricity", self.eccentricity)
-        limit = np.asarray(self.thickness, dtype=float) / 2
-        require(
-            np.abs(np.asarray(self.eccentricity, dtype=float)) <= limit,
-            "eccentricity",
-            self.eccentricity,
-            "at most half the thickness, either way [m]",
-        )
+    def __post_init__(self) -> None:
+        given = {RANGES[field.name][0]: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        named = any(map(is_named, given.values()))
+        arrays = together(**given)
+        kept = arrays if named else [quantity(text, value) for text, value in given.items()]
+        for field, value, array in zip(fields(self), kept, arrays, strict=True):  # type: ignore[arg-type]
+            object.__setattr__(self, field.name, value)
+            text, within, allowed = RANGES[field.name]
+            require(within(np.asarray(array)), text, array, allowed)
+        within_faces = np.abs(self.eccentricity) <= np.divide(self.thickness, 2)
+        require(within_faces, "eccentricity", self.eccentricity, RANGES["eccentricity"][2])
+        self._check_arithmetic()
+        self._check_shape()
+
+    def _check_shape(self) -> None:
+        """Raise `InputError` for sizes that no wall has, and warn of those that few have: likely slips of units."""
+        with np.errstate(all="ignore"):  # of sizes out of all scale e is no number
+            e = self.restitution
+        plausibility.require_rocking(self.thickness, self.height, e, self.least_slenderness, self.law)
+        plausibility.warn(plausibility.of_wall(self.thickness, self.height))
 
     def _check_arithmetic(self) -> None:
         """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
@@ -129,8 +144,7 @@ class _Mechanism:
         InputError
             If an amplitude u0/u_ins lies outside (0, 1).
         """
-        require_finite("release_amplitude", release_amplitude)
-        x0 = np.asarray(release_amplitude, dtype=float)
+        x0 = numbers("release_amplitude", release_amplitude)
         require((x0 > 0) & (x0 < 1), "release_amplitude", x0, "greater than 0 and less than 1")
         return 4 * np.arccosh(1 / (1 - x0)) / self.frequency_parameter
 
@@ -144,11 +158,27 @@ class _Mechanism:
         u : float or ndarray
             Displacement, broadcasts. [m]
         """
-        magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(u), 0.0)
-        return np.sign(u) * magnitude
+        at = numbers("u", u)
+        magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(at), 0.0)
+        return np.sign(at) * magnitude
 
 
-@dataclass(frozen=True)
+def angular_momentum_restitution(thickness: Quantity, height: Quantity, hinge_ratio: Quantity) -> Array:
+    """Return e by Eq. (7), for sizes of which there may be no wall too: it falls to -1 with the hinge's height. [-]
+
+    Parameters
+    ----------
+    thickness, height : float or ndarray
+        t and h. [m]
+    hinge_ratio : float or ndarray
+        r = h1/h. [-]
+    """
+    lower = np.multiply(hinge_ratio, height)
+    product = lower * (lower + height)
+    return (product - 3 * np.square(thickness)) / (product + 3 * np.square(thickness))
+
+
+@dataclass(frozen=True, eq=False)
 class Wall(_Mechanism):
     """Vertically spanning strip wall: two rigid bodies, supports that move together (Sections 2 and 4.1).
 
@@ -172,7 +202,7 @@ class Wall(_Mechanism):
     Raises
     ------
     InputError
-        If a value lies outside its range.
+        If a value lies outside its range, h/t is below 1, or Eq. (7) gives no restitution above 0.
 
     Examples
     --------
@@ -192,12 +222,8 @@ class Wall(_Mechanism):
     overburden_ratio: Quantity = 0.0
     eccentricity: Quantity = 0.0
 
-    def __post_init__(self) -> None:
-        self._check()
-        require_finite("hinge_ratio (h1/h)", self.hinge_ratio)
-        r = np.asarray(self.hinge_ratio, dtype=float)
-        require((r > 0) & (r < 1), "hinge_ratio (h1/h)", r, "between 0 and 1, both excluded")
-        self._check_arithmetic()
+    least_slenderness: ClassVar[float] = 1.0
+    law: ClassVar[str] = "Eq. (7)"
 
     @property
     def lower_height(self) -> Array:
@@ -237,8 +263,7 @@ class Wall(_Mechanism):
 
         It ignores the top support's impulse.
         """
-        product = self.lower_height * (self.lower_height + self.height)
-        return (product - 3 * np.square(self.thickness)) / (product + 3 * np.square(self.thickness))
+        return angular_momentum_restitution(self.thickness, self.height, self.hinge_ratio)
 
     @property
     def restitution_impulsive(self) -> Array:
@@ -253,7 +278,7 @@ class Wall(_Mechanism):
         return (2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * (r**2 * (1 - r) + (3 - 2 * r) * q))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parapet(_Mechanism):
     """One block that rocks on its base, such as a parapet. The displacement u is at its top.
 
@@ -273,7 +298,7 @@ class Parapet(_Mechanism):
     Raises
     ------
     InputError
-        If a value lies outside its range.
+        If a value lies outside its range, or Housner's formula gives no restitution above 0.
 
     Examples
     --------
@@ -290,9 +315,8 @@ class Parapet(_Mechanism):
     overburden_ratio: Quantity = 0.0
     eccentricity: Quantity = 0.0
 
-    def __post_init__(self) -> None:
-        self._check()
-        self._check_arithmetic()
+    least_slenderness: ClassVar[float] = 0.0  # a low parapet rocks as long as Housner's restitution says so
+    law: ClassVar[str] = "Housner's formula"
 
     @property
     def rigid_strength(self) -> Array:

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import require, require_finite
+from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import STANDARD_GRAVITY, Wall
@@ -70,11 +71,9 @@ def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:
     ndarray, shape of `time`
         [m s-2]
     """
-    require_finite("time", time)
-    require_finite("amplitude", amplitude)
-    require_finite("frequency", frequency)
-    require(np.asarray(frequency) > 0, "frequency", frequency, "greater than 0 [Hz]")
-    s = (np.pi * frequency * np.asarray(time, dtype=float)) ** 2
+    at, amplitude, frequency = numbers("time", time), number("amplitude", amplitude), number("frequency", frequency)
+    require(frequency > 0, "frequency", frequency, "greater than 0 [Hz]")
+    s = (np.pi * frequency * at) ** 2
     return amplitude * (1 - 2 * s) * np.exp(-s)
 
 
@@ -107,15 +106,13 @@ def table_pulse(
     ndarray, shape of `time`
         [m s-2]
     """
-    require_finite("time", time)
-    require_finite("amplitude", amplitude)
-    require_finite("width", width)
-    require(np.asarray(width) > 0, "width", width, "greater than 0 [s]")
-    require_finite("side_lobe", side_lobe)
+    at, amplitude = numbers("time", time), number("amplitude", amplitude)
+    width, side_lobe = number("width", width), number("side_lobe", side_lobe)
+    require(width > 0, "width", width, "greater than 0 [s]")
     allowed = f"between 0.02 and {RICKER_SIDE_LOBE:.3f}, a Ricker wavelet's, excluded"
-    require((np.asarray(side_lobe) >= 0.02) & (np.asarray(side_lobe) < 0.446), "side_lobe", side_lobe, allowed)
+    require(0.02 <= side_lobe < 0.446, "side_lobe", side_lobe, allowed)
     r = brentq(lambda r: _side_lobe(r) - side_lobe, 0.001, 0.9999, xtol=1e-15)
-    q = _zero(r) * (2 * np.asarray(time, dtype=float) / width) ** 2
+    q = _zero(r) * (2 * at / width) ** 2
     return amplitude * (np.exp(-q) - r * np.exp(-(r**2) * q)) / (1 - r)
 
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions import units
 from rockdamp.motions.records import Record
@@ -149,9 +150,7 @@ def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: floa
     >>> rd.spectral_acceleration(sine, [0.05, 1.0]).round(2)  # a stiff oscillator follows the ground; at 1 s, resonance
     array([1.01, 4.67])
     """
-    require_finite("period", period)
-    require_finite("damping_ratio", damping_ratio)
-    periods = np.asarray(period, dtype=float)
+    periods, damping_ratio = numbers("period", period), number("damping_ratio", damping_ratio)
     require(periods > 0, "period", periods, "greater than 0 [s]")
     require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, "at least 0 and less than 1")
     return np.vectorize(lambda seconds: _pseudo_acceleration(record, seconds, damping_ratio), otypes=[float])(periods)

@@ -6,13 +6,14 @@ import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.arguments import MOST_ELEMENTS, instance, number, real
+from rockdamp.arguments import path as file_path
+from rockdamp.arrays import Array, ByValue
+from rockdamp.errors import InputError, require
 from rockdamp.motions import record_files, units
 from rockdamp.motions.record_files import COLUMNS
 from rockdamp.motions.sampling import check_finite, check_time, step_of
@@ -22,8 +23,8 @@ from rockdamp.storage.atomic import replacing
 ANSWERS = {"yes": True, "no": False}
 
 
-@dataclass(frozen=True)
-class Record:
+@dataclass(frozen=True, eq=False)
+class Record(ByValue):
     """A ground motion sampled uniformly in time, and the wall's displacement where it was measured.
 
     Parameters
@@ -68,10 +69,12 @@ class Record:
             values = getattr(self, name)
             if values is None and name == "displacement":
                 continue
-            values = np.asarray(values, dtype=float)
+            values = real(column, values).copy()
+            values.flags.writeable = False
             object.__setattr__(self, name, values)
-            if values.shape != (len(self.elapsed),):
-                raise InputError(f"{column} has shape {values.shape}; it must be {(len(self.elapsed),)}, that of time")
+            samples = self.elapsed.shape[:1]
+            if values.shape != samples or not samples:
+                raise InputError(f"{column} has shape {values.shape}; it must be {samples or '(samples,)'}, that of time")
             check_finite(values, column, lambda index: f"at sample {index}")
         check_time(self.elapsed, lambda index: f"at sample {index}")
         object.__setattr__(self, "header", _header(self.header))
@@ -94,7 +97,11 @@ class Record:
 
 def _header(given: Mapping[str, str]) -> dict[str, str]:
     """Return a header with its keys in small letters."""
-    header = {str(key).strip().lower(): value for key, value in given.items()}
+    instance("header", given, Mapping)
+    for key, value in given.items():
+        instance("a key of the header", key, str)
+        instance(f"header {key!r}", value, str)
+    header = {key.strip().lower(): value for key, value in given.items()}
     if len(header) < len(given):
         raise InputError(f"the header has the keys {', '.join(map(str, given))}; each must stand there once")
     return header
@@ -115,9 +122,12 @@ def followed_by_rest(ground_acceleration: Array, step: float, tail: float) -> Ar
     InputError
         If `tail` is negative or not finite.
     """
-    require_finite("tail", tail)
+    tail = number("tail", tail)
     require(tail >= 0, "tail", tail, "at least 0")
-    return np.concatenate([ground_acceleration, np.zeros(int(np.ceil(tail / step)))])
+    rest = np.ceil(tail / step)
+    allowed = f"at most {MOST_ELEMENTS:,} samples long, {MOST_ELEMENTS * step:.3g} of its unit"
+    require(rest <= MOST_ELEMENTS, "tail", tail, allowed)
+    return np.concatenate([ground_acceleration, np.zeros(int(rest))])
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
@@ -151,9 +161,10 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     ...     rd.read_record(path).ground_acceleration
     array([0. , 1.5, 0. ])
     """
+    path = file_path("path", path)
     read = input_file.content(path, "a record as CSV or PEER AT2")
     text = input_file.text(read, path).rstrip()
-    parse = record_files.at2 if Path(path).suffix.lower() == ".at2" else record_files.csv
+    parse = record_files.at2 if path.suffix.lower() == ".at2" else record_files.csv
     try:
         if not text:
             raise InputError("is empty; it must be a record as CSV or PEER AT2")
@@ -192,6 +203,7 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     0.01,1.5
     0.02,0.0
     """
+    path, record = file_path("path", path), instance("record", record, Record)
     for key, value in record.header.items():
         line = f"{key}{value}"
         if not key or key.startswith("#") or ":" in key or not line.isprintable():

@@ -23,8 +23,9 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 from scipy.special import hyp1f1
 
+from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, Viscous
 
@@ -146,15 +147,14 @@ def _check(
     if curve.shape or damping.shape:
         raise InputError(f"the curve's or damper's shape is {curve.shape or damping.shape}; it must be one of each")
     for name, value in (("times", times), ("release_amplitude", x0), ("release_velocity", v0), ("load", load)):
-        require_finite(name, value)
+        numbers(name, value)
     require(times.size > 0, "the number of times", times.size, "at least 1")
     require(times >= 0, "times", times, "at least 0")
     require(np.diff(times) >= 0, "times", times[1:], "ascending")
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
     require(load.ndim == 1, "the load's number of dimensions", load.ndim, "1")
     if load.size:
-        require_finite("load_step", np.nan if load_step is None else load_step)
-        require(np.asarray(load_step) > 0, "load_step", load_step, "greater than 0")
+        require(number("load_step", load_step) > 0, "load_step", load_step, "greater than 0")
 
 
 # --- the run: pieces, branches and segments of the load -------------------------------------------------------------

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from threading import Event
 from typing import Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp import kernels
+from rockdamp.arguments import MOST_ELEMENTS, broadcast, instance, numbers, whole
 from rockdamp.arrays import Array, is_named
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.response import (
@@ -27,6 +29,8 @@ from rockdamp.solvers.response import (
     Response,
 )
 
+MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
+SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -49,6 +53,7 @@ def stable_step(curve: TrilinearCurve) -> Array:
     >>> rd.stable_step(rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)).round(3).item()
     0.434
     """
+    instance("curve", curve, TrilinearCurve)
     return np.asarray(2.0 / curve.initial_frequency)
 
 
@@ -156,7 +161,8 @@ def solve(
     >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).displacement.shape
     (2, 81)
     """
-    march = kernels.march(damping.step(scheme))
+    instance("curve", curve, TrilinearCurve)
+    march = kernels.march(instance("damping", damping, Damping).step(scheme))
     given = {
         "cracked_stiffness_ratio": curve.cracked_stiffness_ratio,
         **damping.own,
@@ -164,15 +170,21 @@ def solve(
         "release_amplitude": release_amplitude,
         "release_velocity": release_velocity,
         "load_factor": load_factor,
+        "ground_acceleration": ground_acceleration,
     }
     _refuse_names(given)
-    ground = np.ascontiguousarray(ground_acceleration, dtype=float)
-    _check_record(ground, steps, substeps, store_every)
+    steps, substeps = whole("steps", steps, 1, MOST_STEPS), whole("substeps", substeps, 1, MOST_STEPS)
+    every = 1 if store_every is None else whole("store_every", store_every, 1, MOST_STEPS)
+    threads = None if threads is None else whole("threads", threads, 1)
+    # The kernel is compiled for arrays that can be written, so this is a copy of the copy.
+    ground = np.array(numbers("ground_acceleration", ground_acceleration), order="C")
+    _check_record(ground, steps, substeps)
     h, x0, v0, g = _check_start(curve, step, release_amplitude, release_velocity, load_factor)
-    case = 0 if reference is None else reference.case
-    batch = _Batch(
-        np.broadcast_shapes(curve.shape, damping.shape, h.shape, x0.shape, v0.shape, g.shape, np.shape(case))
-    )
+    case = 0 if reference is None else instance("reference", reference, Reference).case
+    lanes = {"step": h, "release_amplitude": x0, "release_velocity": v0, "load_factor": g, "case": case}
+    batch = _Batch(broadcast(curve=curve, damping=damping, **lanes))
+    stored = steps // every + 1 if store_every is not None else 0
+    batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
     start = _start_acceleration(curve, damping, x0, v0, g, ground)
     work = batch.pack(
         {
@@ -189,28 +201,31 @@ def solve(
         }
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
-    stored = steps // store_every + 1 if store_every else 0
     displacement, velocity = (batch.histories(stored) for _ in range(2))
 
-    def advance(part: slice) -> None:
-        march(
-            work[part],
-            ground,
-            substeps,
-            steps,
-            compared,
-            case_of_lane[part],
-            checkpoints,
-            error[part],
-            store_every or 1,
-            displacement[part],
-            velocity[part],
-        )
+    def advance(part: slice, stopped: Event) -> None:
+        for blocks, first, last in _slices(part, steps, substeps):
+            if stopped.is_set():
+                return
+            march(
+                work[blocks],
+                ground,
+                substeps,
+                first,
+                last,
+                compared,
+                case_of_lane[blocks],
+                checkpoints,
+                error[blocks],
+                every,
+                displacement[blocks],
+                velocity[blocks],
+            )
 
     _in_threads(advance, batch.blocks, threads)
 
     ended = batch.ended(work, h)
-    if store_every:
+    if store_every is not None:
         ended |= {"displacement": batch.trim(displacement), "velocity": batch.trim(velocity)}
     if reference is not None:
         collapsed = ended["outcome"] == COLLAPSED
@@ -224,13 +239,8 @@ def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
         raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
 
 
-def _check_record(ground: Array, steps: int, substeps: int, store_every: int | None) -> None:
-    counts = {"steps": steps, "substeps": substeps} | ({} if store_every is None else {"store_every": store_every})
-    for name, count in counts.items():
-        whole = isinstance(count, (int, np.integer)) and count >= 1
-        require(whole, name, count, "a whole number, at least 1")
+def _check_record(ground: Array, steps: int, substeps: int) -> None:
     require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
-    require_finite("ground_acceleration", ground)
     if ground.size and steps > (ground.size - 1) * substeps:
         raise InputError(f"steps is {steps}; it must be at most {(ground.size - 1) * substeps}, the record's length")
 
@@ -240,15 +250,14 @@ def _check_start(
 ) -> tuple[Array, Array, Array, Array]:
     """Return step, displacement, velocity and load factor as arrays."""
     given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity, "load_factor": load_factor}
-    for name, value in given.items():
-        require_finite(name, value)
-    h, x0, v0, g = (np.asarray(value, dtype=float) for value in given.values())
+    h, x0, v0, g = (numbers(name, value) for name, value in given.items())
     require(h > 0, "step", h, "greater than 0")
     require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
     limit = stable_step(curve)
-    beyond = np.broadcast_to(limit, np.broadcast_shapes(h.shape, limit.shape))[~(h < limit)]
+    beyond = np.broadcast_to(limit, broadcast(step=h, curve=limit))[~(h < limit)]
     allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
     require(h < limit, "step", h, allowed)
+    broadcast(release_amplitude=x0, curve=curve)
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
     return h, x0, v0, g
 
@@ -260,7 +269,7 @@ def _start_acceleration(
     with np.errstate(over="ignore", invalid="ignore"):
         load = load_factor * ground[0] if ground.size else 0.0
         start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0, v0) * v0)
-    require_finite("the acceleration at the start, of load, curve and damper", start)
+    require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 
 
@@ -271,6 +280,15 @@ class _Batch:
         self.shape = shape
         self.lanes = int(np.prod(shape))
         self.blocks = -(-self.lanes // kernels.LANES)
+
+    def require_room(self, stored: int, checkpoints: int) -> None:
+        """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
+        each = max(stored, checkpoints)
+        if max(self.lanes, 1) * max(kernels.ROWS, each) > MOST_ELEMENTS:
+            raise InputError(
+                f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at most"
+                f" {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
+            )
 
     def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
         flat = target.reshape(-1)
@@ -305,13 +323,11 @@ class _Batch:
         case_of_lane = np.zeros((self.blocks, kernels.LANES), dtype=np.int64)
         if reference is None:
             return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
-        checkpoints = np.ascontiguousarray(reference.checkpoints, dtype=np.int64)
-        compared = np.ascontiguousarray(reference.displacement, dtype=float)
-        case = np.asarray(reference.case, dtype=np.int64)
+        # The kernel is compiled for arrays that can be written.
+        checkpoints, compared, case = reference.checkpoints.copy(), reference.displacement, reference.case
         within = (checkpoints >= 1) & (checkpoints <= steps)
-        require_finite("the reference's displacement", compared)
-        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
-        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
+        # Here and not when it is made: it is not copied, as it may be large.
+        require(np.isfinite(compared), "the reference's displacement", compared, "a finite number")
         require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
         if compared.shape[1] <= steps:
             raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
@@ -334,16 +350,33 @@ class _Batch:
         return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
 
 
-def _in_threads(advance: Callable[[slice], None], blocks: int, threads: int | None) -> None:
-    """Call `advance` on slices of the blocks, at once on as many threads as are allowed; the slices do not matter."""
-    threads = min(threads or available_threads(), blocks)
+def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:
+    """Yield blocks and steps, first and last, for one call of the kernel after the other: `SLICE` steps at once."""
+    at_once = max(SLICE // steps, 1)
+    length = max(SLICE // substeps, 1) * substeps  # from sample to sample of the record
+    for start in range(part.start, part.stop, at_once):
+        blocks = slice(start, min(start + at_once, part.stop))
+        for first in range(1, steps + 1, length):
+            yield blocks, first, min(first + length - 1, steps)
+
+
+def _in_threads(advance: Callable[[slice, Event], None], blocks: int, threads: int | None) -> None:
+    """Call `advance` on parts of the blocks, at once on as many threads as are allowed; the parts do not matter.
+
+    Where one fails, or the user interrupts the run, the others are told to stop.
+    """
+    threads, stopped = min(threads or available_threads(), blocks), Event()
     if threads <= 1:
-        advance(slice(0, blocks))
+        advance(slice(0, blocks), stopped)
         return
     chunks = min(blocks, 4 * threads)  # a few each, so that no thread idles at the end
     edges = np.linspace(0, blocks, chunks + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(advance, (slice(start, stop) for start, stop in pairwise(edges))))
+        try:
+            list(pool.map(lambda part: advance(part, stopped), (slice(*ends) for ends in pairwise(edges))))
+        except BaseException:
+            stopped.set()
+            raise
 
 
 def available_threads() -> int:

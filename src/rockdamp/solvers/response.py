@@ -8,7 +8,9 @@ from typing import Required, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp.arrays import Array
+from rockdamp.arguments import real, whole_numbers
+from rockdamp.arrays import Array, ByValue
+from rockdamp.errors import require
 
 COMPLETED, COLLAPSED = 0, 1
 OUTCOMES = ("completed", "collapsed")
@@ -28,8 +30,8 @@ class Options(TypedDict, total=False):
     threads: int | None
 
 
-@dataclass(frozen=True)
-class Reference:
+@dataclass(frozen=True, eq=False, init=False)
+class Reference(ByValue):
     """Histories that Eq. (17) compares with, while the kernel runs, so that no other history is stored.
 
     Parameters
@@ -40,6 +42,12 @@ class Reference:
         Which row each lane is compared with.
     checkpoints : sequence of int, ascending
         Steps up to which the error is summed.
+
+    Raises
+    ------
+    InputError
+        If the histories are no numbers or have no two dimensions, cases or checkpoints are not whole, or checkpoints
+        do not ascend.
 
     Examples
     --------
@@ -53,13 +61,22 @@ class Reference:
     1
     """
 
-    displacement: ArrayLike
-    case: ArrayLike
-    checkpoints: ArrayLike
+    displacement: Array
+    case: NDArray[np.int64]
+    checkpoints: NDArray[np.int64]
+
+    def __init__(self, displacement: ArrayLike, case: ArrayLike, checkpoints: ArrayLike) -> None:
+        histories = real("the reference's displacement", displacement)
+        rows, marks = whole_numbers("case", case), whole_numbers("checkpoints", checkpoints)
+        require(histories.ndim == 2, "the number of dimensions of the reference", histories.ndim, "2, cases and steps")
+        require(marks.ndim == 1 and marks.size > 0, "the shape of checkpoints", marks.shape, "one or more steps")
+        require(np.diff(marks) > 0, "checkpoints", marks[1:], "ascending")
+        for name, value in (("displacement", histories), ("case", rows), ("checkpoints", marks)):
+            object.__setattr__(self, name, value)
 
 
-@dataclass(frozen=True)
-class Response:
+@dataclass(frozen=True, eq=False)
+class Response(ByValue):
     """What a batch of time histories ended with; `shape` is what the inputs broadcast to.
 
     Attributes
@@ -89,7 +106,7 @@ class Response:
     impacts: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Histories(Response):
     """A response with its time histories, from `solve` with `store_every`.
 
@@ -111,7 +128,7 @@ class Histories(Response):
     velocity: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Comparison(Response):
     """A response compared with a `Reference`, from `solve` with `reference`.
 
@@ -134,7 +151,7 @@ class Comparison(Response):
     error: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ComparedHistories(Histories, Comparison):
     """A response with its time histories and compared with a `Reference`: what `Histories` and `Comparison` hold.
 

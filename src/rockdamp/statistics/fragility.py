@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_ndtr
 
+from rockdamp.arguments import numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 
 INTERVAL = (0.025, 0.975)
 ITERATIONS = 50
@@ -71,8 +72,7 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     >>> round(float(curve.median), 3), round(float(curve.dispersion), 3)
     (0.676, 0.401)
     """
-    s = np.asarray(intensity, dtype=float)
-    require_finite("intensity", s)
+    s = numbers("intensity", intensity)
     require(s > 0, "intensity", s, "greater than 0")
     if s.ndim != 1 or np.any(np.diff(s) <= 0):
         raise InputError("intensity must be ascending and have one dimension")

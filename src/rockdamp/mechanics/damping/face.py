@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array, Quantity, together
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.arguments import one_of, together
+from rockdamp.arrays import Array, ByValue, Quantity
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.vocabulary import MODELS, TITLES
 
@@ -25,7 +26,7 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
 _KINDS: dict[str, type[Damping]] = {}
 
 
-class Damping:
+class Damping(ByValue):
     """One damping model with its parameters, numbers or arrays that broadcast against the walls they are given to.
 
     Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)`, `Damping.power(1.3, 0.05)` or, as the damper that loses in
@@ -85,9 +86,7 @@ class Damping:
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
         if cls is not Damping:
             return super().__new__(cls)
-        if model not in _KINDS:
-            raise InputError(f"damping_model is {model!r}; it must be one of {', '.join(MODELS)}")
-        return super().__new__(_KINDS[model])
+        return super().__new__(_KINDS[_known(model)])
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
         required = [name for name in self.names if name not in self.defaults]
@@ -98,8 +97,6 @@ class Damping:
                 f"{self.model} takes {', '.join(self.names)} and nothing else;"
                 f" it was given {', '.join([*given, *others]) or 'no value'}"
             )
-        for name, value in given.items():
-            require_finite(RANGES[name][0], value)
         arrays = together(**{RANGES[name][0]: given[name] for name in self.names})
         for name, array in zip(self.names, arrays, strict=True):
             text, within, allowed = RANGES[name]
@@ -112,6 +109,9 @@ class Damping:
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name} cannot be set: a damper keeps its parameters; `changed` makes another")
+
+    def _parts(self) -> tuple[Any, ...]:
+        return tuple(self.own.values())
 
     def __repr__(self) -> str:
         return f"Damping({self.model!r}, {', '.join(f'{name}={value!r}' for name, value in self.own.items())})"
@@ -168,8 +168,7 @@ class Damping:
         array([0.0709, 0.0517])
         """
         exact = Damping.exact_models()
-        if model not in exact:
-            raise InputError(f"damping_model is {model!r}; it must be one of {', '.join(exact)}: the others need a fit")
+        model = one_of("damping_model", model, exact, ": the others need a fit")
         kind = _KINDS[model]
         e = np.asarray(Damping.cr(restitution).restitution)
         return Damping(model, e if kind.is_impact else kind.exact_damping_ratio(e, **named), **named)
@@ -203,7 +202,7 @@ class Damping:
         **values : float or ndarray
             By name; those that the model does not have are left out. [-]
         """
-        names = _KINDS[model].names if model in _KINDS else ()
+        names = _KINDS[_known(model)].names
         return Damping(model, **{name: values[name] for name in names if name in values})
 
     @property
@@ -264,9 +263,7 @@ class Damping:
         InputError
             If the scheme is unknown.
         """
-        if scheme not in SCHEMES:
-            raise InputError(f"scheme is {scheme!r}; it must be one of {', '.join(SCHEMES)}")
-        return self._newmark() if scheme == "newmark" else self._printed()
+        return self._newmark() if one_of("scheme", scheme, SCHEMES) == "newmark" else self._printed()
 
     def _newmark(self) -> Callable[..., None]:
         raise NotImplementedError
@@ -285,3 +282,9 @@ class Damping:
             u/u_ins and its derivative by tau, broadcast; not every damper depends on the velocity. [-]
         """
         raise NotImplementedError
+
+
+def _known(model: str) -> str:
+    """Return the name of a model that there is; the general exponent is one, and none of those that are compared."""
+    named = model if isinstance(model, str) and model.upper() in _KINDS else None
+    return named.upper() if named is not None else one_of("damping_model", model, MODELS)

@@ -1,0 +1,167 @@
+"""What no wall is, and what few are: sizes and loads that a slip of units makes, said once for all who ask.
+
+The Python objects, the command line and the config refuse the impossible and warn of the unlikely by these lines.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rockdamp.errors import InputError, InputWarning
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+# ASSUME: what is built of masonry and shaken by earthquakes; the paper has no such limits. Beyond these a mistaken unit
+# is likelier than the wall or the motion.
+THICKEST, HIGHEST = 2.0, 30.0  # [m]
+THINNEST, LOWEST = 0.03, 0.3  # what a guess must lead to [m]
+MOST_DAMPED = 0.5  # damping ratio [-]
+WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
+
+LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}  # [m]
+ACCELERATIONS = {"m s-2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01, "mm s-2": 0.001}  # [m s-2]
+
+_meant: ContextVar[bool] = ContextVar("meant", default=False)
+
+
+@contextmanager
+def as_meant() -> Iterator[None]:
+    """Give no warning of what is unlikely: for studies that go there on purpose, and what has been warned of before."""
+    token = _meant.set(True)
+    try:
+        yield
+    finally:
+        _meant.reset(token)
+
+
+def warn(doubts: Sequence[str]) -> None:
+    """Give each doubt as an `InputWarning`, in the name of the first line outside this package."""
+    if _meant.get():
+        return
+    for doubt in doubts:
+        warnings.warn(doubt, InputWarning, stacklevel=_outside())
+
+
+def _outside() -> int:
+    """Frames from `warn` up to the first that is not of this package, counted as `warnings.warn` counts them."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("rockdamp."):
+        level, frame = level + 1, frame.f_back
+    return level
+
+
+# --- walls ------------------------------------------------------------------------------------------------------------
+
+
+def require_rocking(
+    thickness: ArrayLike, height: ArrayLike, restitution: ArrayLike, least_slenderness: float, law: str
+) -> None:
+    """Raise `InputError` for sizes that no wall has: thicker than high, or without a restitution above 0.
+
+    Parameters
+    ----------
+    thickness, height, restitution : float or ndarray
+        t, h [m] and e of the wall by its own formula [-], broadcast.
+    least_slenderness : float
+        h/t below which it is none. [-]
+    law : str
+        What the formula is called.
+    """
+    t, h, e = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (thickness, height, restitution)))
+    squat = h / t < least_slenderness
+    bad = squat | ~(e > 0)
+    if not bad.any():
+        return
+    first = np.unravel_index(np.argmax(bad), bad.shape)
+    t, h, e, squat = t[first], h[first], e[first], squat[first]
+    sizes = f"thickness is {t:g} m and height {h:g} m, which is h/t = {h / t:.3g}"
+    reason = f"it must be at least {least_slenderness:g}" if squat else f"e is {e:.3g} by {law}; it must be above 0"
+    raise InputError(f"{sizes}; {reason}{_slip(float(t), float(h))}")
+
+
+def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
+    """Say whether sizes are larger than those of masonry walls.
+
+    Parameters
+    ----------
+    thickness, height : float or ndarray
+        Of arrays the largest counts. [m]
+    """
+    t, h = (float(np.max(np.asarray(value), initial=0.0)) for value in (thickness, height))
+    beyond = [
+        f"{name} is {value:g} m, more than {most:g} m"
+        for name, value, most in (("thickness", t, THICKEST), ("height", h, HIGHEST))
+        if value > most
+    ]
+    return [f"{' and '.join(beyond)}{_slip(t, h)}"] if beyond else []
+
+
+def _slip(t: float, h: float) -> str:
+    """Guess which mistake turns a usual wall into this one: values swapped, or in another unit than metres."""
+    if _usual(h, t):
+        return "; were the two swapped?"
+    if THINNEST <= t <= THICKEST and LOWEST <= h <= HIGHEST:
+        return ""
+    both = [unit for unit, factor in LENGTHS.items() if _usual(factor * t, factor * h)]
+    if both:
+        return f"; were they in {' or '.join(both)}?"
+    for name, wall in (
+        ("thickness", lambda factor: (factor * t, h)),
+        ("height", lambda factor: (t, factor * h)),
+    ):
+        one = [unit for unit, factor in LENGTHS.items() if _usual(*wall(factor))]
+        if one:
+            return f"; was the {name} in {' or '.join(one)}?"
+    return ""
+
+
+def _usual(t: float, h: float) -> bool:
+    return THINNEST <= t <= THICKEST and LOWEST <= h <= HIGHEST and h >= 2 * t
+
+
+# --- damping and motions ----------------------------------------------------------------------------------------------
+
+
+def of_damping(damping_ratio: ArrayLike) -> list[str]:
+    """Say whether a damping ratio is larger than that of any wall.
+
+    Parameters
+    ----------
+    damping_ratio : float or ndarray
+        xi; of an array the largest counts. [-]
+    """
+    xi = float(np.max(np.asarray(damping_ratio), initial=0.0))
+    if xi <= MOST_DAMPED:
+        return []
+    slip = f"; was it in per cent ({xi / 100:g})?" if xi / 100 <= MOST_DAMPED else ""
+    return [f"damping_ratio (xi) is {xi:g}, more than {MOST_DAMPED:g}{slip}"]
+
+
+def of_motion(pga: float, unit: str = "m s-2") -> list[str]:
+    """Say whether a peak ground acceleration is weaker or stronger than those of earthquakes that matter.
+
+    Parameters
+    ----------
+    pga : float
+        [m s-2]
+    unit : str
+        A key of `ACCELERATIONS`: what its numbers were taken for when they were read.
+    """
+    if pga == 0 or _shakes(pga):
+        return []
+    in_g = pga / STANDARD_GRAVITY
+    beyond = f"more than {STRONGEST:g} g" if in_g > STRONGEST else f"less than {WEAKEST:g} g"
+    elsewhere = {name: pga * factor / ACCELERATIONS[unit] for name, factor in ACCELERATIONS.items()}
+    likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if _shakes(value)]
+    slip = f"; were they in {' or '.join(likely)}?" if likely else ""
+    return [f"PGA is {pga:.3g} m s-2, {beyond}, with the accelerations taken as {unit}{slip}"]
+
+
+def _shakes(pga: float) -> bool:
+    return WEAKEST * STANDARD_GRAVITY <= pga <= STRONGEST * STANDARD_GRAVITY
