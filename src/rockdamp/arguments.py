@@ -1,8 +1,8 @@
 """What is given, made into what is computed with: one conversion for each kind of argument, where it comes in.
 
 Each names the argument and says what it wants. Numbers are real and finite, and none of text, truth values, complex
-numbers, masks or units of another package is taken for them. Arrays are copied, and the copy cannot be written: what was
-checked stays as it was.
+numbers, masks or units of another package is taken for them. Arrays are copied, and the copy cannot be written: what
+was checked stays as it was.
 """
 
 from __future__ import annotations
@@ -13,15 +13,13 @@ import os
 from collections.abc import Collection
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, require, shown
-
-Kind = TypeVar("Kind")
 
 MOST_ELEMENTS = 2**28  # of one array: 2 GB, beyond which the system ends the process instead of raising an error
 NUMBER = "a number, or an array of them"
@@ -217,7 +215,7 @@ def one_of(name: str, value: Any, allowed: Collection[str], why: str = "") -> st
     return meant
 
 
-def instance(name: str, value: Any, *kinds: type[Kind]) -> Kind:
+def instance(name: str, value: Any, *kinds: type[Any]) -> Any:
     """Return an object of one of some classes.
 
     Raises

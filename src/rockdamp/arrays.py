@@ -38,8 +38,8 @@ class ByValue:
         try:
             return hash((type(self), *parts))
         except TypeError:
-            text = f"a {type(self).__name__} that holds arrays has no hash: compare it with ==, or name it to look it up"
-            raise TypeError(text) from None
+            name = type(self).__name__
+            raise TypeError(f"a {name} that holds arrays has no hash: compare it with ==, or give it a name") from None
 
 
 def _equal(one: Any, other: Any) -> bool:

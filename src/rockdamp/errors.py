@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-
 MOST_SHOWN = 80  # characters of a value
 
 
@@ -83,16 +82,21 @@ def shown(value: Any) -> str:
 
 @contextmanager
 def warnings_as_lines() -> Iterator[None]:
-    """Show each `InputWarning` as one line, ``warning: ...``, without the line of Python that gave it."""
-    usual = warnings.formatwarning
+    """Show each `InputWarning` as one line, ``warning: ...``, once and without the line of Python that gave it."""
+    usual, told = warnings.formatwarning, set[str]()
 
     def shown(message: Any, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
         if issubclass(category, InputWarning):
-            return f"warning: {message}\n"
+            text = f"warning: {message}\n"
+            new = text not in told
+            told.add(text)
+            return text if new else ""
         return usual(message, category, filename, lineno, line)
 
     warnings.formatwarning = shown
-    try:
-        yield
-    finally:
-        warnings.formatwarning = usual
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", InputWarning)
+        try:
+            yield
+        finally:
+            warnings.formatwarning = usual

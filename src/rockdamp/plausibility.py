@@ -143,24 +143,28 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
     return [f"damping_ratio (xi) is {xi:g}, more than {MOST_DAMPED:g}{slip}"]
 
 
-def of_motion(pga: float, unit: str = "m s-2") -> list[str]:
+def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float = 1.0) -> list[str]:
     """Say whether a peak ground acceleration is weaker or stronger than those of earthquakes that matter.
 
     Parameters
     ----------
     pga : float
-        [m s-2]
-    unit : str
-        A key of `ACCELERATIONS`: what its numbers were taken for when they were read.
+        Before it is scaled. [m s-2]
+    unit, taken : str and float
+        What its numbers were taken for when they were read, and that unit in m s-2.
+    scale : float
+        Factor on it that was asked for. [-]
     """
-    if pga == 0 or _shakes(pga):
+    scaled = pga * abs(scale)
+    if scaled == 0 or _shakes(scaled):
         return []
-    in_g = pga / STANDARD_GRAVITY
-    beyond = f"more than {STRONGEST:g} g" if in_g > STRONGEST else f"less than {WEAKEST:g} g"
-    elsewhere = {name: pga * factor / ACCELERATIONS[unit] for name, factor in ACCELERATIONS.items()}
+    beyond = f"over {STRONGEST:g} g" if scaled > STRONGEST * STANDARD_GRAVITY else f"under {WEAKEST:g} g"
+    if scale != 1:
+        return [f"PGA is {scaled:.3g} m s-2, {beyond}: {pga:.3g} m s-2 times the scale of {scale:g}"]
+    elsewhere = {name: pga * factor / taken for name, factor in ACCELERATIONS.items()}
     likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if _shakes(value)]
-    slip = f"; were they in {' or '.join(likely)}?" if likely else ""
-    return [f"PGA is {pga:.3g} m s-2, {beyond}, with the accelerations taken as {unit}{slip}"]
+    cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
+    return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
 
 
 def _shakes(pga: float) -> bool:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from rockdamp.mechanics.wall import EXCITATION_FACTOR, STANDARD_GRAVITY, Parapet, Wall
+from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 t, h1, h2, m, W, O, small = sp.symbols("t h1 h2 m W O small", positive=True)  # noqa: E741
 ecc, u, q = sp.symbols("ecc u q", real=True)

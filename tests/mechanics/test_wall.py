@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import quad
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.wall import SORRENTINO_RATIO, STANDARD_GRAVITY, Parapet, Wall
+from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 # The wall of Fig. 5: t = 0.3 m, slenderness 15, h1/h = 0.7, no overburden.
 FIG_5 = {"thickness": 0.3, "height": 4.5, "hinge_ratio": 0.7}

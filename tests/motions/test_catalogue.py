@@ -11,9 +11,9 @@ import yaml
 from repository import ROOT
 
 from rockdamp.errors import InputError, RecordWarning, warnings_as_lines
-from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import SETS, files_of, from_file, listing, load_records, read
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EVERYTHING = [f"fema-p695:{name}/*" for name in SETS]
 NUMBERS = {"far-field": range(1, 23), "near-field-pulse": range(1, 15), "near-field-no-pulse": range(15, 29)}
@@ -266,7 +266,7 @@ def test_a_file_in_the_wrong_unit_is_read_with_a_warning(folder):
     Path("big.AT2").write_text(AT2.replace(".1", "312"), encoding="utf-8")
     (entry,) = listing(["big.AT2"])
     with pytest.warns(
-        RecordWarning, match=r"^big\.AT2: PGA is 3\.06e\+03 m s-2, over 20, .* in cm s-2 \(3\.12 m s-2\)"
+        RecordWarning, match=r"^big\.AT2: PGA is 3\.06e\+03 m s-2, over 3 g, .* in cm s-2 \(3\.12 m s-2\)"
     ):
         assert read(entry).name == "big"
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions.records import Record, followed_by_rest, read_record, write_record
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 HEADER = "# specimen: A\n# source: B, 2017: table 3\n# licence: CC0-1.0\n# units: s, m s-2, m\n# synthetic: yes\n"
 COLUMNS = "elapsed_s,ground_acceleration_m_s2,displacement_m\n"

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions import units
 from rockdamp.motions.catalogue import from_file
 from rockdamp.motions.records import Record, read_record, write_record
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 ROWS = "0,0.5\n0.01,-1.5\n0.02,0.25\n"
 SI = "elapsed_s,ground_acceleration_m_s2\n" + ROWS

@@ -29,9 +29,11 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np
 
+        from rockdamp.errors import warnings_as_lines
+
         try:
             # Numbers too large or too small for the formulas are bad input, not results.
-            with np.errstate(over="raise", divide="raise", invalid="raise"):
+            with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
             _fail(ctx, f"a value given is too large or too small to compute with ({error})")

@@ -205,12 +205,10 @@ def respond(
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     wall, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, order, curve)
-    from rockdamp.errors import warnings_as_lines
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.catalogue import from_file
 
-    with warnings_as_lines():
-        motion = from_file(record).record
+    motion = from_file(record).record
     with concerning(record):
         histories = responses(motion, wall, curve, dampings, scale=scale, tail=tail)
     if output is not None:

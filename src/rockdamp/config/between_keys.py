@@ -19,10 +19,9 @@ from rockdamp.config.pulses import damper_order_problems, pulse_problems
 from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
-from rockdamp.vocabulary import DEFAULT_WINDOW, PRESETS, STUDIES
+from rockdamp.vocabulary import DEFAULT_WINDOW, PRESETS, STANDARD_GRAVITY, STUDIES
 
 WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, as a fraction of the number of steps
-STANDARD_GRAVITY = 9.80665  # [m s-2]
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 
 

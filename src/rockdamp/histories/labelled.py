@@ -171,11 +171,11 @@ def respond(
 
 
 def _warn_of_motion(ground: Array, scale: Array) -> None:
-    """Warn where the motion is likely in another unit at every scale; some scales of many may be meant to go far."""
-    peaks = np.abs(ground).max() * np.abs(scale[scale != 0])
-    doubts = [plausibility.of_motion(float(peak)) for peak in (peaks.min(initial=np.inf), peaks.max(initial=0))]
-    if all(doubts):
-        plausibility.warn(doubts[-1])
+    """Warn where the motion is likely in another unit at every scale: of many, some may be meant to go far."""
+    pga = float(np.abs(ground).max())
+    doubts = [doubt for factor in np.ravel(scale) for doubt in plausibility.of_motion(pga, scale=float(factor))]
+    if len(doubts) == np.size(scale):
+        plausibility.warn(doubts[:1])
 
 
 class _Batch:

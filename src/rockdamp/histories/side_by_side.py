@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rockdamp import plausibility
 from rockdamp.arguments import number
 from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import LEAST, half_cycles
@@ -70,10 +71,12 @@ def decays(
     a3 = float(curve.ultimate_ratio)
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, "greater than 0 and less than a3")
     steps = _affordable("length", float(length), float(length), curve)
-    runs = [
-        free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=steps + 1)
-        for damping in dampings
-    ]
+    _warn_of(dampings)
+    with plausibility.as_meant():
+        runs = [
+            free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=steps + 1)
+            for damping in dampings
+        ]
     histories = _side_by_side(runs, dampings, DECAY, curve).assign(release_amplitude=float(release_amplitude))
     if wall is None:
         return histories
@@ -119,7 +122,11 @@ def responses(
     scale, tail = number("scale", scale), number("tail", tail)
     duration = float(record.elapsed[-1] - record.elapsed[0]) + max(float(tail), 0.0)
     _affordable("tail", float(tail), float(wall.frequency_parameter) * duration, curve)
-    runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
+    _warn_of(dampings)
+    if scale != 1:  # as it is, it was judged when it was read
+        plausibility.warn(plausibility.of_motion(float(np.abs(record.ground_acceleration).max()), scale=scale))
+    with plausibility.as_meant():
+        runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
     histories = _side_by_side(runs, dampings, RESPONSE, curve)
     shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
     if isinstance(wall, Wall):
@@ -159,6 +166,11 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
                 row["peak_displacement"] = float(peak) * float(decay["instability_displacement"])
             rows.append(row)
     return rows
+
+
+def _warn_of(dampings: Sequence[Damping]) -> None:
+    """Warn once of damping ratios that no wall has."""
+    plausibility.warn(plausibility.of_damping([damping.own.get("damping_ratio", 0.0) for damping in dampings]))
 
 
 def _affordable(name: str, value: float, length: float, curve: TrilinearCurve) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp import kernels
-from rockdamp.arguments import numbers, one_of, together
+from rockdamp.arguments import numbers, one_of, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
 from rockdamp.vocabulary import PRESETS, SOFTENING
@@ -217,7 +217,7 @@ class TrilinearCurve(ByValue):
         InputError
             If an energy is negative or more than the curve can store.
         """
-        energy = numbers("energy", energy)
+        energy = real("energy", energy)
         k1, b1, ks, a1, a2, a3 = self.parameters()
         at_a1, at_a2, largest = self.energy(a1), self.energy(a2), self.energy(a3)
         require(
@@ -251,7 +251,7 @@ class TrilinearCurve(ByValue):
         InputError
             If an amplitude lies outside (0, a3).
         """
-        x0 = numbers("release_amplitude", x0)
+        x0 = real("release_amplitude", x0)
         k1, b1, ks, a1, a2, a3 = self.parameters()
         require((x0 > 0) & (x0 < a3), "release_amplitude", x0, "greater than 0 and less than a3")
         v0 = self.energy(x0)

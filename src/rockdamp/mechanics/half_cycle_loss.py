@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import beta
 
-from rockdamp.arrays import Array
 from rockdamp.arguments import numbers
+from rockdamp.arrays import Array
 from rockdamp.errors import require
 
 LARGEST_DECREMENT = -np.log(1e-6)  # poles near the real axis, at a distance like 1/delta, limit the rule's step

