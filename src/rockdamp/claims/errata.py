@@ -17,7 +17,7 @@ from rockdamp.claims.verdicts import number, percent, spans, steady
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.rigid_bodies import TwoBodies
-from rockdamp.mechanics.wall import Wall
+from rockdamp.mechanics.wall import Wall, angular_momentum_restitution
 from rockdamp.storage.dataset import Datasets
 
 COLUMNS = ("id", "where", "printed", "used", "evidence")
@@ -143,7 +143,7 @@ def hinge_ratio_of_fig_6(_: Datasets) -> dict[str, str]:
     low = Wall(**{**FIG5, "hinge_ratio": 0.07})
     return {
         "refusal": refusal,
-        "limit": number(Wall(**{**FIG5, "hinge_ratio": 1e-9}).restitution),
+        "limit": number(angular_momentum_restitution(FIG5["thickness"], FIG5["height"], 1e-9)),
         "growth": number(low.rigid_strength / Wall(**FIG5).rigid_strength),
     }
 

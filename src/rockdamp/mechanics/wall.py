@@ -40,8 +40,8 @@ class _Mechanism(ByValue):
     density: Quantity
     overburden_ratio: Quantity
     eccentricity: Quantity
-    least_slenderness: ClassVar[float]  # below it no wall of this kind is meant [-]
-    law: ClassVar[str]  # that `restitution` is by
+    _least_slenderness: ClassVar[float]  # below it no wall of this kind is meant [-]
+    _law: ClassVar[str]  # that `restitution` is by
 
     def __post_init__(self) -> None:
         given = {RANGES[field.name][0]: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
@@ -61,7 +61,7 @@ class _Mechanism(ByValue):
         """Raise `InputError` for sizes that no wall has, and warn of those that few have: likely slips of units."""
         with np.errstate(all="ignore"):  # of sizes out of all scale e is no number
             e = self.restitution
-        plausibility.require_rocking(self.thickness, self.height, e, self.least_slenderness, self.law)
+        plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
         plausibility.warn(plausibility.of_wall(self.thickness, self.height))
 
     def _check_arithmetic(self) -> None:
@@ -226,8 +226,8 @@ class Wall(_Mechanism):
     overburden_ratio: Quantity = 0.0
     eccentricity: Quantity = 0.0
 
-    least_slenderness: ClassVar[float] = 1.0
-    law: ClassVar[str] = "Eq. (7)"
+    _least_slenderness: ClassVar[float] = 1.0
+    _law: ClassVar[str] = "Eq. (7)"
 
     @property
     def lower_height(self) -> Array:
@@ -319,8 +319,8 @@ class Parapet(_Mechanism):
     overburden_ratio: Quantity = 0.0
     eccentricity: Quantity = 0.0
 
-    least_slenderness: ClassVar[float] = 0.0  # a low parapet rocks as long as Housner's restitution says so
-    law: ClassVar[str] = "Housner's formula"
+    _least_slenderness: ClassVar[float] = 0.0  # a low parapet rocks as long as Housner's restitution says so
+    _law: ClassVar[str] = "Housner's formula"
 
     @property
     def rigid_strength(self) -> Array:

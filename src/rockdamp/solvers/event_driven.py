@@ -154,12 +154,8 @@ def _check(
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
     require(load.ndim == 1, "the load's number of dimensions", load.ndim, "1")
     if load.size:
-        require(
-            number("load_step", np.nan if load_step is None else load_step) > 0,
-            "load_step",
-            load_step,
-            "greater than 0",
-        )
+        spacing = number("load_step", np.nan if load_step is None else load_step)
+        require(spacing > 0, "load_step", spacing, "greater than 0")
 
 
 # --- the run: pieces, branches and segments of the load -------------------------------------------------------------

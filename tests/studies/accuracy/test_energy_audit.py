@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from accuracy_cases import CURVE, DAMPINGS
 
+from rockdamp import plausibility
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.damping import Damping
@@ -104,7 +105,9 @@ def test_a_stored_decay_that_gains_energy_shows(config, studies, looped):
 # --- joules ----------------------------------------------------------------------------------------------------------
 
 
-SLENDER = Wall(0.3, 300.0, hinge_ratio=0.6, overburden_ratio=1.5, eccentricity=0.05)  # h/t = 1000
+UNLIKELY = pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # h/t = 1000, near the slender limit
+with plausibility.as_meant():
+    SLENDER = Wall(0.3, 300.0, hinge_ratio=0.6, overburden_ratio=1.5, eccentricity=0.05)
 
 
 def test_mechanical_energy_is_half_of_the_generalised_one():
@@ -119,6 +122,7 @@ def test_mechanical_energy_is_half_of_the_generalised_one():
         assert energy_audit.joules(SLENDER, x - x**2 / 2) == pytest.approx(gained, rel=1e-4)
 
 
+@UNLIKELY
 def test_mechanical_energy_is_the_sum_of_eq_13():
     """1/2 sum (I_CM theta'^2 + m v_CM^2) for bodies that turn at u'/h1 and u'/h2, the upper one about its top."""
     wall = Wall(0.3, 300.0, hinge_ratio=0.6)
@@ -132,6 +136,7 @@ def test_mechanical_energy_is_the_sum_of_eq_13():
     assert energy_audit.joules(wall, v**2 / 2) == pytest.approx(total, rel=1e-4)
 
 
+@UNLIKELY
 def test_a_parapets_energy_is_that_of_a_rod_about_its_base():
     parapet = Parapet(0.3, 300.0)
     v = 0.01 / float(parapet.frequency_parameter * parapet.instability_displacement)
