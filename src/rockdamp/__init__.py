@@ -43,6 +43,7 @@ _HOME = {
     "assess": "assessment.one_wall",
     "calibrate": "studies.calibration",
     "InputError": "errors",
+    "InputWarning": "errors",
 }
 __all__ = ["__version__", *_HOME]
 

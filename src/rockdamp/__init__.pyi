@@ -8,6 +8,7 @@ from rockdamp.equivalence.one_curve import Equivalent as Equivalent
 from rockdamp.equivalence.one_curve import equivalent as equivalent
 from rockdamp.equivalence.one_curve import equivalent_dampings as equivalent_dampings
 from rockdamp.errors import InputError as InputError
+from rockdamp.errors import InputWarning as InputWarning
 from rockdamp.histories.labelled import free_decay as free_decay
 from rockdamp.histories.labelled import respond as respond
 from rockdamp.mechanics.curve import TrilinearCurve as TrilinearCurve

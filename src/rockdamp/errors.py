@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -83,20 +84,24 @@ def shown(value: Any) -> str:
 @contextmanager
 def warnings_as_lines() -> Iterator[None]:
     """Show each `InputWarning` as one line, ``warning: ...``, once and without the line of Python that gave it."""
-    usual, told = warnings.formatwarning, set[str]()
-
-    def shown(message: Any, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
-        if issubclass(category, InputWarning):
-            text = f"warning: {message}\n"
-            new = text not in told
-            told.add(text)
-            return text if new else ""
-        return usual(message, category, filename, lineno, line)
-
-    warnings.formatwarning = shown
+    told: set[str] = set()
     with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if not issubclass(category, InputWarning):
+                usual(message, category, filename, lineno, file, line)
+            elif str(message) not in told:
+                told.add(str(message))
+                print(f"warning: {message}", file=sys.stderr)
+
         warnings.simplefilter("always", InputWarning)
-        try:
-            yield
-        finally:
-            warnings.formatwarning = usual
+        warnings.showwarning = show
+        yield

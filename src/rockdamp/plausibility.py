@@ -20,7 +20,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 # ASSUME: what is built of masonry and shaken by earthquakes; the paper has no such limits. Beyond these a mistaken unit
 # is likelier than the wall or the motion.
 THICKEST, HIGHEST = 2.0, 30.0  # [m]
-THINNEST, LOWEST = 0.03, 0.3  # what a guess must lead to [m]
+THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 MOST_DAMPED = 0.5  # damping ratio [-]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
 
@@ -94,12 +94,15 @@ def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
         Of arrays the largest counts. [m]
     """
     t, h = (float(np.max(np.asarray(value), initial=0.0)) for value in (thickness, height))
-    beyond = [
-        f"{name} is {value:g} m, more than {most:g} m"
-        for name, value, most in (("thickness", t, THICKEST), ("height", h, HIGHEST))
-        if value > most
-    ]
-    return [f"{' and '.join(beyond)}{_slip(t, h)}"] if beyond else []
+    if t > THICKEST and h > HIGHEST:
+        beyond = f"thickness is {t:g} m and height {h:g} m, more than {THICKEST:g} m and {HIGHEST:g} m"
+    elif t > THICKEST:
+        beyond = f"thickness is {t:g} m, more than {THICKEST:g} m"
+    elif h > HIGHEST:
+        beyond = f"height is {h:g} m, more than {HIGHEST:g} m"
+    else:
+        return []
+    return [f"{beyond}{_slip(t, h)}"]
 
 
 def _slip(t: float, h: float) -> str:

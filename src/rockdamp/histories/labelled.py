@@ -148,9 +148,10 @@ def respond(
     >>> response.outcome.values.tolist()
     ['completed', 'completed']
     """
+    instance("wall", wall, Wall, Parapet)
     instance("record", record, Record)
     motion = followed_by_rest(record.ground_acceleration, record.step, tail)
-    batch = _Batch(instance("wall", wall, Wall, Parapet), curve, damping, {"scale": scale})
+    batch = _Batch(wall, curve, damping, {"scale": scale})
     _warn_of_motion(motion, batch.values["scale"])
     substeps = batch.steps_within(record.step, step, motion.size - 1)
     response = solve(

@@ -1,0 +1,196 @@
+"""What is given is converted once or refused with its name; what is kept cannot be changed later."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import rockdamp as rd
+from rockdamp import arguments
+
+
+class Unit(float):
+    """A number of another package that carries its unit, as astropy's."""
+
+    unit = "mm"
+
+
+class Awkward:
+    def __array__(self, *_, **__):
+        raise RuntimeError("no")
+
+    def __index__(self):
+        raise RuntimeError("no")
+
+    def __repr__(self):
+        raise RuntimeError("no")
+
+
+NO_NUMBERS = [
+    None,
+    "0.3",
+    b"0.3",
+    True,
+    np.True_,
+    [True, False],
+    0.3 + 0j,
+    [0.3, 1j],
+    {},
+    {"a": 1},
+    object(),
+    Awkward(),
+    [[1, 2], [3]],
+    np.datetime64("2020-01-01"),
+    np.array(["0.3"]),
+    np.array([0.3], dtype=object),
+    np.ma.masked_array([0.3, 0.4], mask=[True, False]),
+    Unit(0.3),
+    xr.Dataset({"a": 0.3}),
+    xr.DataArray(["a"]),
+    lambda: 0.3,
+    rd.Wall,
+]
+NOT_FINITE = [np.nan, np.inf, -np.inf, [0.3, np.nan], 10**400, xr.DataArray([np.inf])]
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=lambda value: type(value).__name__)
+def test_what_is_no_real_number_is_refused_by_the_arguments_name(value):
+    with pytest.raises(rd.InputError, match="thickness is .*; it must be a number, or an array of them"):
+        rd.Wall(value, 4.5)
+
+
+@pytest.mark.parametrize("value", NOT_FINITE, ids=str)
+def test_what_is_not_finite_is_refused_by_the_arguments_name(value):
+    with pytest.raises(rd.InputError, match="thickness is .*; it must be a finite number"):
+        rd.Wall(value, 4.5)
+
+
+@pytest.mark.parametrize(
+    "value", [1, np.float32(1), np.int8(1), [1, 1.0], (1,), range(1, 2), pd.Series([1.0]), Fraction(1), 2**70]
+)
+def test_real_numbers_of_any_kind_are_taken(value):
+    array = arguments.numbers("x", value)
+    assert array.dtype == np.float64 and (array == np.asarray(value, dtype=float)).all()
+    assert not array.flags.writeable
+
+
+@pytest.mark.parametrize("value", [8.0, "8", None, True, np.array([8]), np.nan, 0, 11, Awkward()])
+def test_a_whole_number_out_of_range_or_of_another_kind_is_refused(value):
+    with pytest.raises(rd.InputError, match="steps is .*; it must be a whole number, at least 1 and at most 10"):
+        arguments.whole("steps", value, 1, 10)
+
+
+def test_names_are_taken_in_capitals_and_small_letters():
+    assert rd.Damping("cdr", 0.05) == rd.Damping("CDR", 0.05) != rd.Damping("SDR", 0.05)
+    assert rd.Damping.power(1, 0.05).model == rd.Damping("power", 0.05, 1).model == "POWER"
+    assert rd.Damping.of_restitution(0.8, "ecd16").model == "ECD16"
+    assert rd.TrilinearCurve.preset("Moderate") == rd.TrilinearCurve.preset("moderate")
+    assert rd.TrilinearCurve(0.04, 0.85, 0.95, "Translated").softening == "translated"
+
+
+@pytest.mark.parametrize("value", [None, 3, b"CDR", "CDRR", ["CDR"], np.nan])
+def test_a_name_that_is_none_is_told_which_there_are(value):
+    with pytest.raises(rd.InputError, match="damping_model is .*; it must be one of CR, CDC, CDR"):
+        rd.Damping(value, 0.05)
+
+
+@pytest.mark.parametrize("value", [None, 3, b"a.csv", "a\0.csv", ""])
+def test_what_is_no_path_is_refused(value):
+    with pytest.raises(rd.InputError, match="path is .*; it must be a path"):
+        rd.read_record(value)
+    assert arguments.path("path", "a.csv") == arguments.path("path", Path("a.csv")) == Path("a.csv")
+
+
+def test_an_object_of_another_class_is_refused_by_name():
+    curve, damping = rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8)
+    for name, call in (
+        ("wall", lambda: rd.respond(None, curve, damping, None)),
+        ("curve", lambda: rd.free_decay(damping, damping)),
+        ("damping", lambda: rd.free_decay(curve, curve)),
+        ("record", lambda: rd.respond(rd.Wall(0.3, 4.5), curve, damping, "a.csv")),
+        ("reference", lambda: rd.solve(curve, damping, step=0.01, steps=1, reference=3)),
+    ):
+        with pytest.raises(rd.InputError, match=rf"^{name} is .*; it must be an? "):
+            call()
+
+
+def test_what_is_kept_is_a_copy_that_cannot_be_written():
+    heights, accelerations = np.array([3.0, 4.5]), np.array([0.0, 1.0, 0.0])
+    wall, curve = rd.Wall(0.3, heights), rd.TrilinearCurve(0.01 * heights, 0.85)
+    record = rd.Record([0.0, 0.1, 0.2], accelerations)
+    heights[0], accelerations[1] = np.nan, np.nan
+    assert wall.height[0] == 3.0 and curve.cracked_stiffness_ratio[0] == 0.03 and record.ground_acceleration[1] == 1.0
+    for kept in (
+        wall.height,
+        curve.cracked_stiffness_ratio,
+        record.ground_acceleration,
+        rd.Damping.cr(0.8).restitution,
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[...] = np.nan
+    named = xr.DataArray([3.0, 4.5], dims="height")
+    wall = rd.Wall(0.3, named)
+    named[0] = np.nan
+    assert wall.height[0] == 3.0
+
+
+def test_objects_are_equal_by_value_and_say_why_they_have_no_hash():
+    many, other = rd.Wall(0.3, [3.0, 4.5]), rd.Wall(0.3, [3.0, 4.6])
+    assert (many == rd.Wall(0.3, [3.0, 4.5])) is True and (many == other) is False and (many == 3) is False
+    assert rd.Wall(0.3, [3.0, 4.5]) != rd.Wall(0.3, [3.0])
+    assert hash(rd.Wall(0.3, 4.5)) == hash(rd.Wall(0.3, 4.5)) and rd.Wall(0.3, 3.0) != rd.Parapet(0.3, 3.0)
+    assert hash(rd.TrilinearCurve.preset("new")) == hash(rd.TrilinearCurve.preset("NEW"))
+    for kind, held in (("Wall", many), ("Record", rd.Record([0, 1], [0, 1]))):
+        with pytest.raises(TypeError, match=f"a {kind} that holds arrays has no hash"):
+            hash(held)
+    run = {"release_amplitude": 0.9, "step": 0.01, "steps": 300, "store_every": 1}
+    one, two = (rd.solve(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), **run) for _ in range(2))
+    assert (one == two) is True
+    one, two, other = (rd.Wall(0.3, xr.DataArray([3.0, height], dims="h")) for height in (4.5, 4.5, 4.6))
+    assert one == two != other and one != many
+
+
+def test_shapes_that_do_not_broadcast_or_are_too_large_are_refused():
+    with pytest.raises(rd.InputError, match=r"shapes do not broadcast .*thickness \(2,\), height \(3,\)"):
+        rd.Wall([0.3, 0.4], [3.0, 3.5, 4.0])
+    with pytest.raises(rd.InputError, match=r"shapes do not broadcast .*curve \(2,\), damping \(3,\)"):
+        rd.solve(rd.TrilinearCurve([0.04, 0.05], 0.85), rd.Damping.cr([0.7, 0.8, 0.9]), step=0.01, steps=1)
+    many = np.linspace(0.02, 0.1, 20_000)
+    with pytest.raises(rd.InputError, match="there must be at most 268,435,456 elements"):
+        rd.TrilinearCurve(many[:, None], 0.8 + many)
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"steps": 2**63}, "steps is 9223372036854775808; it must be a whole number"),
+        ({"steps": 10**8, "store_every": 1, "release_amplitude": np.zeros(9)}, "100,000,001 values are stored"),
+        ({"ground_acceleration": [0, 1j]}, "ground_acceleration is"),
+        ({"ground_acceleration": np.ma.masked_array([0.0, 1.0], [True, False])}, "ground_acceleration is a masked"),
+        ({"threads": 0}, "threads is 0"),
+        ({"release_amplitude": True}, "release_amplitude is True"),
+    ],
+)
+def test_the_solver_refuses_what_it_would_cut(changed, named):
+    given = {"step": 0.01, "steps": 1} | changed
+    with pytest.raises(rd.InputError, match=named):
+        rd.solve(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), **given)
+
+
+@pytest.mark.parametrize(("name", "value"), [("case", 0.5), ("checkpoints", [1.5]), ("case", 1e300), ("case", "a")])
+def test_a_reference_is_not_cut_to_whole_numbers(name, value):
+    given = {"displacement": np.zeros((2, 11)), "case": 0, "checkpoints": [10]} | {name: value}
+    with pytest.raises(rd.InputError, match=f"{name} is"):
+        rd.Reference(**given)
+
+
+@pytest.mark.parametrize("given", [{"length": 1e7}, {"length": 1.0, "step": 1e-300}, {"points": 10**12}])
+def test_a_history_has_the_same_cap_in_python_as_on_the_command_line(given):
+    with pytest.raises(rd.InputError, match=r"at most 1e\+07|at most 10,000,001"):
+        rd.free_decay(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), **given)
+    record = rd.Record([0.0, 1.0], [0.0, 1.0])
+    with pytest.raises(rd.InputError, match="tail is 1e[+]300; it must be at most"):
+        rd.respond(rd.Wall(0.3, 4.5), rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), record, tail=1e300)

@@ -1,0 +1,126 @@
+"""The impossible is refused and the unlikely warned of: in Python, on the command line and in the config alike."""
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import rockdamp as rd
+from rockdamp import plausibility
+from rockdamp.cli import main
+
+CURVE, DAMPING = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05)
+
+
+@pytest.mark.parametrize(
+    ("kind", "thickness", "height", "expected"),
+    [
+        (rd.Wall, 3.0, 0.24, "h/t = 0.08; it must be at least 1; were the two swapped?"),
+        (rd.Wall, 240.0, 3.0, "h/t = 0.0125; it must be at least 1; was the thickness in millimetres?"),
+        (rd.Wall, 0.3, 0.25, "h/t = 0.833; it must be at least 1"),
+        (rd.Wall, 0.3, 0.4, "h/t = 1.33; e is -0.173 by Eq. (7); it must be above 0"),
+        (
+            rd.Parapet,
+            1.5,
+            0.3,
+            "h/t = 0.2; e is -0.442 by Housner's formula; it must be above 0; were the two swapped?",
+        ),
+    ],
+)
+def test_a_wall_that_cannot_rock_is_refused_with_the_slip_that_makes_it(kind, thickness, height, expected):
+    with pytest.raises(rd.InputError) as caught:
+        kind(thickness, height)
+    assert str(caught.value) == f"thickness is {thickness:g} m and height {height:g} m, which is {expected}"
+
+
+def test_of_an_array_the_first_wall_that_cannot_rock_is_named():
+    heights = [3.0, 0.25, 0.2]
+    for given in (heights, xr.DataArray(heights, dims="height")):
+        with pytest.raises(rd.InputError, match=r"height 0\.25 m, which is h/t = 0\.833"):
+            rd.Wall(0.3, given)
+    with pytest.raises(rd.InputError, match=r"e is -0\.\d+ by Eq\. \(7\)"):
+        rd.Wall(0.3, 1.5, hinge_ratio=[0.7, 0.05])
+
+
+def test_a_low_parapet_rocks_where_housner_says_so():
+    assert rd.Parapet(0.3, 0.25).restitution > 0
+
+
+@pytest.mark.parametrize(
+    ("thickness", "height", "expected"),
+    [
+        (
+            240,
+            3000,
+            "thickness is 240 m and height 3000 m, more than 2 m and 30 m; were they in millimetres?",
+        ),
+        (0.24, 3000, "height is 3000 m, more than 30 m; was the height in millimetres or centimetres?"),
+        (2.5, 12.0, "thickness is 2.5 m, more than 2 m; were they in feet?"),
+    ],
+)
+def test_sizes_beyond_what_is_built_are_warned_of_where_they_were_written(thickness, height, expected):
+    with pytest.warns(rd.InputWarning) as caught:
+        rd.Wall(thickness, height)
+    assert [str(one.message) for one in caught] == [expected]
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize("sizes", [(2.0, 30.0), (0.1, 0.1 * 30), (np.array([0.3, 2.0]), 30.0)])
+def test_sizes_within_what_is_built_are_not_warned_of(sizes):
+    rd.Wall(*sizes)  # a warning is an error here
+
+
+def test_damping_beyond_any_walls_is_warned_of_where_it_is_used():
+    with pytest.warns(rd.InputWarning, match=r"damping_ratio \(xi\) is 5, more than 0\.5; was it in per cent"):
+        rd.free_decay(CURVE, rd.Damping("CDR", 5.0), length=1.0)
+    rd.free_decay(CURVE, rd.Damping("CDR", 0.5), length=1.0)
+
+
+def pulse(pga):
+    elapsed = 0.01 * np.arange(100)
+    return rd.Record(elapsed, pga * np.sin(2 * np.pi * elapsed))
+
+
+@pytest.mark.parametrize(
+    ("pga", "scale", "expected"),
+    [
+        (0.03, 1.0, r"PGA is 0\.03 m s-2, under 0\.005 g, .* in g \(0\.294 m s-2\)"),
+        (300.0, 1.0, r"PGA is 300 m s-2, over 3 g, .* in cm s-2 \(3 m s-2\)"),
+        (3.0, 100.0, r"PGA is 300 m s-2, over 3 g: 3 m s-2 times the scale of 100"),
+        (3.0, [-100.0, 200.0], r"over 3 g"),
+    ],
+)
+def test_a_motion_weaker_or_stronger_than_earthquakes_is_warned_of(pga, scale, expected):
+    with pytest.warns(rd.InputWarning, match=expected) as caught:
+        rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), scale=scale)
+    assert len(caught) == 1
+
+
+@pytest.mark.parametrize(("pga", "scale"), [(0.05, 1.0), (29.0, 1.0), (3.0, [1.0, 100.0]), (3.0, 0.0), (0.0, 1.0)])
+def test_other_motions_are_not_warned_of(pga, scale):
+    rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), scale=scale)
+
+
+def test_studies_that_go_beyond_on_purpose_say_so():
+    with plausibility.as_meant():
+        rd.Wall(0.3, 300.0)
+    with pytest.warns(rd.InputWarning):
+        rd.Wall(0.3, 300.0)
+
+
+def test_the_command_line_says_each_doubt_once_in_one_line():
+    decay = "decay --preset new --damping-model CDR --damping-ratio 5 --thickness 240 --height 3000 --length 20"
+    result = CliRunner().invoke(main, decay.split())
+    assert result.exit_code == 0
+    lines = [line for line in result.stderr.splitlines() if line.startswith("warning")]
+    assert [line.split(" is ")[0] for line in lines] == ["warning: thickness", "warning: damping_ratio (xi)"]
+    refused = CliRunner().invoke(main, "wall --thickness 3 --height 0.24".split())
+    assert refused.exit_code == 2 and "were the two swapped?" in refused.stderr
+
+
+def test_the_warning_does_not_change_how_others_are_shown():
+    shown = warnings.showwarning
+    CliRunner().invoke(main, "wall --thickness 240 --height 3000".split())
+    assert warnings.showwarning is shown
