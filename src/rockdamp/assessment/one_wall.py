@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
 from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
-from rockdamp.errors import InputError, require, require_finite
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -84,10 +85,11 @@ def assess(
     (array([16]), 18)
     """
     measure, intensity = asked(pgv, pga)
-    for name, value in (("tail", tail), ("step", step)):
-        require_finite(name, value)
-    require(np.asarray(tail) >= 0, "tail", tail, "at least 0 [s]")
-    require(np.asarray(step) > 0, "step", step, "greater than 0")
+    instance("wall", wall, Wall, Parapet)
+    instance("curve", curve, TrilinearCurve)
+    tail, step = number("tail", tail), number("step", step)
+    require(tail >= 0, "tail", tail, "at least 0 [s]")
+    require(step > 0, "step", step, "greater than 0")
     if curve.shape or np.shape(wall.load_factor):
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = stated(wall, restitution)
@@ -122,8 +124,7 @@ def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
         raise InputError("there must be either pgv or pga, the intensities asked for")
     ((measure, value),) = given.items()
     name = measure.lower()
-    require_finite(name, value)
-    values = np.unique(np.atleast_1d(np.asarray(value, dtype=float)))
+    values = np.unique(np.atleast_1d(numbers(name, value)))
     require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
     if values.ndim != 1 or not values.size:
         raise InputError(f"{name} must be a number or some numbers")
