@@ -1,6 +1,11 @@
 # rockdamp: `make` builds everything, `make test` tests everything, `make help` lists the rest.
 # All paths are relative, so the tree may lie in a folder of any name.
 
+# Run from elsewhere, `clean` would empty the folder that one stands in.
+ifneq ($(filter-out Makefile ./Makefile,$(MAKEFILE_LIST)),)
+$(error run make in the folder of the Makefile, as in: make -C FOLDER clean)
+endif
+
 PYTHON ?= python3
 CORES ?= all
 PYTEST_FLAGS ?=
@@ -72,6 +77,7 @@ compile = $(bin)/uv pip compile --quiet --universal --python-version 3.11 --gene
 	--no-emit-index-url --no-emit-find-links $(LOCK_FLAGS)
 
 clean: ## Remove what was built, except results/README.md, and the caches
+	@if [ -L results ]; then echo "results is a link, to $$(readlink results): remove what it holds, or the link, yourself" >&2; exit 1; fi
 	if [ -d results ]; then find results -mindepth 1 ! -path results/README.md -delete; fi
 	rm -rf .snakemake .cache logs build dist htmlcov .coverage .coverage.* coverage.xml
 	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

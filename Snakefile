@@ -10,8 +10,9 @@ from rockdamp.motions import catalogue
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
-from rockdamp.config.between_keys import require_writable, subset, validate
+from rockdamp.config.between_keys import subset, validate
 from rockdamp.config.merging import merged
+from rockdamp.config.results_folder import require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage.provenance import code_version, files_of
 from rockdamp.motions.records import read_record
@@ -31,10 +32,12 @@ try:
     config.clear()
     config.update(read)
     validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
+    if workflow.is_main_process:  # once, not for every job
+        require_own_folder(config["results"], tree=workflow.basedir)
     read_record(config["validation"]["record"])
     with warnings_as_lines():
         for path in catalogue.files_of(config["records"]):
-            if workflow.is_main_process:  # once, not for every job
+            if workflow.is_main_process:
                 catalogue.from_file(path)
 except InputError as error:
     raise WorkflowError(str(error)) from None

@@ -363,3 +363,21 @@ def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, 
     assert process.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 3 g")
     assert "cm s-2 (3 m s-2)" in process.stderr and "Traceback" not in process.stderr
     assert json.loads(process.stdout)["outcome"] == "collapsed"
+
+
+@pytest.mark.parametrize("option", ["--output", "--plot", "--animate"])
+def test_a_file_to_write_is_not_the_record(record, tmp_path, option):
+    suffix = {"--output": ".nc", "--plot": ".svg", "--animate": ".gif"}[option]
+    for name, link in (("motion", None), ("linked", "symlink_to"), ("hard", "hardlink_to")):
+        path = tmp_path / f"{name}{suffix}"
+        source = path if link is None else record
+        path.write_bytes(record.read_bytes()) if link is None else getattr(path, link)(record)
+        said = refused(*respond(source, *CDR, option, path))
+        assert f"{option} is '{path}', which --record reads; it must be another file" in said
+        assert path.read_bytes() == record.read_bytes()
+
+
+def test_a_record_may_have_any_name(record, tmp_path):
+    path = tmp_path / "record.nc"
+    path.write_bytes(record.read_bytes())
+    assert printed(*respond(path, *CDR)) == printed(*respond(record, *CDR))

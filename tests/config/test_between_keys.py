@@ -2,7 +2,6 @@
 
 import copy
 import math
-import os
 
 import pytest
 from hypothesis import assume, given
@@ -353,30 +352,3 @@ def test_a_part_of_the_config_keeps_its_nesting_and_nothing_else(config):
 def test_a_part_that_does_not_exist_is_an_error(config):
     with pytest.raises(KeyError, match="plateau"):
         checks.subset(config, "curve.plateau")
-
-
-# --- the folder of the results ----------------------------------------------------------------------------------------
-
-
-def test_a_folder_that_is_there_or_can_be_made_is_writable(tmp_path):
-    (tmp_path / "figures").mkdir()
-    checks.require_writable(tmp_path)
-    checks.require_writable(tmp_path / "of/a/new/one")
-    assert os.listdir(tmp_path) == ["figures"]
-
-
-@pytest.mark.parametrize("folder", ["", "new/one"])
-def test_below_a_file_nothing_can_be_written(folder, tmp_path):
-    path = tmp_path / "taken"
-    path.touch()
-    with pytest.raises(InputError, match=r"taken cannot be written; .* a folder in which files can be made"):
-        checks.require_writable(path / folder)
-
-
-def test_a_folder_below_without_permission_is_named(tmp_path, monkeypatch):
-    (tmp_path / "match").mkdir()
-    (tmp_path / "figures").mkdir()
-    # As on a disk that is read-only; permissions alone do not stop root.
-    monkeypatch.setattr(os, "access", lambda path, mode: path.name != "figures")
-    with pytest.raises(InputError, match="figures cannot be written"):
-        checks.require_writable(tmp_path)

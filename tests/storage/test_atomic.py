@@ -2,6 +2,8 @@
 
 import errno
 import os
+import stat
+import threading
 
 import pytest
 
@@ -33,3 +35,89 @@ def test_a_full_disk_is_named_with_the_file(tmp_path):
     with pytest.raises(OSError, match=r"No space left on device: '.*result\.txt'"), replacing(path):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert os.listdir(tmp_path) == []
+
+
+def test_threads_that_write_one_file_do_not_meet(tmp_path):
+    path, failures = tmp_path / "result.txt", []
+
+    def write(letter):
+        for _ in range(30):
+            try:
+                with replacing(path) as temporary:
+                    temporary.write_text(1000 * letter, encoding="utf-8")
+            except OSError as error:
+                failures.append(error)
+
+    threads = [threading.Thread(target=write, args=(letter,)) for letter in "abcd"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    assert path.read_text(encoding="utf-8") in {1000 * letter for letter in "abcd"}
+    assert os.listdir(tmp_path) == ["result.txt"]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o755])
+def test_the_permissions_of_a_file_that_is_replaced_stay(tmp_path, mode):
+    path = tmp_path / "result.txt"
+    path.touch()
+    path.chmod(mode)
+    with replacing(path) as temporary:
+        temporary.write_text("new", encoding="utf-8")
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+def test_a_new_file_has_the_permissions_that_the_user_gives_to_files(tmp_path):
+    (tmp_path / "usual").touch()
+    with replacing(tmp_path / "result.txt"):
+        pass
+    assert (tmp_path / "result.txt").stat().st_mode == (tmp_path / "usual").stat().st_mode
+
+
+def test_no_temporary_name_is_used_twice_or_taken_over(tmp_path, monkeypatch):
+    monkeypatch.setattr("secrets.token_hex", lambda count: "known")
+    victim = tmp_path / "victim"
+    victim.write_text("mine", encoding="utf-8")
+    (tmp_path / ".result.txt.known.part").symlink_to(victim)
+    with pytest.raises(FileExistsError), replacing(tmp_path / "result.txt") as temporary:
+        temporary.write_text("not reached", encoding="utf-8")
+    assert victim.read_text(encoding="utf-8") == "mine"
+
+
+def test_names_differ_from_one_write_to_the_next(tmp_path):
+    names = set()
+    for _ in range(3):
+        with replacing(tmp_path / "result.txt") as temporary:
+            names.add(temporary.name)
+    assert len(names) == 3
+
+
+def test_a_link_is_replaced_and_what_it_points_to_stays(tmp_path):
+    (tmp_path / "source").write_text("mine", encoding="utf-8")
+    (tmp_path / "result.txt").symlink_to(tmp_path / "source")
+    with replacing(tmp_path / "result.txt") as temporary:
+        temporary.write_text("new", encoding="utf-8")
+    assert (tmp_path / "source").read_text(encoding="utf-8") == "mine"
+    assert not (tmp_path / "result.txt").is_symlink()
+
+
+def test_file_and_folder_are_on_the_disk_before_and_after_the_file_takes_its_place(tmp_path, monkeypatch):
+    path, seen, real = tmp_path / "result.txt", [], os.fsync
+
+    def fsync(descriptor):
+        kind = "folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else "file"
+        seen.append((kind, path.exists()))
+        real(descriptor)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    with replacing(path) as temporary:
+        temporary.write_text("new", encoding="utf-8")
+    assert seen == [("file", False), ("folder", True)]
+
+
+def test_a_name_as_long_as_the_disk_takes_is_written(tmp_path):
+    path = tmp_path / ("x" * 251 + ".csv")
+    with replacing(path) as temporary:
+        temporary.write_text("new", encoding="utf-8")
+    assert path.read_text(encoding="utf-8") == "new"

@@ -3,7 +3,7 @@
 
 rule claims:
     input:
-        built(STAGES["claims"].inputs),
+        datasets=built(STAGES["claims"].inputs),
         claims="data/claims.yaml",
         errata="data/errata.yaml",
         code=code("rockdamp.claims.errata"),

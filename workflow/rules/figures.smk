@@ -6,7 +6,7 @@ for figure in FIGURES.values():
         name:
             figure.name
         input:
-            built(figure.inputs),
+            datasets=built(figure.inputs),
             code=code(f"rockdamp.figures.{figure.module}", "rockdamp.figures.output"),
         output:
             drawn(figure),

@@ -13,8 +13,8 @@ for stage in STAGES.values():
             name:
                 stage.rule
             input:
-                [stated(stage.record)] if stage.record else [],
-                built(stage.inputs, stage),
+                record=[stated(stage.record)] if stage.record else [],
+                datasets=built(stage.inputs, stage),
                 watched=motions(stage),
                 code=code(stage.module),
             output:
@@ -36,7 +36,7 @@ for stage in STAGES.values():
 
 rule coefficients:
     input:
-        built(STAGES["coefficients"].inputs),
+        datasets=built(STAGES["coefficients"].inputs),
         code=code(STAGES["coefficients"].module),
     output:
         f"{RESULTS}/{STAGES['coefficients'].file}",

@@ -75,7 +75,7 @@ def require_unchanged(snakemake):
 
 
 @contextmanager
-def about(paths):
+def about(records, datasets):
     """Name the record in an error of the input, and the dataset in one of reading its values late."""
     from rockdamp.errors import InputError
     from rockdamp.storage import dataset
@@ -83,12 +83,10 @@ def about(paths):
     try:
         yield
     except InputError as error:
-        records = [path for path in paths if not path.endswith(".nc")]
         raise InputError(": ".join([*records, str(error)])) from error
     except RuntimeError:
-        for path in paths:
-            if path.endswith(".nc"):
-                dataset.open(path)  # raises where this is the one that cannot be read
+        for path in datasets:
+            dataset.open(path)  # raises where this is the one that cannot be read
         raise
 
 

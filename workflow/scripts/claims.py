@@ -11,7 +11,7 @@ with job(snakemake):
     from rockdamp.storage.atomic import replacing
 
     results = Path(snakemake.output.claims).parent
-    paths = [path for path in snakemake.input if path.endswith(".nc")]
+    paths = snakemake.input.datasets
     names = [Path(path).relative_to(results).with_suffix("").as_posix() for path in paths]
     datasets = {name: dataset.open(path) for name, path in zip(names, paths, strict=True)}
     verdicts = claims.judge(claims.read(snakemake.input.claims), datasets)

@@ -6,12 +6,11 @@ with job(snakemake):
     from rockdamp.motions.records import read_record
     from rockdamp.storage import dataset
 
-    unread = {*snakemake.input.code, *snakemake.input.watched}
-    paths = [path for path in snakemake.input if path not in unread]
     opened = dataset.connect if snakemake.params.lazy else dataset.open
-    inputs = [opened(path) if path.endswith(".nc") else read_record(path) for path in paths]
+    inputs = [read_record(path) for path in snakemake.input.record]
+    inputs += [opened(path) for path in snakemake.input.datasets]
     config = snakemake.params.config
-    with about(paths):
+    with about(snakemake.input.record, snakemake.input.datasets):
         result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)
     dataset.write(
         result, snakemake.output[0], snakemake.params.kind, config=config, code_version=snakemake.params.version

@@ -8,6 +8,6 @@ with job(snakemake):
     from rockdamp.figures.output import save
     from rockdamp.storage import dataset
 
-    datasets = [dataset.open(path) for path in snakemake.input if path.endswith(".nc")]
+    datasets = [dataset.open(path) for path in snakemake.input.datasets]
     drawn = call(snakemake.params.function, *datasets)
     save(drawn, splitext(snakemake.output[0])[0], **snakemake.params.config["figures"])

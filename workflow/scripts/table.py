@@ -6,6 +6,6 @@ with job(snakemake):
     from rockdamp.storage import dataset
     from rockdamp.storage.atomic import replacing
 
-    table = call(snakemake.params.function, dataset.open(snakemake.input[0]))
+    table = call(snakemake.params.function, dataset.open(snakemake.input.datasets[0]))
     with replacing(snakemake.output[0]) as unfinished:
         table.to_csv(unfinished, index=False, lineterminator="\n")

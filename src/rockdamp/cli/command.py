@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +11,8 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rockdamp.cli.types import OutputFile
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +36,7 @@ class Command(click.Command):
 
         try:
             # Numbers too large or too small for the formulas are bad input, not results.
+            _refuse_same_files(ctx)
             with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
@@ -49,6 +53,24 @@ class Command(click.Command):
             if not isinstance(error, (InputError, DatasetError)):
                 raise
             _fail(ctx, str(error))
+
+
+def _refuse_same_files(ctx: click.Context) -> None:
+    """Raise `click.UsageError` where a file to write is one to read: it would be lost."""
+    written: list[tuple[str, Path]] = []
+    read: list[tuple[str, Path]] = []
+    for param in ctx.command.params:
+        paths = [(param.opts[0], path) for path in _paths(ctx.params.get(param.name or "")) if os.path.exists(path)]
+        (written if isinstance(param.type, OutputFile) else read).extend(paths)
+    for output, target in written:
+        for option, source in read:
+            if os.path.samefile(target, source):
+                raise click.UsageError(f"{output} is {str(target)!r}, which {option} reads; it must be another file")
+
+
+def _paths(value: Any) -> list[Path]:
+    values = value if isinstance(value, list | tuple) else [value]
+    return [Path(path) for path in values if isinstance(path, str | Path)]
 
 
 def _wrapped(example: str) -> str:

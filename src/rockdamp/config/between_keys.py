@@ -1,4 +1,4 @@
-"""Checks that the config's schema cannot say, between keys and of the results' folder, and the parts that jobs need.
+"""Checks that the config's schema cannot say, between keys, and the parts of it that jobs need.
 
 This runs whenever snakemake starts, so it imports nothing compiled: the few formulas of the curve that it needs stand
 here in plain arithmetic, and a test holds them against `TrilinearCurve`.
@@ -7,7 +7,6 @@ here in plain arithmetic, and a test holds them against `TrilinearCurve`.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -354,18 +353,3 @@ def _matched_wall_problems(config: Config) -> Iterator[Problem]:
         if not wrong and not window > (first := first_impact(case, x0)):
             text = f"has its first impact at {first:.6g} (in tau) from {x0}; that must come before the end of"
             yield Problem(case.path, f"{text} matching.window, {window}")
-
-
-def require_writable(folder: str | os.PathLike[str]) -> None:
-    """Check that files may be made in `folder` and in every folder below it, or that it can be made.
-
-    Raises
-    ------
-    InputError
-        If one cannot be written, as on a disk that is read-only.
-    """
-    top = Path(folder)
-    there = next(place for place in (top, *top.absolute().parents) if place.exists())
-    for place in (there, *(path for path in top.rglob("*") if path.is_dir())):
-        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-            raise InputError(f"{place} cannot be written; the results need a folder in which files can be made")

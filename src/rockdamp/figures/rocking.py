@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import matplotlib.style
@@ -20,6 +21,7 @@ from rockdamp.figures.single import TIME, label_of, record_title
 from rockdamp.figures.style import GREY, PALE, STYLE, line_of, new_figure, style_of
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.progress import track
+from rockdamp.storage.atomic import replacing
 
 RATE = 12  # frames per second of the film
 SAMPLED = 24  # frames per second of the response: walls rock too fast for the eye
@@ -84,8 +86,6 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
     alive = np.isfinite(history["displacement"].values)
     elapsed, displacement = history["elapsed"].values[alive], history["displacement"].values[alive]
     moments = _moments(elapsed)
-    path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part.gif")
     with matplotlib.style.context([STYLE, FIXED_LAYOUT], after_reset=True):
         stage = _Stage(response, elapsed, displacement, moments)
         film = FuncAnimation(
@@ -96,11 +96,11 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
             cache_frame_data=False,
             init_func=list,
         )
-        try:
-            film.save(temporary, writer=PillowWriter(fps=RATE), dpi=RESOLUTION)
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with TemporaryDirectory() as folder:  # Pillow tells the format by the suffix
+            drawn = Path(folder, "film.gif")
+            film.save(drawn, writer=PillowWriter(fps=RATE), dpi=RESOLUTION)
+            with replacing(path) as temporary:
+                temporary.write_bytes(drawn.read_bytes())
 
 
 def _moments(elapsed: Array) -> NDArray[np.intp]:

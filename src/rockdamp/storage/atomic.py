@@ -1,20 +1,24 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and stay if the machine stops."""
 
 from __future__ import annotations
 
 import os
-import platform
+import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+LONGEST = 60  # letters of the file's name in that of the temporary one, lest that be too long
 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside `path`; what is written there takes its place at the end, if nothing failed.
 
-    The name holds the machine and the process, so that two that write the same file do not meet. A process that is
-    killed leaves the temporary file behind; nothing reads it.
+    The temporary name cannot be guessed and is made new, so that two that write the same file, processes or threads,
+    do not meet, and no link is followed. Permissions of a file that is replaced stay. A process that is killed leaves
+    the temporary file behind; nothing reads it.
 
     Raises
     ------
@@ -22,13 +26,35 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         If the file cannot be written or moved, as where the disk is full or its folder is missing. It names a file.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
+    temporary = path.with_name(f".{path.name[:LONGEST]}.{secrets.token_hex(8)}.part")
     try:
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666))
         yield temporary
+        _keep_permissions(path, temporary)
+        _to_disk(temporary)
         os.replace(temporary, path)
+        with suppress(OSError):  # some file systems have no such request for a folder
+            _to_disk(path.parent)
     except OSError as error:
         error.filename = error.filename or str(path)  # a write that fails does not say where
         raise
     finally:
         with suppress(OSError):  # moved, never made, or on a disk that has become read-only: the first error counts
             temporary.unlink()
+
+
+def _keep_permissions(path: Path, temporary: Path) -> None:
+    try:
+        earlier = os.lstat(path).st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISREG(earlier):
+        os.chmod(temporary, stat.S_IMODE(earlier))
+
+
+def _to_disk(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

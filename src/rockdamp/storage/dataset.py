@@ -149,7 +149,7 @@ def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: b
 
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a dataset whole into memory.
+    """Read a result whole into memory.
 
     Raises
     ------
@@ -160,29 +160,32 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
         return dataset.load()
 
 
-def connect(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Open a dataset without reading its values: each variable is read when it is first used.
+def connect(path: str | os.PathLike[str], advice: str = "; delete it and run again") -> xr.Dataset:
+    """Open a result without reading its values: each variable is read when it is first used.
 
     Raises
     ------
     DatasetError
         As `open`.
     """
+    if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
+        reason = "it is no regular file" if os.path.lexists(path) else "there is no such file"
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){advice}")
     try:
         return xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
 
 
 @contextmanager
-def _opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
+def _opened(path: str | os.PathLike[str], advice: str = "; delete it and run again") -> Iterator[xr.Dataset]:
     try:
-        with connect(path) as dataset:
+        with connect(path, advice) as dataset:
             yield dataset
     except DatasetError:
         raise
     except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}); delete it and run again") from error
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
 
 
 def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -195,7 +198,7 @@ def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """
     datasets = []
     for path in sorted(Path(folder).rglob("[!.]*.nc")):
-        with _opened(path) as dataset:
+        with _opened(path, advice="") as dataset:  # whose it is, is not known
             sizes = {str(dim): size for dim, size in dataset.sizes.items()}
             name = path.relative_to(folder).as_posix()
             datasets.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})

@@ -1,0 +1,66 @@
+"""What must hold of the folder of the results: that it is theirs alone, and can be written."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+from rockdamp.errors import InputError
+
+PARTS = ("src", "tests", "tools", "docs", "data", "config", "workflow", "profiles", "examples", "benchmarks", "logs")
+
+
+def require_own_folder(folder: str | os.PathLike[str], tree: str | os.PathLike[str]) -> None:
+    """Check that results would overwrite neither the project nor anything else that git keeps.
+
+    Parameters
+    ----------
+    folder : path
+        Of the results, seen from the folder of the run; links are followed.
+    tree : path
+        Of the project.
+
+    Raises
+    ------
+    InputError
+        If the folder holds the project, lies in a part of it other than ``results``, or has files that git tracks.
+    """
+    there, root = Path(folder).resolve(), Path(tree).resolve()
+    allowed = "results need a folder of their own, such as results/my-wall"
+    if root.is_relative_to(there):
+        raise InputError(f"results is {os.fspath(folder)!r}, which holds the project; {allowed}")
+    if there.is_relative_to(root):
+        part = there.relative_to(root).parts[0]
+        if part.startswith(".") or part in PARTS:
+            raise InputError(f"results is {os.fspath(folder)!r}, in {part!r} of the project; {allowed}")
+    tracked = [name for name in _tracked(there) if there / name != root / "results/README.md"]
+    if tracked:
+        raise InputError(f"results is {os.fspath(folder)!r}, where git tracks {tracked[0]!r}; {allowed}")
+
+
+def _tracked(folder: Path) -> list[str]:
+    """The files below a folder that git tracks; none where there is no git, or it cannot tell."""
+    if not folder.is_dir():
+        return []
+    try:
+        command = ["git", "-C", str(folder), "ls-files", "-z"]
+        run = subprocess.run(command, capture_output=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return []
+    return [os.fsdecode(name) for name in run.stdout.split(b"\0") if name] if run.returncode == 0 else []
+
+
+def require_writable(folder: str | os.PathLike[str]) -> None:
+    """Check that files may be made in `folder` and in every folder below it, or that it can be made.
+
+    Raises
+    ------
+    InputError
+        If one cannot be written, as on a disk that is read-only.
+    """
+    top = Path(folder)
+    there = next(place for place in (top, *top.absolute().parents) if place.exists())
+    for place in (there, *(path for path in top.rglob("*") if path.is_dir())):
+        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+            raise InputError(f"{place} cannot be written; the results need a folder in which files can be made")

@@ -1,0 +1,99 @@
+"""The folder of the results is theirs alone, and can be written."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+
+from rockdamp.config.results_folder import PARTS, require_own_folder, require_writable
+from rockdamp.errors import InputError
+
+
+@pytest.fixture
+def tree(tmp_path, monkeypatch):
+    """A project with a few of its parts, in which the run stands."""
+    place = tmp_path / "project"
+    for part in ("src/rockdamp", "docs", "results", ".git"):
+        (place / part).mkdir(parents=True)
+    monkeypatch.chdir(place)
+    return place
+
+
+@pytest.mark.parametrize("folder", ["results", "results/minimal", "results/a/b", "mine", "../elsewhere"])
+def test_a_folder_of_its_own_is_allowed(tree, folder):
+    require_own_folder(folder, tree)
+
+
+@pytest.mark.parametrize(
+    ("folder", "reason"),
+    [
+        *((part, f"in '{part}' of the project") for part in PARTS),
+        ("src/rockdamp", "in 'src' of the project"),
+        ("results/../docs/figures", "in 'docs' of the project"),
+        (".git", "in '.git' of the project"),
+        (".", "which holds the project"),
+        ("..", "which holds the project"),
+        ("/", "which holds the project"),
+    ],
+)
+def test_a_folder_of_the_project_is_refused(tree, folder, reason):
+    with pytest.raises(InputError) as caught:
+        require_own_folder(folder, tree)
+    assert f"results is {folder!r}, {reason}" in str(caught.value)
+
+
+def test_a_link_to_a_folder_of_the_project_is_refused(tree):
+    (tree / "mine").symlink_to("src")
+    with pytest.raises(InputError, match="results is 'mine', in 'src' of the project"):
+        require_own_folder("mine", tree)
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="there is no git")
+def test_a_folder_with_files_that_git_tracks_is_refused(tree, tmp_path):
+    thesis = tmp_path / "thesis"
+    (thesis / "figures").mkdir(parents=True)
+    (thesis / "figures/fig1.pdf").write_text("mine", encoding="utf-8")
+    subprocess.run(["git", "init", "-q"], cwd=thesis, check=True)
+    require_own_folder(thesis, tree)
+    subprocess.run(["git", "add", "."], cwd=thesis, check=True)
+    for folder in (thesis, thesis / "figures"):
+        with pytest.raises(InputError, match="where git tracks '.*fig1.pdf'; results need a folder of their own"):
+            require_own_folder(folder, tree)
+    require_own_folder(thesis / "new", tree)
+
+
+def test_the_data_dictionary_alone_may_be_tracked(tree):
+    shutil.rmtree(tree / ".git")
+    subprocess.run(["git", "init", "-q"], cwd=tree, check=True)
+    (tree / "results/README.md").touch()
+    subprocess.run(["git", "add", "."], cwd=tree, check=True)
+    require_own_folder("results", tree)
+    (tree / "results/loops.nc").touch()
+    subprocess.run(["git", "add", "."], cwd=tree, check=True)
+    with pytest.raises(InputError, match="where git tracks 'loops.nc'"):
+        require_own_folder("results", tree)
+
+
+def test_a_folder_that_is_there_or_can_be_made_is_writable(tmp_path):
+    (tmp_path / "figures").mkdir()
+    require_writable(tmp_path)
+    require_writable(tmp_path / "of/a/new/one")
+    assert os.listdir(tmp_path) == ["figures"]
+
+
+@pytest.mark.parametrize("folder", ["", "new/one"])
+def test_below_a_file_nothing_can_be_written(folder, tmp_path):
+    path = tmp_path / "taken"
+    path.touch()
+    with pytest.raises(InputError, match=r"taken cannot be written; .* a folder in which files can be made"):
+        require_writable(path / folder)
+
+
+def test_a_folder_below_without_permission_is_named(tmp_path, monkeypatch):
+    (tmp_path / "match").mkdir()
+    (tmp_path / "figures").mkdir()
+    # As on a disk that is read-only; permissions alone do not stop root.
+    monkeypatch.setattr(os, "access", lambda path, mode: path.name != "figures")
+    with pytest.raises(InputError, match="figures cannot be written"):
+        require_writable(tmp_path)

@@ -1,0 +1,55 @@
+"""`make` works in its own folder, and removes what was built there and nothing else."""
+
+import shutil
+import subprocess
+
+import pytest
+from repository import ROOT
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """The Makefile alone, in a folder whose name has what shells and make take for something else."""
+    place = tmp_path / "a träe $(x) `y`"
+    place.mkdir()
+    shutil.copy(ROOT / "Makefile", place)
+    return place
+
+
+def make(place, *arguments):
+    return subprocess.run(["make", *arguments], cwd=place, capture_output=True, text=True)
+
+
+def test_clean_keeps_the_data_dictionary_and_removes_the_rest(tree):
+    (tree / "results/figures").mkdir(parents=True)
+    for name in ("README.md", "loops.nc", ".loops.nc.1.part", "figures/fig1.png"):
+        (tree / "results" / name).touch()
+    run = make(tree, "clean")
+    assert run.returncode == 0, run.stderr
+    assert [path.name for path in (tree / "results").rglob("*")] == ["README.md"]
+
+
+def test_clean_from_elsewhere_touches_nothing(tree, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "results").mkdir(parents=True)
+    (elsewhere / "results/thesis.txt").touch()
+    for arguments in (["-f", str(tree / "Makefile"), "clean"], ["-f", f"../{tree.name}/Makefile", "clean"]):
+        run = make(elsewhere, *arguments)
+        assert run.returncode != 0
+        assert "run make in the folder of the Makefile, as in: make -C FOLDER clean" in run.stderr
+    assert (elsewhere / "results/thesis.txt").exists()
+    (tree / "results").mkdir()
+    (tree / "results/loops.nc").touch()
+    assert make(elsewhere, "-C", str(tree), "clean").returncode == 0
+    assert not (tree / "results/loops.nc").exists()
+
+
+def test_clean_does_not_follow_a_link_and_says_so(tree, tmp_path):
+    (tmp_path / "store").mkdir()
+    (tmp_path / "store/loops.nc").touch()
+    (tree / "results").symlink_to(tmp_path / "store")
+    (tree / "logs").mkdir()
+    run = make(tree, "clean")
+    assert run.returncode != 0
+    assert f"results is a link, to {tmp_path / 'store'}: remove what it holds, or the link, yourself" in run.stderr
+    assert (tmp_path / "store/loops.nc").exists()
