@@ -22,6 +22,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 THICKEST, HIGHEST = 2.0, 30.0  # [m]
 THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 MOST_DAMPED = 0.5  # damping ratio [-]
+FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
 
 LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}  # [m]
@@ -144,6 +145,21 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
         return []
     slip = f"; was it in per cent ({xi / 100:g})?" if xi / 100 <= MOST_DAMPED else ""
     return [f"damping_ratio (xi) is {xi:g}, more than {MOST_DAMPED:g}{slip}"]
+
+
+def of_velocity(pgv: ArrayLike) -> list[str]:
+    """Say whether a peak ground velocity is larger than those of earthquakes.
+
+    Parameters
+    ----------
+    pgv : float or ndarray
+        Of an array the largest counts. [m s-1]
+    """
+    largest = float(np.max(np.asarray(pgv), initial=0.0))
+    if largest <= FASTEST:
+        return []
+    slip = f"; was it in cm s-1 ({largest / 100:g})?" if largest / 100 <= FASTEST else ""
+    return [f"PGV is {largest:g} m s-1, more than {FASTEST:g}{slip}"]
 
 
 def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float = 1.0) -> list[str]:

@@ -140,6 +140,19 @@ def test_what_is_returned_is_what_the_registry_says(answer, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"pgv": 40}, r"PGV is 40 m s-1, more than 4; was it in cm s-1 \(0.4\)\?"),
+        ({"pga": 40}, "PGA is 40 m s-2, over 3 g"),
+        ({"pgv": 500}, r"PGV is 500 m s-1, more than 4$"),
+    ],
+)
+def test_an_intensity_that_no_earthquake_has_is_warned_of(asked, said, wall, curve, motions):
+    with pytest.warns(rd.InputWarning, match=said):
+        rd.assess(wall, curve, motions[0], restitution=0.85, **asked)
+
+
+@pytest.mark.parametrize(
     ("changes", "said"),
     [
         ({}, "either pgv or pga"),

@@ -272,9 +272,10 @@ def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):
 def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(rocking, "MOST_FRAMES", 3)
-    for folder in ("data", "results"):
+    for folder in ("data", "results", "examples"):
         Path(folder).mkdir()
     shutil.copy(RECORD, "data")
+    shutil.copy(ROOT / "examples/my-walls.csv", "examples")
     xr.Dataset({"x": ("a", [1.0])}).to_netcdf("results/made.nc")
     found = examples(name)
     assert found

@@ -41,9 +41,10 @@ PAGES = ("README.md", "docs/index.md")
 
 
 def test_the_commands_of_the_first_pages_run(tmp_path, monkeypatch):
-    """Each `rockdamp ...` of README and of the documents' first page, in a folder that holds the shipped record."""
+    """Each `rockdamp ...` of README and of the documents' first page, beside the shipped data and examples."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "data").symlink_to(ROOT / "data")
+    for folder in ("data", "examples"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
     for page in PAGES:
         text = (ROOT / page).read_text(encoding="utf-8").replace("\\\n", " ")
         commands = re.findall(r"(?:^|[`$] ?)\.venv/bin/rockdamp ([^`\n]+)", text, re.MULTILINE)

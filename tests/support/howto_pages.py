@@ -58,11 +58,11 @@ def edit(tree, page):
 def follow(tree, page):
     """Run the commands of a page with coarser steps than the config's; return what they print."""
     printed = ""
+    path = f"{tree.place}/.venv/bin:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
+    environment = {**tree.environment, "PATH": path}
     for block in blocks(page, "sh"):
         command = block.replace("--configfile ", "--configfile config/minimal.yaml ")
-        run = subprocess.run(
-            ["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True
-        )
+        run = subprocess.run(["sh", "-ec", command], cwd=tree.place, env=environment, capture_output=True, text=True)
         assert run.returncode == 0, block + run.stdout + run.stderr
         printed += run.stdout
     return printed

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rockdamp import progress
 from rockdamp.arrays import Array
 from rockdamp.histories.at_intensities import ends
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -15,7 +17,6 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
-from rockdamp.progress import track
 
 MEASURES: Mapping[str, Callable[[IntensityMeasures], float]] = {
     "PGV": lambda measures: measures.pgv,
@@ -27,6 +28,9 @@ TAIL = 3.0  # rest after a record [s]
 # Of the stripes: lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie between 0.57 and 2.0,
 # and twice their dispersions span a factor of 2.6 to either side: a test holds the stripes to be beyond it.
 STRIPES = np.geomspace(0.15, 8.0, 16)
+
+
+SHOWN = partial(progress.track, description="Records")
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ def collapses(
     *,
     step: float = STEP,
     tail: float = TAIL,
-    description: str = "Records",
+    track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
 ) -> Collapses:
     """Run walls with each damper under records, scaled to the intensities asked for and to each wall's stripes.
 
@@ -84,8 +88,8 @@ def collapses(
         Of the solver, times the first branch's angular frequency, at most. [-]
     tail : float
         Rest after each record. [s]
-    description : str
-        Of the progress.
+    track : callable
+        Gives the records on, and may show how far they are.
     """
     levels = [intensity_measures(motion.record) for motion in motions]
     own = np.array([MEASURES[measure](level) for level in levels])
@@ -95,7 +99,7 @@ def collapses(
     asked = np.broadcast_to(intensity, (walls, intensity.size))
     wanted = np.concatenate([asked, np.broadcast_to(stripe, (walls, STRIPES.size))], axis=1)
     peak, collapsed = [], []
-    for motion, level in zip(track(motions, description), own, strict=True):
+    for motion, level in zip(track(motions), own, strict=True):
         of_record = ends(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
         peak.append(np.where(of_record[1], np.nan, of_record[0])[:, : intensity.size])

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
@@ -128,6 +129,8 @@ def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
     require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
     if values.ndim != 1 or not values.size:
         raise InputError(f"{name} must be a number or some numbers")
+    doubts = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_motion(float(values[-1]))
+    plausibility.warn(doubts)
     return measure, values
 
 

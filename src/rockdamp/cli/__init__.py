@@ -6,6 +6,7 @@ import click
 
 from rockdamp import __version__
 from rockdamp.cli.assessment import assess
+from rockdamp.cli.batch import batch
 from rockdamp.cli.calibration import calibrate
 from rockdamp.cli.histories import decay, respond
 from rockdamp.cli.results import datasets
@@ -24,5 +25,5 @@ def main() -> None:
     """Energy dissipation in rocking masonry walls."""
 
 
-for command in (wall, equivalent, decay, respond, assess, calibrate, presets, datasets, completion):
+for command in (wall, equivalent, decay, respond, assess, batch, calibrate, presets, datasets, completion):
     main.add_command(command)

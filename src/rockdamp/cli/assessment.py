@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test holds them equal to the package's
@@ -110,15 +111,15 @@ def assess(
         raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
     wall, curve, e, reason = _wall(walls, identifier, restitution, **options)
     from rockdamp.assessment.one_wall import assess as compute
-    from rockdamp.errors import warnings_as_lines
     from rockdamp.motions.catalogue import load_records
 
-    with warnings_as_lines():
-        motions = load_records(records)
+    motions = load_records(records)
     answer = compute(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=tail)
     answer.attrs["restitution_reason"] = reason
     if output is not None:
-        write_dataset(answer, output, "assessment", "rockdamp.assessment.one_wall")
+        # The wall itself, as the table may hold others and lie elsewhere.
+        read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
+        write_dataset(answer, output, "assessment", "rockdamp.assessment.one_wall", **read)
     if plot is not None:
         from rockdamp.figures.assessment import fragility_figure
 
@@ -131,6 +132,11 @@ def assess(
         print_json(_values(answer))
     else:
         _print(answer)
+
+
+def content_of(motions: Iterable[GroundMotion]) -> str:
+    """Return what stands for records where an origin is stated: their names, and digests of the files read."""
+    return " ".join(f"{motion.name} {motion.record.digest}" for motion in motions)
 
 
 def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -16,6 +17,7 @@ from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 
+MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall
 
 
@@ -49,6 +51,11 @@ def ends(
     -------
     peak, collapsed : ndarray, shape (walls, factors, dampings)
         Largest |u|/u_ins, which of a wall that collapsed means nothing, and whether it did. [-]
+
+    Raises
+    ------
+    InputError
+        If a history would take more than `MOST_STEPS` steps.
     """
     factor = np.atleast_2d(np.asarray(factor, dtype=float))
     shapes = [damping.shape for damping in dampings]
@@ -60,6 +67,7 @@ def ends(
     sampling = frequency * record.step
     substeps = substeps_of(sampling * curve.initial_frequency, step)
     peak, collapsed = (np.empty((*factor.shape, len(dampings)), dtype=kind) for kind in (float, bool))
+    _require_affordable(int(substeps.max()) * (ground.size - 1), float(frequency.max()))
     for many in np.unique(substeps):
         some = np.flatnonzero(substeps == many)
         # The intensities come first: where all walls of a block have collapsed, the kernel leaves it.
@@ -90,3 +98,11 @@ def substeps_of(sampling: ArrayLike, step: float) -> NDArray[np.int64]:
     """
     needed = np.asarray(sampling, dtype=float) / step
     return SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)
+
+
+def _require_affordable(steps: int, frequency: float) -> None:
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"a history would take {steps:.3g} steps of the solver; they must be at most {MOST_STEPS:.3g} (p is"
+            f" {frequency:.3g} rad/s: the wall may be far smaller than is meant)"
+        )

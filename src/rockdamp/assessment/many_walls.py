@@ -1,0 +1,265 @@
+"""Thousands of walls under records: a share of them at a time, so that memory grows with what is written alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.arrays import Array
+from rockdamp.assessment.collapses import STEP, TAIL, collapses
+from rockdamp.assessment.one_wall import beside_each_other, lognormal, rocking_onset
+from rockdamp.assessment.table import BadRow, Row
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.plausibility import as_meant
+from rockdamp.progress import counting
+from rockdamp.storage.nrml import Collapse
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+
+WALLS = 256  # that are run at once
+MODELS = (REFERENCE, RECOMMENDED)
+COLUMNS = (
+    "id",
+    "damping_model",
+    "restitution",
+    "damping_ratio",
+    "rocking_onset",
+    "collapses",
+    "records",
+    "collapse_probability",
+    "median_intensity",
+    "dispersion",
+    "peak_ratio_median",
+    "error",
+)
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was found of one wall; arrays have the shape (damping models,) of `MODELS` first.
+
+    Attributes
+    ----------
+    row : Row
+    rocking_onset : float
+        Ground acceleration whose static load reaches the plateau. [m s-2]
+    damping_ratio : ndarray
+        NaN of restitution. [-]
+    collapses, records : ndarray of int, int
+        At the intensity asked for, and of how many.
+    median, dispersion : ndarray
+        Of the fragility; NaN where it is not defined. [m s-1] or [m s-2], and [-]
+    peak_ratio_median : ndarray
+        Median over the records of the largest |u|/u_ins; NaN where half of them or more collapse the wall. [-]
+    stripe, stripe_share : ndarray, shape (stripes,) and (damping models, stripes)
+        Intensities, and the share of records that collapse the wall. [m s-1] or [m s-2], and [-]
+    """
+
+    row: Row
+    rocking_onset: float
+    damping_ratio: Array
+    collapses: Array
+    records: int
+    median: Array
+    dispersion: Array
+    peak_ratio_median: Array
+    stripe: Array
+    stripe_share: Array
+
+
+def answers(
+    rows: Sequence[Row | BadRow],
+    motions: Sequence[GroundMotion],
+    measure: str,
+    intensity: float,
+    *,
+    step: float = STEP,
+    tail: float = TAIL,
+    walls: int = WALLS,
+) -> Iterator[Answer | BadRow]:
+    """Yield what is found of each wall, in the order of the rows; of a row that cannot be computed, why.
+
+    Parameters
+    ----------
+    rows : sequence of Row or BadRow
+        Of `table.read_walls`.
+    motions : sequence of GroundMotion
+    measure : str
+        ``PGV`` or ``PGA``.
+    intensity : float
+        Asked for. [m s-1] or [m s-2]
+    step, tail
+        As for `assess`.
+    walls : int
+        That are run at once; what is found of a wall does not depend on it.
+    """
+    good = sum(isinstance(row, Row) for row in rows)
+    with counting(good * len(motions), "Walls under records") as advance:
+
+        def through(motions: Iterable[T], count: int) -> Iterator[T]:
+            for motion in motions:
+                yield motion
+                advance(count)
+
+        def run(wall: Wall | Parapet, curve: TrilinearCurve, e: Array) -> Any:
+            dampings = beside_each_other(e)
+            given: dict[str, Any] = {"step": step, "tail": tail, "track": partial(through, count=e.size)}
+            return dampings, collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **given)
+
+        for start in range(0, len(rows), walls):
+            share = rows[start : start + walls]
+            found: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
+            for alike in _alike([row for row in share if isinstance(row, Row)]):
+                found |= {_line(one): one for one in _of(alike, run)}
+            yield from (found[row.line] for row in share)
+
+
+def _alike(rows: Sequence[Row]) -> Iterator[list[Row]]:
+    """Yield the rows that fit into one batch: walls or parapets, with one kind of softening."""
+    kinds: dict[Any, list[Row]] = {}
+    for row in rows:
+        kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
+    yield from kinds.values()
+
+
+def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
+    """Run walls together; where one of them is out of all scale, halves of them, down to that one."""
+    wall, curve = (_stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
+    try:
+        dampings, counted = run(wall, curve, np.array([row.restitution for row in rows]))
+    except (InputError, ArithmeticError) as error:
+        if len(rows) == 1:
+            return [BadRow(rows[0].line, rows[0].id, f"line {rows[0].line}: {error}")]
+        half = len(rows) // 2
+        return [*_of(rows[:half], run), *_of(rows[half:], run)]
+    fit, onset = lognormal(counted), rocking_onset(wall, curve)
+    ratio = np.stack([np.full(len(rows), np.nan) if one.is_impact else one.damping_ratio for one in dampings], axis=1)
+    peaks = _median(np.where(counted.collapsed, np.inf, counted.peak)[..., 0])
+    share = counted.stripe_collapsed.mean(axis=2)
+    fell = counted.collapsed[..., 0].sum(axis=2)
+    records = counted.collapsed.shape[2]
+    return [
+        Answer(
+            row,
+            float(onset[i]),
+            ratio[i],
+            fell[i],
+            records,
+            fit.median[i],
+            fit.dispersion[i],
+            peaks[i],
+            counted.stripe[i],
+            share[i],
+        )
+        for i, row in enumerate(rows)
+    ]
+
+
+def _stacked(owners: Sequence[T]) -> T:
+    """Return walls or curves of numbers as one of arrays."""
+    names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
+    first = {name: getattr(owners[0], name) for name in names}
+    arrays = {
+        name: np.array([float(getattr(owner, name)) for owner in owners])
+        for name, value in first.items()
+        if not isinstance(value, str)
+    }
+    with as_meant():  # what is unlikely was said of each row
+        return type(owners[0])(**(first | arrays))
+
+
+def _median(peaks: Array) -> Array:
+    """Median over the last axis; NaN where it is that of a wall that collapsed."""
+    ordered = np.sort(peaks, axis=-1)
+    count = ordered.shape[-1]
+    low, high = ordered[..., (count - 1) // 2], ordered[..., count // 2]
+    return np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
+
+
+def _line(one: Answer | BadRow) -> int:
+    return one.line if isinstance(one, BadRow) else one.row.line
+
+
+# --- what is written --------------------------------------------------------------------------------------------------
+
+
+def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
+    """Yield the rows of the written table by the keys of `COLUMNS`, one for each damping model; no value is empty."""
+    if isinstance(one, BadRow):
+        yield dict.fromkeys(COLUMNS, "") | {"id": one.id, "error": one.error}
+        return
+    for i, model in enumerate(MODELS):
+        values = {
+            "damping_ratio": one.damping_ratio[i],
+            "rocking_onset": one.rocking_onset,
+            "restitution": one.row.restitution,
+            "collapse_probability": one.collapses[i] / one.records,
+            "median_intensity": one.median[i],
+            "dispersion": one.dispersion[i],
+            "peak_ratio_median": one.peak_ratio_median[i],
+        }
+        known = {name: repr(float(value)) if np.isfinite(value) else "" for name, value in values.items()}
+        yield {
+            "id": one.row.id,
+            "damping_model": model,
+            **known,
+            "collapses": str(one.collapses[i]),
+            "records": str(one.records),
+            "error": "",
+        }
+
+
+def dataset(found: Sequence[Answer | BadRow], measure: str, intensity: float) -> xr.Dataset:
+    """Return what was found as a dataset of the kind ``batch``; NaN, and -1 collapses, of rows that have an error."""
+    name, shape = measure.lower(), (len(found), len(MODELS))
+    good = [(i, one) for i, one in enumerate(found) if isinstance(one, Answer)]
+
+    def of(value: Callable[[Answer], Any], kind: Any = float, missing: Any = np.nan, wide: bool = True) -> Any:
+        values = np.full(shape if wide else shape[:1], missing, dtype=kind)
+        for i, one in good:
+            values[i] = value(one)
+        return (("wall", "damping_model") if wide else ("wall",), values)
+
+    records = next((one.records for _, one in good), 0)
+    return xr.Dataset(
+        {
+            name: intensity,
+            "restitution": of(lambda one: one.row.restitution, wide=False),
+            "rocking_onset": of(lambda one: one.rocking_onset, wide=False),
+            "damping_ratio": of(lambda one: one.damping_ratio),
+            "collapses": of(lambda one: one.collapses, int, -1),
+            "collapse_probability": of(lambda one: one.collapses / one.records),
+            f"median_{name}": of(lambda one: one.median),
+            "dispersion": of(lambda one: one.dispersion),
+            "peak_ratio_median": of(lambda one: one.peak_ratio_median),
+            "records": records,
+            "error": ("wall", [one.error if isinstance(one, BadRow) else "" for one in found]),
+        },
+        coords={
+            "wall": [one.id if isinstance(one, BadRow) else one.row.id for one in found],
+            "damping_model": list(MODELS),
+        },
+    )
+
+
+def fragilities(found: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
+    """Yield the fragility of each wall and damping model, for NRML."""
+    for one in found:
+        if isinstance(one, Answer):
+            for i, model in enumerate(MODELS):
+                name = f"{one.row.id}-{model}"
+                yield Collapse(
+                    name,
+                    float(one.median[i]),
+                    float(one.dispersion[i]),
+                    one.stripe.tolist(),
+                    one.stripe_share[i].tolist(),
+                )

