@@ -23,6 +23,7 @@ RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 CURVE = ("--a1", 0.04, "--b1", 0.8)
 WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overburden-ratio", 6.2)
 CDR = ("--damping-model", "CDR", "--damping-ratio", 0.05)
+MOTION = ["pga", "pgv", "duration", "rocking_onset"]
 KEYS = ["peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed"]
 
 
@@ -114,7 +115,7 @@ def test_the_decay_is_written_with_units_and_origin(tmp_path):
 
 def test_respond_gives_the_agreed_keys_and_the_packages_numbers(record):
     values = printed(*respond(record, *CDR, "--scale", 2, "--tail", 1))
-    assert list(values) == KEYS
+    assert list(values) == [*KEYS, *MOTION]
     wall = rd.Wall(0.102, 2.754, hinge_ratio=0.57, overburden_ratio=6.2)
     found = rd.respond(
         wall, rd.TrilinearCurve(0.04, 0.8), rd.Damping("CDR", 0.05), rd.read_record(record), scale=2, tail=1
@@ -150,8 +151,10 @@ def test_a_comparison_has_a_row_for_each_model(record):
     matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.04, 0.8)}
     assert {row["damping_model"]: row["damping_ratio"] for row in rows} == {"CR": None, **matched}
     alone = printed(*respond(record, "--damping-model", "CR", "--restitution", 0.85))
-    assert {key: rows[0][key] for key in KEYS} == alone
-    assert run(*arguments).stdout.splitlines()[0].split() == ["damping_model", "damping_ratio", *KEYS]
+    assert {key: rows[0][key] for key in (*KEYS, *MOTION)} == alone
+    motion, table = run(*arguments).stdout.split("\n\n")
+    assert [line.split()[0] for line in motion.splitlines()] == MOTION
+    assert table.splitlines()[0].split() == ["damping_model", "damping_ratio", *KEYS]
 
 
 def test_an_at2_file_is_read_in_units_of_g(record, tmp_path):
@@ -196,11 +199,12 @@ def test_pictures_are_drawn_of_decays_and_responses(record, tmp_path, suffix):
         path.unlink()
 
 
-@pytest.mark.parametrize("shape", [(), ("--parapet",)])
+@pytest.mark.parametrize("shape", [WALL, ("--thickness", 0.102, "--height", 2.754, "--parapet")])
 def test_the_rocking_bodies_are_animated(record, tmp_path, shape, monkeypatch):
     monkeypatch.setattr(rocking, "MOST_FRAMES", 4)
     path = tmp_path / "wall.gif"
-    assert run(*respond(record, *CDR, *shape, "--scale", 0.5, "--animate", path)).exit_code == 0
+    given = ("respond", "--record", record, *shape, *CURVE, *CDR, "--scale", 0.5, "--animate", path)
+    assert run(*given).exit_code == 0
     with Image.open(path) as film:
         assert film.n_frames == 4
     assert [file.name for file in sorted(tmp_path.iterdir())] == ["pulse.csv", "wall.gif"]

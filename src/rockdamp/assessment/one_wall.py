@@ -165,7 +165,7 @@ def beside_each_other(restitution: ArrayLike) -> list[Damping]:
 
 def rocking_onset(wall: Wall | Parapet, curve: TrilinearCurve) -> Array:
     """Return the ground acceleration whose static load reaches the curve's plateau: b1 F0/(lambda m_eff). [m s-2]"""
-    return np.asarray(curve.plateau_ratio / np.abs(wall.load_factor))
+    return wall.rocking_onset(curve.plateau_ratio)
 
 
 def lognormal(counted: Collapses) -> Fragility:

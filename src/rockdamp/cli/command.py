@@ -29,6 +29,11 @@ class Command(click.Command):
         kwargs["epilog"] = f"\b\nExample:\n{lines}"
         super().__init__(*args, **kwargs)
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if not ctx.resilient_parsing:
+            _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np
 
@@ -71,6 +76,14 @@ def _refuse_same_files(ctx: click.Context) -> None:
 def _paths(value: Any) -> list[Path]:
     values = value if isinstance(value, list | tuple) else [value]
     return [Path(path) for path in values if isinstance(path, str | Path)]
+
+
+def _refuse_repeated(given: Sequence[click.Parameter]) -> None:
+    """Raise `click.UsageError` for an option that holds one value and stands there twice: click would take the last."""
+    for option in given:
+        once = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
+        if once and given.count(option) > 1:
+            raise click.UsageError(f"{option.opts[0]} is given {given.count(option)} times; it must be given once")
 
 
 def _wrapped(example: str) -> str:

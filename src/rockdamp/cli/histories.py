@@ -30,15 +30,19 @@ from rockdamp.cli.options import (
     wall_options,
 )
 from rockdamp.cli.types import OutputFile, Quantity
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.motions.records import Record
 
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
-RESULTS = ("peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed")
+UNITS |= {"pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
+PEAKS = ("peak_displacement", "peak_ratio", "peak_elapsed")
+RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="The history, as NetCDF.")
 plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of the history.")
@@ -199,7 +203,9 @@ def respond(
 ) -> None:
     """Response to a record: peak and outcome.
 
-    The wall starts at rest. A wall that collapses ends its history there, which is an outcome and no error.
+    The wall starts at rest. A wall that collapses ends its history there, which is an outcome and no error; it has no
+    peak, and the JSON states the displacement at which the history ends. PGA and PGV are those of the scaled motion;
+    rocking_onset is the ground acceleration whose static load reaches the plateau of the curve.
     """
     if animation is not None and compare:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
@@ -209,6 +215,7 @@ def respond(
     from rockdamp.motions.catalogue import from_file
 
     motion = from_file(record).record
+    onset = float(wall.rocking_onset(curve.plateau_ratio))
     with concerning(record):
         histories = responses(motion, wall, curve, dampings, scale=scale, tail=tail)
     if output is not None:
@@ -223,20 +230,41 @@ def respond(
         with writing(animation):
             animate(histories, animation)
         click.echo(f"{animation} written", err=True)
-    _print_response(histories, compare, as_json)
+    _print_response(histories, _motion(motion, scale) | {"rocking_onset": onset}, compare, as_json)
 
 
-def _print_response(histories: xr.Dataset, compare: bool, as_json: bool) -> None:
+def _motion(record: Record, scale: float) -> dict[str, float]:
+    """How strong a motion is once it is scaled, and how long it lasts."""
+    from rockdamp.motions.intensity import intensity_measures
+
+    measures = intensity_measures(record)
+    return {
+        "pga": abs(scale) * measures.pga,
+        "pgv": abs(scale) * measures.pgv,
+        "duration": float(record.elapsed[-1] - record.elapsed[0]),
+    }
+
+
+def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bool, as_json: bool) -> None:
     rows = []
     for model in map(str, histories["damping_model"].values):
         history = histories.sel(damping_model=model)
         values = {key: history[key].item() for key in RESULTS}
         xi = history["damping_ratio"].item()
         ratio = {"damping_model": model, "damping_ratio": None if isnan(xi) else xi}
-        rows.append(ratio | values if compare else values)
+        rows.append((ratio if compare else {}) | values)
     if as_json:
+        rows = [row | motion for row in rows]
         print_json(rows if compare else rows[0])
-    elif compare:
+        return
+    # A wall that falls has no peak: where its history ends is no result.
+    rows = [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
+    units = UNITS | {
+        name: f"m s-2, which is {motion[name] / STANDARD_GRAVITY:.4g} g" for name in ("pga", "rocking_onset")
+    }
+    if compare:
+        print_values(motion, units)
+        click.echo()
         print_table(rows, UNITS)
     else:
-        print_values(rows[0], UNITS)
+        print_values(motion | rows[0], units)

@@ -85,7 +85,7 @@ curve_options = _all(
 )
 
 damping_options = _all(
-    click.option("--damping-model", type=Model(MODELS), help="One model alone."),
+    click.option("--damping-model", type=Model(MODELS), help="One model alone.  [default: CR, with --restitution]"),
     click.option("--damping-ratio", type=float, help="xi of a viscous model."),
     click.option(
         "--restitution", type=float, help="Coefficient of restitution e of CR, of ECD of any order, and for --compare."
@@ -104,11 +104,15 @@ record_option = click.option(
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs, and nothing else.")
 
 
+def was_given(name: str) -> bool:
+    """Whether an option stands on the command line."""
+    return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
+
+
 def refuse_unused(names: Iterable[str], needed: str) -> None:
     """Raise `click.UsageError` for options that were given and have no effect without others."""
-    ctx = click.get_current_context()
     for name in names:
-        if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        if was_given(name):
             raise click.UsageError(f"--{name.replace('_', '-')} must be given with {needed}, or not at all")
 
 
@@ -116,6 +120,8 @@ def make_wall(parapet: bool, hinge_ratio: float, **options: float) -> Wall | Par
     """Return the wall that the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
 
+    if parapet and was_given("hinge_ratio"):
+        raise click.UsageError("--hinge-ratio belongs to a wall; --parapet, one block on its base, must be without it")
     return Parapet(**options) if parapet else Wall(hinge_ratio=hinge_ratio, **options)
 
 
@@ -164,6 +170,8 @@ def make_dampings(
         if damping_model is not None or damping_ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
         return equivalent_dampings(_given("--restitution", restitution, "--compare"), curve, **equivalence)
+    if damping_model is None and restitution is not None and damping_ratio is None:
+        damping_model = REFERENCE
     if damping_model is None:
         raise click.UsageError(
             f"--damping-model is missing; it must be {REFERENCE} with --restitution, one of {', '.join(VISCOUS_MODELS)}"

@@ -10,6 +10,7 @@ import click
 from rockdamp.cli.command import Command, print_json, print_table, print_values
 from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
 from rockdamp.cli.types import Numbers
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from rockdamp.mechanics.curve import TrilinearCurve
@@ -36,6 +37,16 @@ UNITS = {
     "displacement": "m",
     "rigid_period": "s",
     "period": "s",
+    "rocking_onset": "m s-2",
+}
+POUND, INCH = 0.45359237, 0.0254  # [kg], [m]
+# Of a unit in SI: the one that is printed in its place, and its size.
+IMPERIAL = {
+    "N": ("lbf", POUND * STANDARD_GRAVITY),
+    "kg": ("lb", POUND),
+    "N m-1": ("lbf in-1", POUND * STANDARD_GRAVITY / INCH),
+    "m": ("in", INCH),
+    "m s-2": ("ft s-2", 12 * INCH),
 }
 AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 
@@ -45,12 +56,20 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
     examples=[
         "rockdamp wall --thickness 0.3 --height 4.5 --overburden-ratio 2",
         "rockdamp wall --thickness 102mm --height 2.75m --preset moderate",
+        'rockdamp wall --thickness 12in --height 15ft --density "112 lb/ft^3" --units imperial',
     ],
 )
 @wall_options()
 @curve_options
 @click.option(
     "--amplitude", type=Numbers(), help="Amplitudes u0/u_ins of the table of periods.  [default: 0.1:0.9:0.1]"
+)
+@click.option(
+    "--units",
+    type=click.Choice(["si", "imperial"], case_sensitive=False),
+    default="si",
+    show_default=True,
+    help="Units of what is printed.",
 )
 @json_option
 def wall(
@@ -60,14 +79,16 @@ def wall(
     a3: float,
     softening: str,
     amplitude: list[float] | None,
+    units: str,
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Constants of a wall's motion, restitution, periods.
+    """Constants of a wall's motion, onset of rocking, restitution, periods.
 
-    Restitution is given by each formula, the period for several amplitudes. With a curve (--a1 and --b1, or --preset)
-    the periods of the cracked wall stand beside those of the rigid one. The JSON holds the constants; with --amplitude
-    also the periods.
+    Restitution is given by each formula with what it rests on, one of them recommended; the period for several
+    amplitudes. With a curve (--a1 and --b1, or --preset) the periods of the cracked wall stand beside those of the
+    rigid one, and rocking starts at the plateau's strength. The JSON holds the constants and their units; with
+    --amplitude also the periods.
     """
     built = make_wall(**options)
     values = {key: float(getattr(built, key)) for key in KEYS}
@@ -76,30 +97,49 @@ def wall(
         curve = make_curve(a1, b1, preset, a3, softening)
     else:
         refuse_unused(("a3", "softening"), "--a1 and --b1, or --preset")
+    values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.plateau_ratio))
+    in_g = values["rocking_onset"] / STANDARD_GRAVITY
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
+    given = dict(UNITS)
+    if units == "imperial":
+        given = {key: IMPERIAL.get(unit, (unit, 1.0))[0] for key, unit in UNITS.items()}
+        values, rows = _imperial(values), [_imperial(row) for row in rows]
+    options_of_e = _restitutions(built)
     if as_json:
-        print_json(values if amplitude is None else {**values, "periods": rows})
+        periods = {} if amplitude is None else {"periods": rows}
+        stated = {key: given.get(key, "1") for key in (*values, *(rows[0] if periods else ()))} | {
+            "rocking_onset_g": "g"
+        }
+        more = {"rocking_onset_g": in_g, "restitutions": options_of_e, "units": stated}
+        print_json({**values, **more, **periods})
         return
-    _print_wall(built, values)
-    click.echo()
-    print_table(rows, UNITS)
-
-
-def _print_wall(wall: Wall | Parapet, values: dict[str, float]) -> None:
-    from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet
-
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
-    print_values(constants, UNITS)
+    print_values(constants, given | {"rocking_onset": f"{given['rocking_onset']}, which is {in_g:.4g} g"})
     click.echo()
-    rows = [
-        {"restitution": values["restitution"], "": "Eq. (7): angular momentum about the new base pivot"},
-        {"restitution": values["restitution_impulsive"], "": "with the impulse of every support"},
-        {"restitution": SORRENTINO_RATIO * values["restitution"], "": "as measured: 0.90 of Eq. (7)"},
-    ]
-    if isinstance(wall, Parapet):
-        rows = [{"restitution": values["restitution"], "": "Housner"}]
-    for row in rows:
-        click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['']}")
+    for row in options_of_e:
+        recommended = " (recommended)" if row["recommended"] else ""
+        click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['reason']}{recommended}")
+    click.echo()
+    print_table(rows, given)
+
+
+def _imperial(values: dict[str, float]) -> dict[str, float]:
+    """Values of SI, by names that have a unit there, in the units of `IMPERIAL`."""
+    return {key: value / IMPERIAL.get(UNITS.get(key, ""), ("", 1.0))[1] for key, value in values.items()}
+
+
+def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
+    """Return e by each rule, and what it rests on; the rule that is taken where none is stated is recommended."""
+    from rockdamp.assessment.restitution import DEFAULT_RULE, RULES, by_rule
+
+    rows: dict[str, dict[str, Any]] = {}
+    for rule in RULES:
+        e, reason = by_rule(wall, rule)  # of a parapet the same by every rule
+        row = {"rule": rule, "restitution": float(e), "reason": reason, "recommended": rule == DEFAULT_RULE}
+        if not e > 0:
+            row["reason"] = f"{reason}: they stop the wall, which does not rock on"
+        rows.setdefault(reason, row)
+    return list(rows.values())
 
 
 def _periods(

@@ -123,11 +123,14 @@ def responses(
     duration = float(record.elapsed[-1] - record.elapsed[0]) + max(float(tail), 0.0)
     _affordable("tail", float(tail), float(wall.frequency_parameter) * duration, curve)
     _warn_of(dampings)
+    pga = float(np.abs(record.ground_acceleration).max())
     if scale != 1:  # as it is, it was judged when it was read
-        plausibility.warn(plausibility.of_motion(float(np.abs(record.ground_acceleration).max()), scale=scale))
+        plausibility.warn(plausibility.of_motion(pga, scale=scale))
     with plausibility.as_meant():
         runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
     histories = _side_by_side(runs, dampings, RESPONSE, curve)
+    a1, onset = float(curve.cracked_stiffness_ratio), float(wall.rocking_onset(curve.plateau_ratio))
+    plausibility.warn(plausibility.of_response(histories["peak_ratio"].values, a1, abs(scale) * pga, onset))
     shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
     if isinstance(wall, Wall):
         shape["hinge_ratio"] = float(wall.hinge_ratio)

@@ -131,6 +131,22 @@ class _Mechanism(ByValue):
         """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
         return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
 
+    def rocking_onset(self, plateau_ratio: ArrayLike = 1.0) -> Array:
+        """Return the ground acceleration whose static load reaches the strength: b1 F0/(lambda m_eff). [m s-2]
+
+        Parameters
+        ----------
+        plateau_ratio : float or ndarray
+            b1 of a cracked wall, broadcasts; 1 is the rigid wall. [-]
+
+        Raises
+        ------
+        InputError
+            If the ratio is no number.
+        """
+        b1 = numbers("plateau_ratio", plateau_ratio)
+        return np.asarray(b1 / np.abs(self.load_factor))
+
     def rigid_period(self, release_amplitude: ArrayLike) -> Array:
         r"""Return the period of free rocking without loss under the rigid law. [s]
 
