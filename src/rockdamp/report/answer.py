@@ -1,20 +1,23 @@
-"""The answer in short, for who reads nothing else: how much damping, which damper, what it costs."""
+"""The answer in short, for who reads nothing else: how much damping, which damper, and what to beware of."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from markupsafe import Markup
 
+from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.figures.damper_order import at_shown
-from rockdamp.mechanics.damping import Damping
-from rockdamp.report.earthquake_captions import fraction, known
-from rockdamp.report.numbers import number, percent, plain
+from rockdamp.report import interactive
+from rockdamp.report.earthquake_captions import DASH, fraction
+from rockdamp.report.numbers import percent, plain
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, TITLES
+from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, TITLES, VISCOUS_MODELS
 
 SOURCE = "closed form"  # of the recommended damper's ratio: exact
-NEEDED = ("comparison", "natural/orders", "damper_order", "loops")
+NEEDED = ("comparison", "natural/orders", "damper_order", "pulses", "explorer", "loops")
 
 
 def answer(data: Datasets) -> dict[str, Any] | None:
@@ -27,13 +30,14 @@ def answer(data: Datasets) -> dict[str, Any] | None:
     """
     if any(name not in data for name in NEEDED):
         return None
-    compared, orders, by_order = (data[name] for name in NEEDED[:3])
+    compared, orders, by_order, pulses = (data[name] for name in NEEDED[:4])
+    release = float(data["loops"]["release_amplitude"])
     middle = compared.isel(restitution=compared.sizes["restitution"] // 2)
     e = float(middle["restitution"])
     error = middle["log_error"].isel(band=0)
     papers = error.sel(damping_model=list(PAPER_MODELS)).min("damping_ratio_source")
     nearest_of_paper = PAPER_MODELS[int(np.argmin(papers.values))]
-    own = middle["varied_log_error"].isel(band=0).sel(variation=["lower e", "higher e"])
+    own = middle["varied_log_error"].sel(variation=["lower e", "higher e"])
     shown = at_shown(by_order).sel(order=RECOMMENDED_ORDER, method="nearest")
     cell = middle.sel(damping_model=RECOMMENDED, damping_ratio_source=SOURCE)
     found = float(orders["recommended_order"])
@@ -41,19 +45,54 @@ def answer(data: Datasets) -> dict[str, Any] | None:
         "model": RECOMMENDED,
         "title": TITLES[RECOMMENDED],
         "e": plain(e),
-        "ratio": percent(float(Damping.of_restitution(e, RECOMMENDED).damping_ratio), 3),
+        "ratios": ratios(data["explorer"], e, release),
+        "release": plain(release),
         "records": int(orders["records"]),
-        "error": known(cell["log_error"].isel(band=0), 2),
-        "own": f"{known(own.min(), 2)} to {known(own.max(), 2)}",
+        "error": off(cell["log_error"].isel(band=0)),
+        "own": off(own.isel(band=0).max()),
+        "within": float(cell["log_error"].isel(band=0)) <= float(own.isel(band=0).max()),
+        "large": plain(compared["band_start"][-1]),
+        "large_error": off(cell["log_error"].isel(band=-1)),
+        "large_own": off(own.isel(band=-1).max()),
         "change": plain(orders["restitution_change"]),
         "paper_model": nearest_of_paper,
-        "paper_error": known(papers.sel(damping_model=nearest_of_paper), 2),
+        "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
         "safe": fraction(cell["false_safe_rate"]),
-        "decay_error": number(shown["curve_rms_error"], 2),
-        "fitted_error": number(shown["fitted_rms_error"].sel(damping_model=list(PAPER_MODELS)).min(), 2),
-        "fitted_e": plain(shown["restitution"]),
-        "before": known(shown["pulse_before_impact_log_error"], 2),
+        "before": off(shown["pulse_before_impact_log_error"]),
+        **under_pulses(pulses),
         "found": plain(found) if np.isfinite(found) else None,
         "agrees": found == RECOMMENDED_ORDER,
         "order": RECOMMENDED_ORDER,
     }
+
+
+def off(log_error: Any) -> Markup:
+    """Return a root mean square of logarithms as the percentage that it stands for."""
+    value = float(log_error)
+    return percent(np.expm1(value)) if np.isfinite(value) else DASH
+
+
+def ratios(explorer: xr.Dataset, e: float, release: float) -> list[dict[str, Any]]:
+    """Return each damper with its ratio at e for the study's curve and a release, the recommended one first."""
+    curve, exact = interactive.study_curve(explorer), interactive.exact_dampers()
+    models = [RECOMMENDED, *(model for model in reversed(VISCOUS_MODELS) if model != RECOMMENDED)]
+    return [
+        {
+            "model": model,
+            "title": TITLES[model],
+            "exact": model in exact,
+            "ratio": f"{100 * float(damping_ratio_energy(curve, model, e, release)):.2f}",
+        }
+        for model in models
+    ]
+
+
+def under_pulses(pulses: xr.Dataset) -> dict[str, Markup]:
+    """Return how far the recommended damper's peaks are off under the slowest and under the quickest pulses."""
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(
+        damping_model=RECOMMENDED, damping_ratio_source=SOURCE
+    )
+    stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
+    distance = np.log(at_e["peak_ratio"] / at_e["reference_peak"]).where(stand)
+    error = np.sqrt((distance**2).mean(["pulse", "load_ratio"])).sortby("pulse_frequency")
+    return {"slow": off(error[0]), "quick": off(error[-1])}

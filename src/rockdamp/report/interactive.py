@@ -13,7 +13,7 @@ from bokeh.resources import Resources
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.figures.style import style_of
 from rockdamp.mechanics import half_cycle_loss
-from rockdamp.mechanics.curve import ROUNDING
+from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import PRESETS, REFERENCE, TITLES, VISCOUS_MODELS
 
@@ -76,15 +76,13 @@ def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> 
     restitution, release_amplitude : float
         e and u0/u_ins that the sliders start at. [-]
     """
-    scalars = {
-        "a1": "cracked_stiffness_ratio",
-        "b1": "plateau_ratio",
-        "a2": "plateau_end_ratio",
-        "a3": "ultimate_ratio",
+    study = study_curve(explorer)
+    curve = {
+        "a1": float(study.cracked_stiffness_ratio),
+        "b1": float(study.plateau_ratio),
+        "a3": float(study.ultimate_ratio),
+        "softening": study.softening,
     }
-    curve = {symbol: float(explorer[name]) for symbol, name in scalars.items()}
-    a2 = curve.pop("a2")
-    softening = "steeper" if abs(a2 + curve["b1"] - 1) < 1e-9 else "translated"
     presets = {name: {"a1": a1, "b1": b1, "a3": 1.0, "softening": "steeper"} for name, (b1, a1) in PRESETS.items()}
     return {
         "constants": {
@@ -92,20 +90,27 @@ def data(explorer: xr.Dataset, restitution: float, release_amplitude: float) -> 
             "weights": WEIGHTS.tolist(),
             "plateau_pieces": PLATEAU_PIECES,
             "rounding": ROUNDING,
-            "exact": _exact_dampers(),
+            "exact": exact_dampers(),
             "decrement_step": half_cycle_loss.STEP,
             "decrement_reach": half_cycle_loss.REACH,
         },
         "reference": REFERENCE,
         "models": [str(model) for model in explorer["damping_model"].values],
         "styles": styles(),
-        "start": {"e": restitution, "x0": release_amplitude, **curve, "softening": softening},
-        "presets": {"study": {**curve, "softening": softening}, **presets},
+        "start": {"e": restitution, "x0": release_amplitude, **curve},
+        "presets": {"study": curve, **presets},
         "decays": {"curve": curve, **_decays(explorer)},
     }
 
 
-def _exact_dampers() -> dict[str, dict[str, float]]:
+def study_curve(explorer: xr.Dataset) -> TrilinearCurve:
+    """Return the curve whose decays the explorer's dataset holds."""
+    names = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio", "plateau_end_ratio")
+    a1, b1, a3, a2 = (float(explorer[name]) for name in names)
+    return TrilinearCurve(a1, b1, a3, "steeper" if abs(a2 + b1 - 1) < 1e-9 else "translated")
+
+
+def exact_dampers() -> dict[str, dict[str, float]]:
     """Order m and N_m of the dampers that lose the same fraction from every amplitude."""
     of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
     orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}

@@ -1,7 +1,22 @@
 "use strict";
-// Chips that show the claims of one verdict, and links that open what they point to.
+// The ratios of the first card by its slider, chips that show the claims of one verdict, and links that open what they point to.
 
 (function () {
+  const data = JSON.parse(document.getElementById("explorer-data").textContent);
+  const slider = document.getElementById("answer-e");
+
+  function tell() {
+    const form = closedForm(data.constants);
+    const curve = form.curve(data.start);
+    document.getElementById("answer-shown").textContent = slider.value;
+    for (const cell of document.querySelectorAll("#answer [data-model]")) {
+      const ratio = form.dampingRatio(curve, cell.dataset.model, Number(slider.value), data.start.x0);
+      cell.textContent = (100 * ratio).toFixed(2);
+    }
+  }
+
+  if (slider) slider.addEventListener("input", tell);
+
   const chips = [...document.querySelectorAll(".chip")];
   const groups = [...document.querySelectorAll("#claims .group")];
 

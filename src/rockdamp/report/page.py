@@ -27,7 +27,8 @@ from rockdamp.vocabulary import REFERENCE
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
-SCRIPTS = ("page.js", "closed_form.js", "explorer.js")
+SCRIPTS = ("closed_form.js", "page.js", "explorer.js")
+BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,7 @@ def build(content: Content) -> str:
     )
     environment.filters["inline"] = tables.inline
     template = environment.from_string(_text(TEMPLATE))
+    pictures = {figure["name"]: figure for figure in _figures(content)}
     accuracy = content.datasets.get("accuracy")
     return template.render(
         style=Markup(_text(STYLE)),
@@ -86,7 +88,8 @@ def build(content: Content) -> str:
         reference=REFERENCE,
         verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
         errata=content.errata,
-        figures=_figures(content),
+        bridge=pictures.pop(BRIDGE, None),
+        figures=list(pictures.values()),
         answer=answer(content.datasets),
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
