@@ -93,6 +93,7 @@ def under_pulses(pulses: xr.Dataset) -> dict[str, Markup]:
         damping_model=RECOMMENDED, damping_ratio_source=SOURCE
     )
     stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
-    distance = np.log(at_e["peak_ratio"] / at_e["reference_peak"]).where(stand)
-    error = np.sqrt((distance**2).mean(["pulse", "load_ratio"])).sortby("pulse_frequency")
+    ratio = at_e["peak_ratio"] / at_e["reference_peak"]
+    squares = ratio.copy(data=np.log(ratio.values) ** 2).where(stand).sortby("pulse_frequency")
+    error = np.sqrt(squares.mean(["pulse", "load_ratio"]).values)
     return {"slow": off(error[0]), "quick": off(error[-1])}
