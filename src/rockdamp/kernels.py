@@ -1,9 +1,9 @@
 """All compiled code: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes.
 
-A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of `LANES`, and every
-loop over the lanes of a block is free of branches and allocations, so the compiler vectorises it across lanes. Each
-lane is computed by the same formulas whatever runs beside it, or by ones that give the same bits: its result does not
-depend on its neighbours, on the number of lanes or on the number of threads.
+A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of up to `LANES`, and
+every loop over the lanes of a block is free of branches and allocations, so that the compiler vectorises it. Each lane
+is computed by the same formulas whatever runs beside it, or by ones that give the same bits: its result does not depend
+on its neighbours, on the number of lanes or on the number of threads.
 
 Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
 a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
@@ -23,7 +23,8 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-LANES = 64  # a multiple of every vector width; fewer than 32 and the compiler's vector loop does not pay
+LANES = 64  # of a block at most, and the distance of its rows
+GROUP = 16  # of which a block has a whole number of lanes: the compiler's vector loop takes them together, and no others
 
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
@@ -218,9 +219,9 @@ def viscous_at(w, i, z, v):
 
 
 @register_jitable
-def restitution_located(w, p0, p1, step):
+def restitution_located(w, width, p0, p1, step):
     """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
-    for i in range(LANES):
+    for i in range(width):
         x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
         start, end = w[G + i] * p0, w[G + i] * p1
         ahead = x + h * (v + 0.5 * h * a)
@@ -238,10 +239,10 @@ def restitution_located(w, p0, p1, step):
 
 
 @register_jitable
-def restitution_printed(w, p0, p1, step):
+def restitution_printed(w, width, p0, p1, step):
     """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
     # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
-    for i in range(LANES):
+    for i in range(width):
         k = tangent(np.abs(w[X + i]), w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
         dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
         x, v = w[X + i] + dx, w[V + i] + dv
@@ -258,8 +259,8 @@ def viscous_newmark(force_and_coefficient):
     """
 
     @register_jitable
-    def advance(w, p0, p1, step):
-        for i in range(LANES):
+    def advance(w, width, p0, p1, step):
+        for i in range(width):
             v, a, h = w[V + i], w[A + i], w[H + i]
             x = w[X + i] + h * (v + 0.5 * h * a)
             f, c = force_and_coefficient(w, i, np.abs(x), v + h * a)
@@ -275,8 +276,8 @@ def viscous_printed(force_and_coefficient):
     """Return a step as printed: C and the tangent frozen at the step's start, balance restored at its end."""
 
     @register_jitable
-    def advance(w, p0, p1, step):
-        for i in range(LANES):
+    def advance(w, width, p0, p1, step):
+        for i in range(width):
             z = np.abs(w[X + i])
             _, c = force_and_coefficient(w, i, z, w[V + i])
             k = tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
@@ -290,9 +291,9 @@ def viscous_printed(force_and_coefficient):
 
 
 @register_jitable
-def compare_with(w, reference, row, step):
+def compare_with(w, width, reference, row, step):
     """Add this step's term of Eq. (17)."""
-    for i in range(LANES):
+    for i in range(width):
         difference = np.abs(reference[row[i], step]) - np.abs(w[X + i])
         w[ERROR + i] += difference * difference
 
@@ -301,10 +302,10 @@ def compare_with(w, reference, row, step):
 
 
 @register_jitable
-def any_alive(w):
+def any_alive(w, width):
     """Whether any lane of a block has not collapsed."""
     alive = 0.0
-    for i in range(LANES):
+    for i in range(width):
         alive += w[ALIVE + i]
     return alive > 0.0
 
@@ -312,23 +313,25 @@ def any_alive(w):
 def plain_march(advance):
     """Return the loop over blocks and steps for one kind of step, as Python runs it."""
 
-    def march(blocks, ground, substeps, first, last, reference, row, checkpoints, error, every, displacement, velocity):
+    def march(blocks, width, ground, substeps, first, last, reference, row, checkpoints, error, every, displacement, velocity):
         """Advance blocks of lanes by the steps `first` to `last`, in place; the first of a run is step 1.
 
         Parameters
         ----------
         blocks : ndarray, shape (blocks, ROWS * LANES)
             State, observations and parameters, laid out as the constants above say.
+        width : int
+            Lanes of each block, a multiple of `GROUP`; the rest of its rows is idle.
         ground : ndarray, shape (samples,)
             Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
         substeps, first, last : int
             Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
-        reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, LANES)
+        reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, width)
             Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
-        checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
+        checkpoints, error : ndarray, shape (windows,) and (blocks, windows, width)
             Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
             lane of the block stands; those of a collapsed lane mean nothing.
-        every, displacement, velocity : int and ndarray, shape (blocks, LANES, last//every + 1 or more)
+        every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
             Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
         """
         forced = ground.size > 0
@@ -341,7 +344,7 @@ def plain_march(advance):
                 window += 1
             p1 = ground[(first - 1) // substeps] if forced else 0.0
             if store and first == 1:
-                for i in range(LANES):
+                for i in range(width):
                     displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
             for step in range(first, last + 1):
                 p0 = p1
@@ -350,19 +353,19 @@ def plain_march(advance):
                     p1 = ground[sample]
                     if part > 0:
                         p1 += (ground[sample + 1] - p1) * part / substeps
-                advance(w, p0, p1, step)
+                advance(w, width, p0, p1, step)
                 if compare:
-                    compare_with(w, reference, row[b], step)
+                    compare_with(w, width, reference, row[b], step)
                     if step == checkpoints[window]:
-                        for i in range(LANES):
+                        for i in range(width):
                             error[b, window, i] = w[ERROR + i]
                         window = min(window + 1, checkpoints.size - 1)
                 if store and step % every == 0:
-                    for i in range(LANES):
+                    for i in range(width):
                         if w[ALIVE + i] > 0.0:
                             displacement[b, i, step // every] = w[X + i]
                             velocity[b, i, step // every] = w[V + i]
-                if step % PATIENCE == 0 and not any_alive(w):
+                if step % PATIENCE == 0 and not any_alive(w, width):
                     break
 
     # A name, and so a file of its own in numba's cache, for each kind of step: where two processes compile at once, the

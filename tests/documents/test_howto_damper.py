@@ -44,7 +44,7 @@ def test_decay_equivalent_and_respond_know_it(tree):
 
 def test_its_matched_decay_stands_beside_the_others(tree):
     with xr.open_dataset(tree.place / "results/minimal/loops.nc") as loops:
-        assert loops["damping_model"].values.tolist()[-1] == NAME
+        assert NAME in loops["damping_model"].values
         one = loops.sel(damping_model=NAME)
         speed = abs(one["velocity"])
         force = abs(one["damping_force"]).where(speed > 0.05)

@@ -42,8 +42,10 @@ def test_it_answers_as_the_repository_does(installed):
 
     # Compiled in another folder, so the last bits may differ.
     for one, other in zip(found, equivalent(0.85, 0.04, 0.85), strict=True):
-        assert one.pop("damping_model") == other.pop("damping_model")
-        assert one == pytest.approx(other, rel=1e-4)
+        # A name, and None where the package ships no polynomial, are equal; numbers nearly.
+        exact = [key for key, value in other.items() if not isinstance(value, float)]
+        assert [one.pop(key) for key in exact] == [other.pop(key) for key in exact]
+        assert one == pytest.approx(other, rel=1e-4) and one
 
 
 def test_it_holds_every_file_that_the_package_reads_and_no_other(installed):

@@ -209,6 +209,7 @@ def solve(
                 return
             march(
                 work[blocks],
+                batch.width,
                 ground,
                 substeps,
                 first,
@@ -274,12 +275,17 @@ def _start_acceleration(
 
 
 class _Batch:
-    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block."""
+    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
+
+    A block that few lanes do not fill is narrower, as an idle lane costs as much as a busy one.
+    """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
         self.lanes = int(np.prod(shape))
-        self.blocks = -(-self.lanes // kernels.LANES)
+        groups = max(1, -(-self.lanes // kernels.GROUP))
+        self.width = min(kernels.GROUP * groups, kernels.LANES)
+        self.blocks = -(-self.lanes // self.width)
 
     def require_room(self, stored: int, checkpoints: int) -> None:
         """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
@@ -297,14 +303,16 @@ class _Batch:
 
     def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
         """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
-        work = np.zeros((kernels.ROWS, self.blocks, kernels.LANES))
+        work = np.zeros((kernels.ROWS, self.blocks, self.width))
         for row, value in rows.items():
             self._fill(work[row // kernels.LANES], value)
-        return np.ascontiguousarray(work.swapaxes(0, 1)).reshape(self.blocks, kernels.ROWS * kernels.LANES)
+        blocks = np.zeros((self.blocks, kernels.ROWS, kernels.LANES))
+        blocks[:, :, : self.width] = work.swapaxes(0, 1)
+        return blocks.reshape(self.blocks, kernels.ROWS * kernels.LANES)
 
     def unpack(self, work: Array, row: int) -> Array:
         """Return one row in the batch's shape."""
-        return work[:, row : row + kernels.LANES].reshape(-1)[: self.lanes].reshape(self.shape)
+        return work[:, row : row + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
 
     def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
         """Return what `Response` holds: how each lane ended, and its peak."""
@@ -320,7 +328,7 @@ class _Batch:
         self, reference: Reference | None, steps: int
     ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
         """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
-        case_of_lane = np.zeros((self.blocks, kernels.LANES), dtype=np.int64)
+        case_of_lane = np.zeros((self.blocks, self.width), dtype=np.int64)
         if reference is None:
             return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
         # The kernel is compiled for arrays that can be written.
@@ -338,16 +346,16 @@ class _Batch:
             raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
         require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
         self._fill(case_of_lane, case)
-        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, kernels.LANES))
+        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, self.width))
 
     def by_checkpoint(self, error: Array) -> Array:
-        """Return sums, shape (blocks, checkpoints, LANES), in the shape (checkpoints, *shape)."""
+        """Return sums, shape (blocks, checkpoints, width), in the shape (checkpoints, *shape)."""
         count = error.shape[1]
         return error.swapaxes(0, 1).reshape(count, -1)[:, : self.lanes].reshape(count, *self.shape)
 
     def histories(self, stored: int) -> Array:
         """Return room for `stored` values of each lane, NaN until they are reached."""
-        return np.full((self.blocks if stored else 0, kernels.LANES, stored), np.nan)
+        return np.full((self.blocks if stored else 0, self.width, stored), np.nan)
 
     def trim(self, histories: Array) -> Array:
         """Return histories in the shape (*shape, stored)."""

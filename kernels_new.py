@@ -1,0 +1,372 @@
+"""All compiled code: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes.
+
+A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of `LANES`, and every
+loop over the lanes of a block is free of branches and allocations, so the compiler vectorises it across lanes. Each
+lane is computed by the same formulas whatever runs beside it, or by ones that give the same bits: its result does not
+depend on its neighbours, on the number of lanes or on the number of threads.
+
+Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
+a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
+
+The functions of the curve and of the dampers are plain Python that numba compiles in place: the same lines serve NumPy
+arrays elsewhere, the dampers' with a mapping of rows in place of a block.
+
+The loop is compiled once for each kind of step, of one damper's formula each. So a step pays for what its damper needs,
+a damper that is added leaves the machine code of the others as it is, and who uses one damper waits for no other.
+
+All compiled code stays in this one file: numba's cache does not notice an edit of a function in another file.
+"""
+
+from functools import cache
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+
+LANES = 64  # a multiple of every vector width; fewer than 32 and the compiler's vector loop does not pay
+
+# A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
+# block[r + i]. First the state, then what is observed, then the parameters.
+ROWS = 24
+X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
+K1, B1, KS, A1, A2, A3, H, G, E = (LANES * row for row in range(9, 18))
+C0, C1, C2, BY_ENERGY, HALF_N, ORDER = (LANES * row for row in range(18, 24))
+CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
+
+PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
+
+TINY = 1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
+
+
+# --- the curve, at z = |x| ------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def force(z, k1, b1, ks, a3):
+    """Restoring force: the lowest of the three lines, zero beyond a3."""
+    return np.maximum(np.minimum(np.minimum(k1 * z, b1), ks * (a3 - z)), 0.0)
+
+
+@register_jitable
+def tangent(z, k1, ks, a1, a2, a3):
+    """Slope of the force; at a corner that of the branch further out."""
+    return k1 * (z < a1) - ks * ((z >= a2) & (z < a3))
+
+
+@register_jitable
+def double_energy(z, k1, b1, ks, a1, a2, a3):
+    """Twice the stored energy 2V(z), V the integral of the force."""
+    z1 = np.minimum(z, a1)
+    z2 = np.minimum(np.maximum(z, a1), a2)
+    z3 = np.minimum(np.maximum(z, a2), a3)
+    return k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3)
+
+
+# --- one step of a lane ---------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def newmark_end(v, a, h, p, restoring, c):
+    """Explicit Newmark (beta 0, gamma 1/2): velocity and acceleration at the end of a step, its displacement known."""
+    half = v + 0.5 * h * a
+    a = (p - restoring - c * half) / (1.0 + 0.5 * h * c)
+    return half + 0.5 * h * a, a
+
+
+@register_jitable
+def linear_acceleration(v, a, h, dp, k, c):
+    """Increments of displacement and velocity by linear acceleration, stiffness and damping frozen over the step."""
+    dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
+    return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
+
+
+@register_jitable
+def impact_within(x, v, a, h):
+    """Time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
+    away = v if x > 0.0 else -v
+    root = np.sqrt(np.maximum(v * v - 2.0 * a * x, 0.0))
+    return np.minimum(2.0 * np.abs(x) / np.maximum(root - away, TINY), h)
+
+
+@register_jitable
+def crossed(before, after):
+    """Whether a step has reached or passed x = 0. Signs, not the product, which underflows late in a decay."""
+    return ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
+
+
+@register_jitable
+def odd(x, f):
+    """The force f(|x|) with the sign of x."""
+    return -f if x < 0.0 else f
+
+
+@register_jitable
+def settle(w, i, x, v, a, step):
+    """Take the new state unless the run has ended, and observe it: peak, crossings of x = 0, and collapse beyond a3."""
+    alive = w[ALIVE + i] > 0.0
+    old = w[X + i]
+    z = np.abs(x) if alive else 0.0
+    w[CROSSINGS + i] += 1.0 if alive & crossed(old, x) else 0.0
+    w[PEAK_AT + i] = step if z > w[PEAK + i] else w[PEAK_AT + i]
+    w[PEAK + i] = np.maximum(w[PEAK + i], z)
+    w[END + i] = step if alive else w[END + i]
+    w[ALIVE + i] = 1.0 if alive & (z <= w[A3 + i]) else 0.0
+    w[X + i] = x if alive else old
+    w[V + i] = v if alive else w[V + i]
+    w[A + i] = a if alive else w[A + i]
+
+
+# --- the dampers: force and coefficient of lane i of a block at z = |x| and the velocity v ---------------------------
+
+
+@register_jitable
+def force_at(w, i, z):
+    """Force of lane i of a block."""
+    return force(z, w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+
+
+@register_jitable
+def double_energy_at(w, i, z):
+    """Twice the stored energy of lane i of a block."""
+    return double_energy(z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+
+
+@register_jitable
+def constant_at(w, i, z, v):
+    """C is constant: CDC."""
+    return force_at(w, i, z), w[C0 + i]
+
+
+@register_jitable
+def root_at(w, i, z, v):
+    """C goes with the secant's frequency w, w^2 = f/z: CDR."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C1 + i] * np.sqrt(f / z)
+
+
+@register_jitable
+def linear_at(w, i, z, v):
+    """C goes with the secant's w^2: SDR."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C2 + i] * (f / z)
+
+
+@register_jitable
+def power_at(w, i, z, v):
+    """C goes with the secant's w^n: the general exponent."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C0 + i] * (f / z) ** w[HALF_N + i]
+
+
+@register_jitable
+def energy_at(w, i, z, v):
+    """C goes with the energy's frequency w, w^2 = f^2/(2V): ECD."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    return f, w[C1 + i] * np.sqrt(f * f / double_energy_at(w, i, z))
+
+
+@cache
+def energy_of_order_at(order):
+    """Return the formula of ECD of a whole order m: C goes with w and the m-th power of the kinetic fraction T/(T + V).
+
+    The power is of multiplications alone. At rest at the origin, where no energy is, the fraction is 0: 2V is not.
+    """
+
+    @register_jitable
+    def formula(w, i, z, v):
+        z = np.maximum(z, TINY)
+        f = force_at(w, i, z)
+        double_v = double_energy_at(w, i, z)
+        double_t = v * v
+        fraction = double_t / (double_t + double_v)
+        return f, w[C1 + i] * np.sqrt(f * f / double_v) * fraction**order
+
+    formula.__name__ = f"energy_{order}_at"
+    return formula
+
+
+@register_jitable
+def energy_of_any_order_at(w, i, z, v):
+    """ECD of any order m >= 0, each lane with its own."""
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    double_v = double_energy_at(w, i, z)
+    double_t = v * v
+    fraction = double_t / (double_t + double_v)
+    return f, w[C1 + i] * np.sqrt(f * f / double_v) * fraction ** w[ORDER + i]
+
+
+@register_jitable
+def viscous_at(w, i, z, v):
+    """C = c0 + c1 w + c2 w^2 of CDC, CDR, SDR and ECD, w the secant's or where BY_ENERGY is 1 the energy's frequency.
+
+    The scheme as printed is compiled once, by this formula, for the four of them.
+    """
+    z = np.maximum(z, TINY)
+    f = force_at(w, i, z)
+    by_energy = w[BY_ENERGY + i]
+    by_secant = 1.0 - by_energy
+    w2 = f * (by_secant + by_energy * f) / (by_secant * z + by_energy * double_energy_at(w, i, z))
+    return f, w[C0 + i] + w[C1 + i] * np.sqrt(w2) + w[C2 + i] * w2
+
+
+# --- one step of a block of lanes -----------------------------------------------------------------------------------
+
+
+@register_jitable
+def restitution_located(w, i, p0, p1, step):
+    """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
+    x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
+    start, end = w[G + i] * p0, w[G + i] * p1
+    ahead = x + h * (v + 0.5 * h * a)
+    hit = crossed(x, ahead)
+    s = impact_within(x, v, a, h) if hit else 0.0
+    # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
+    load = start + (end - start) * (s / h)
+    v = w[E + i] * (v + 0.5 * s * (a + load)) if hit else v
+    a = load if hit else a
+    h -= s
+    x = (0.0 if hit else x) + h * (v + 0.5 * h * a)
+    f = force_at(w, i, np.abs(x))
+    v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
+    settle(w, i, x, v, a, step)
+
+
+@register_jitable
+def restitution_printed(w, i, p0, p1, step):
+    """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
+    # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
+    k = tangent(np.abs(w[X + i]), w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+    dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
+    x, v = w[X + i] + dx, w[V + i] + dv
+    v = w[E + i] * v if crossed(w[X + i], x) else v
+    f = force_at(w, i, np.abs(x))
+    settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
+
+
+@cache
+def viscous_newmark(force_and_coefficient):
+    """Return a step of viscous damping by explicit Newmark, of one formula of C and no other.
+
+    C is taken at the displacement at the end of the step and at the velocity v + h a that is expected there.
+    """
+
+    @register_jitable
+    def advance(w, i, p0, p1, step):
+        v, a, h = w[V + i], w[A + i], w[H + i]
+        x = w[X + i] + h * (v + 0.5 * h * a)
+        f, c = force_and_coefficient(w, i, np.abs(x), v + h * a)
+        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
+        settle(w, i, x, v, a, step)
+
+    advance.__name__ = f"newmark_{force_and_coefficient.__name__}"
+    return advance
+
+
+@cache
+def viscous_printed(force_and_coefficient):
+    """Return a step as printed: C and the tangent frozen at the step's start, balance restored at its end."""
+
+    @register_jitable
+    def advance(w, i, p0, p1, step):
+        z = np.abs(w[X + i])
+        _, c = force_and_coefficient(w, i, z, w[V + i])
+        k = tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, c)
+        x, v = w[X + i] + dx, w[V + i] + dv
+        f, c = force_and_coefficient(w, i, np.abs(x), v)
+        settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
+
+    advance.__name__ = f"printed_{force_and_coefficient.__name__}"
+    return advance
+
+
+@register_jitable
+def compare_with(w, i, reference, row, step):
+    """Add this step's term of Eq. (17)."""
+    difference = np.abs(reference[row[i], step]) - np.abs(w[X + i])
+    w[ERROR + i] += difference * difference
+
+
+# --- the loop -------------------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def any_alive(w, width):
+    """Whether any of the first lanes of a block has not collapsed."""
+    alive = 0.0
+    for i in range(width):
+        alive += w[ALIVE + i]
+    return alive > 0.0
+
+
+def plain_march(advance, width=LANES):
+    """Return the loop over blocks and steps for one kind of step, as Python runs it."""
+
+    def march(blocks, ground, substeps, steps, reference, row, checkpoints, error, every, displacement, velocity):
+        """Advance blocks of lanes by `steps` steps, in place.
+
+        Parameters
+        ----------
+        blocks : ndarray, shape (blocks, ROWS * LANES)
+            State, observations and parameters, laid out as the constants above say.
+        ground : ndarray, shape (samples,)
+            Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
+        substeps, steps : int
+            Steps per sample of `ground`, and steps in all.
+        reference, row : ndarray, shape (cases, steps + 1) and (blocks, LANES)
+            Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
+        checkpoints, error : ndarray, shape (windows,) and (blocks, windows, LANES)
+            Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
+            lane of the block stands; those of a collapsed lane mean nothing.
+        every, displacement, velocity : int and ndarray, shape (blocks, LANES, steps//every + 1)
+            Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
+        """
+        forced = ground.size > 0
+        compare = reference.shape[0] > 0
+        store = displacement.shape[0] > 0
+        for b in range(blocks.shape[0]):
+            w = blocks[b]
+            window = 0
+            p1 = ground[0] if forced else 0.0
+            if store:
+                for i in range(width):
+                    displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+            for step in range(1, steps + 1):
+                p0 = p1
+                if forced:
+                    sample, part = divmod(step, substeps)
+                    p1 = ground[sample]
+                    if part > 0:
+                        p1 += (ground[sample + 1] - p1) * part / substeps
+                for i in range(width):
+                    advance(w, i, p0, p1, step)
+                if compare:
+                    for i in range(width):
+                        compare_with(w, i, reference, row[b], step)
+                    if step == checkpoints[window]:
+                        for i in range(width):
+                            error[b, window, i] = w[ERROR + i]
+                        window = min(window + 1, checkpoints.size - 1)
+                if store and step % every == 0:
+                    for i in range(width):
+                        if w[ALIVE + i] > 0.0:
+                            displacement[b, i, step // every] = w[X + i]
+                            velocity[b, i, step // every] = w[V + i]
+                if step % PATIENCE == 0 and not any_alive(w, width):
+                    break
+
+    # A name, and so a file of its own in numba's cache, for each kind of step: where two processes compile at once, the
+    # second to write would otherwise leave its code under the first one's entry.
+    march.__name__ = march.__qualname__ = f"march_{advance.__name__}_{width}"
+    return march
+
+
+@cache
+def march(advance, width=LANES):
+    """Return the loop over blocks and steps for one kind of step, which is compiled when it is first called."""
+    return njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance, width))
