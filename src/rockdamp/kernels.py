@@ -24,7 +24,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 LANES = 64  # of a block at most, and the distance of its rows
-GROUP = 16  # of which a block has a whole number of lanes: the compiler's vector loop takes them together, and no others
+GROUP = 16  # lanes that the compiler's vector loop takes together; a block has a whole number of groups
 
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
@@ -313,7 +313,9 @@ def any_alive(w, width):
 def plain_march(advance):
     """Return the loop over blocks and steps for one kind of step, as Python runs it."""
 
-    def march(blocks, width, ground, substeps, first, last, reference, row, checkpoints, error, every, displacement, velocity):
+    def march(
+        blocks, width, ground, substeps, first, last, reference, row, checkpoints, error, every, displacement, velocity
+    ):
         """Advance blocks of lanes by the steps `first` to `last`, in place; the first of a run is step 1.
 
         Parameters
