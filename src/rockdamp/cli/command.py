@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
@@ -97,7 +97,7 @@ def _fail(ctx: click.Context, message: str) -> None:
 
 
 @contextmanager
-def concerning(path: Path) -> Iterator[None]:
+def concerning(path: Path | str) -> Iterator[None]:
     """Name a file in the errors about what it holds."""
     from rockdamp.errors import InputError
 
@@ -118,7 +118,21 @@ def writing(path: Path) -> Iterator[None]:
         raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
 
 
-def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: str) -> None:
+def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence[str] | None = None) -> None:
+    """Write rows as CSV, complete or not at all; by default the columns are those of the first row."""
+    import csv
+
+    from rockdamp.storage.atomic import replacing
+
+    rows = list(rows)
+    with writing(path), replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        table: Any = csv.DictWriter(file, columns or list(rows[0]), lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    click.echo(f"{path} written", err=True)
+
+
+def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: Any) -> None:
     """Write what a command computed; the options that it was given stand for the config.
 
     `read` takes the place of options that name a file: the digest of what was read there, so that what depends on it
@@ -127,7 +141,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "animation", "nrml", "report", "as_json")
+    files = ("output", "plot", "animation", "nrml", "report", "table", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     config = {**options, **read}
     with writing(path):

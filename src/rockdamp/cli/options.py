@@ -113,7 +113,9 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
     """Raise `click.UsageError` for options that were given and have no effect without others."""
     for name in names:
         if was_given(name):
-            raise click.UsageError(f"--{name.replace('_', '-')} must be given with {needed}, or not at all")
+            options = click.get_current_context().command.params
+            (option,) = (parameter.opts[0] for parameter in options if parameter.name == name)
+            raise click.UsageError(f"{option} must be given with {needed}, or not at all")
 
 
 def make_wall(parapet: bool, hinge_ratio: float, **options: float) -> Wall | Parapet:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.histories.labelled import MOST_STEPS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -17,7 +18,6 @@ from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 
-MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall
 
 
