@@ -26,7 +26,7 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, m
         ground = followed_by_rest(record.ground_acceleration, record.step, 3.0)
         for index, pga in enumerate(found["pga"].values):
             factor = pga / np.abs(record.ground_acceleration).max()
-            assert float(found["scale"].sel(record=motion.name)[index]) == pytest.approx(factor, rel=1e-12)
+            assert float(found["scale_factor"].sel(record=motion.name)[index]) == pytest.approx(factor, rel=1e-12)
             solved = history(
                 curve,
                 rd.Damping.cr(0.85),
@@ -54,7 +54,7 @@ def test_both_dampers_are_run_by_what_respond_would_do(wall, curve, motions, ans
                 curve,
                 damping,
                 motion.record,
-                scale=float(answer["scale"].sel(record=motion.name)[index]),
+                scale=float(answer["scale_factor"].sel(record=motion.name)[index]),
                 tail=3.0,
                 histories=False,
             )

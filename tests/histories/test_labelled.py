@@ -86,20 +86,22 @@ def test_a_record_that_starts_later_moves_every_time_and_no_size():
     for name in ("peak_elapsed", "outcome_elapsed", "elapsed"):
         np.testing.assert_allclose(late[name] - 5.0, early[name], atol=1e-9)
     np.testing.assert_allclose(late["peak_displacement"], early["peak_displacement"], rtol=1e-9)
-    assert float(late["peak_elapsed"].sel(scale=1.0)) > 5.0
-    at_peak = abs(late["displacement"].sel(scale=1.0)).sel(
-        elapsed=late["peak_elapsed"].sel(scale=1.0), method="nearest"
+    assert float(late["peak_elapsed"].sel(scale_factor=1.0)) > 5.0
+    at_peak = abs(late["displacement"].sel(scale_factor=1.0)).sel(
+        elapsed=late["peak_elapsed"].sel(scale_factor=1.0), method="nearest"
     )
-    assert at_peak == pytest.approx(float(late["peak_displacement"].sel(scale=1.0)), rel=1e-2)
+    assert at_peak == pytest.approx(float(late["peak_displacement"].sel(scale_factor=1.0)), rel=1e-2)
 
 
 def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind():
     response = rd.respond(WALL, CURVE, rd.Damping.cr(0.85), pulse(), scale=[0.5, 20.0], tail=2.0)
     assert response.outcome.values.tolist() == ["completed", "collapsed"]
-    assert np.isfinite(response.displacement.sel(scale=0.5)).all()
-    gone = response.sel(scale=20.0)
+    assert np.isfinite(response.displacement.sel(scale_factor=0.5)).all()
+    gone = response.sel(scale_factor=20.0)
     assert np.isnan(gone.displacement.where(gone.elapsed > gone.outcome_elapsed, drop=True)).all()
-    np.testing.assert_allclose(response.ground_acceleration.sel(scale=20.0)[:300], 20 * pulse().ground_acceleration)
+    np.testing.assert_allclose(
+        response.ground_acceleration.sel(scale_factor=20.0)[:300], 20 * pulse().ground_acceleration
+    )
 
 
 @pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # 6 g, so that walls collapse

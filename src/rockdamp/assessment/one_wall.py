@@ -206,7 +206,7 @@ def _dataset(counted: Collapses, dampings: Sequence[Damping], groups: Sequence[s
         "dispersion": (by_model, whole.dispersion),
         "dispersion_interval": ((*by_model, "bound"), interval(drawn.dispersion)),
         "stripe_collapses": ((*by_model, "stripe"), stripes.sum(axis=0)),
-        "scale": (("record", "intensity"), counted.factor),
+        "scale_factor": (("record", "intensity"), counted.factor),
         "peak_ratio": ((*by_model, "record", "intensity"), counted.peak[0]),
     }
     return xr.Dataset(values, coords={"damping_model": [REFERENCE, RECOMMENDED]})

@@ -117,7 +117,7 @@ def respond(
     record : Record
         Of which the ground acceleration is used.
     scale : float, ndarray or DataArray
-        Factor on the ground acceleration. [-]
+        Factor on the ground acceleration; in the dataset it is ``scale_factor``. [-]
     tail : float
         Rest after the end of the record. [s]
     step : float, optional
@@ -151,15 +151,15 @@ def respond(
     instance("wall", wall, Wall, Parapet)
     instance("record", record, Record)
     motion = followed_by_rest(record.ground_acceleration, record.step, tail)
-    batch = _Batch(wall, curve, damping, {"scale": scale})
-    _warn_of_motion(motion, batch.values["scale"])
+    batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
+    _warn_of_motion(motion, batch.values["scale_factor"])
     substeps = batch.steps_within(record.step, step, motion.size - 1)
     response = solve(
         batch.curve,
         batch.damping,
         step=batch.frequency * record.step / substeps,
         steps=substeps * (motion.size - 1),
-        load_factor=batch.load_factor * batch.values["scale"],
+        load_factor=batch.load_factor * batch.values["scale_factor"],
         ground_acceleration=motion,
         substeps=substeps,
         store_every=substeps if histories else None,
@@ -167,7 +167,7 @@ def respond(
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(_described)
-    scaled = batch.given["scale"].variable * xr.Variable("elapsed", motion)
+    scaled = batch.given["scale_factor"].variable * xr.Variable("elapsed", motion)
     return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
 
 

@@ -138,7 +138,7 @@ def responses(
         ground_acceleration=("elapsed", runs[0]["ground_acceleration"].values),
         frequency_parameter=float(wall.frequency_parameter),
         instability_displacement=float(wall.instability_displacement),
-        scale=float(scale),
+        scale_factor=float(scale),
         **shape,
     ).assign_attrs(record_attributes(record))
 
