@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import operator
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -237,7 +237,27 @@ def path(name: str, value: Any) -> Path:
     InputError
         If it is no text or path of the system.
     """
-    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    if not isinstance(text, str) or "\0" in text or not text:
+    try:
+        text = os.fspath(value) if isinstance(value, str | os.PathLike) else ""
+        usable = isinstance(text, str) and text != "" and b"\0" not in os.fsencode(text)
+    except Exception:  # whatever an object raises when it is asked for its path, or a name that no system has
+        usable = False
+    if not usable:
         raise InputError(f"{name} is {shown(value)}; it must be a path")
     return Path(text)
+
+
+def several(name: str, value: Any, wanted: str) -> list[Any]:
+    """Return what is given one after the other as a list.
+
+    Raises
+    ------
+    InputError
+        If it is a mapping, bytes, or cannot be gone through.
+    """
+    try:
+        if isinstance(value, Mapping | bytes):
+            raise TypeError
+        return list(value)
+    except Exception:  # whatever an object raises when it is gone through
+        raise InputError(f"{name} is {shown(value)}; it must be {wanted}") from None

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp import plausibility
-from rockdamp.arguments import instance, number, numbers
+from rockdamp.arguments import instance, number, numbers, several
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
 from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
@@ -146,7 +146,8 @@ def ground_motions(records: Records) -> list[GroundMotion]:
     """Return ground motions as they are, and read those that are named."""
     if isinstance(records, (str, os.PathLike)):
         return load_records(records)
-    given = [records] if isinstance(records, GroundMotion) else list(records)
+    wanted = "a name, a path, a pattern or a GroundMotion, or some of them"
+    given = [records] if isinstance(records, GroundMotion) else several("records", records, wanted)
     if not given:
         raise InputError("there are no records; there must be at least one")
     motions: list[GroundMotion] = []

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import numbers
+from rockdamp.arguments import broadcast, instance, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -66,8 +66,11 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     >>> [round(np.pi * rd.equivalence_factor(curve, rd.Damping(model, 1), 0.5).item(), 2) for model in ("CDC", "SDR")]
     [0.44, 1.26]
     """
+    instance("curve", curve, TrilinearCurve)
+    instance("damping", damping, Damping)
     require(not damping.is_impact, "damping_model", damping.model, "a viscous model")
     x0 = numbers("release_amplitude", release_amplitude)
+    broadcast(release_amplitude=x0, curve=curve, damping=damping)
     require((x0 > 0) & (x0 < curve.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
     unit = damping.changed(damping_ratio=np.ones(()))
     v0 = curve.energy(x0)
@@ -130,8 +133,10 @@ def damping_ratio_energy(
     >>> rd.damping_ratio_energy(curve, "ECD", [0.8, 0.9], 0.5).round(4)
     array([0.0709, 0.0335])
     """
-    e = check_restitution(restitution)
-    damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
+    e, n = check_restitution(restitution), numbers("exponent", exponent)
+    damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=n)
+    x0, of = numbers("release_amplitude", release_amplitude), instance("curve", curve, TrilinearCurve)
+    broadcast(restitution=e, release_amplitude=x0, curve=of)
     g = equivalence_factor(curve, damping, release_amplitude)
     delta = 0.0 - np.log(e)
     return _exact(damping, e, g) if damping.same_loss_at_any_amplitude else delta * g

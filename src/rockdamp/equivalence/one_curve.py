@@ -8,7 +8,7 @@ from typing import TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import number
+from rockdamp.arguments import instance, number
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
 from rockdamp.equivalence.matching import REFINEMENT, solve
 from rockdamp.equivalence.minima import Cases
@@ -18,6 +18,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import DEFAULT_WINDOW, VISCOUS_MODELS
 
+PARAMETERS = ("cracked_stiffness_ratio (a1)", "plateau_ratio (b1)", "ultimate_ratio (a3)")
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
@@ -101,7 +102,10 @@ def equivalent(
     '0.0517'
     """
     e = np.atleast_1d(check_restitution(restitution))
-    curve = TrilinearCurve(cracked_stiffness_ratio, plateau_ratio, ultimate_ratio, softening)
+    require(e.ndim == 1 and e.size > 0, "the shape of restitution", str(e.shape), "one number or some in a row")
+    parameters = zip(PARAMETERS, (cracked_stiffness_ratio, plateau_ratio, ultimate_ratio), strict=True)
+    a1, b1, a3 = (number(name, value) for name, value in parameters)
+    curve = TrilinearCurve(a1, b1, a3, softening)
     window, release_amplitude = number("window", window), number("release_amplitude", release_amplitude)
     require(
         bool(0 < release_amplitude < curve.ultimate_ratio),
@@ -176,6 +180,8 @@ def equivalent_dampings(
     >>> [damping.model for damping in dampings[:4]]
     ['CR', 'CDC', 'CDR', 'SDR']
     """
-    a1, b1, a3 = curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio
-    rows = equivalent(restitution, float(a1), float(b1), float(a3), curve.softening, release_amplitude, window)
+    e, shape = number("restitution (e)", restitution), instance("curve", curve, TrilinearCurve).shape
+    require(shape == (), "the shape of the curve", str(shape), "(), one curve")
+    a1, b1, a3 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio), float(curve.ultimate_ratio)
+    rows = equivalent(e, a1, b1, a3, curve.softening, release_amplitude, window)
     return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]

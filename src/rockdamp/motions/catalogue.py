@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from rockdamp.arguments import path as as_path
+from rockdamp.arguments import several
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
@@ -155,7 +157,10 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     """
     if isinstance(records, (str, os.PathLike)):
         records = [records]
-    return [read(entry) for entry in listing([os.fspath(record) for record in records])]
+    named = several("records", records, "a name, a path or a pattern of records, or some of them")
+    for record in named:
+        as_path("a record", record)
+    return [read(entry) for entry in listing([os.fspath(record) for record in named])]
 
 
 def read(entry: Entry) -> GroundMotion:
@@ -274,9 +279,9 @@ def _opened(path: Path) -> Any:
 
 
 def _of_files(pattern: str) -> list[Entry]:
-    if Path(pattern).is_file():
+    if os.path.isfile(pattern):
         paths = [pattern]
-    elif Path(pattern).is_dir():
+    elif os.path.isdir(pattern):
         paths = sorted(os.path.join(pattern, name) for name in os.listdir(pattern) if _is_record(pattern, name))
     else:
         paths = sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
@@ -300,7 +305,7 @@ def _station(stem: str) -> str:
 
 
 def _absence(pattern: str) -> str:
-    if Path(pattern).is_dir():
+    if os.path.isdir(pattern):
         return "is a folder without a file .AT2 or .csv"
     return "matches no file" if glob.has_magic(pattern) else "is no file"
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp import plausibility
-from rockdamp.arguments import number, numbers
+from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.motions import units
@@ -16,6 +16,7 @@ from rockdamp.motions.records import Record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
+MOST_POINTS = 2**25  # of the fine record that an oscillator is integrated over
 PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak
 # ASSUME: a record whose final velocity is more than this part of PGV has not been corrected. The largest among the
 # 100 horizontals of FEMA P695 is 0.025, while an offset of 0.1 % of g over 40 s gives 0.4 m/s, about PGV itself.
@@ -96,7 +97,7 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     >>> round(rd.intensity_measures(sine).pgv, 3)  # 1/pi, as the velocity is (1 - cos(2 pi t))/(2 pi)
     0.318
     """
-    _check_motion(record)
+    _check_motion(instance("record", record, Record))
     acceleration = record.ground_acceleration
     velocity = _integral(acceleration, record.step)
     energy = _integral(acceleration**2, record.step)
@@ -149,8 +150,12 @@ def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: floa
     >>> rd.spectral_acceleration(sine, [0.05, 1.0]).round(2)  # a stiff oscillator follows the ground; at 1 s, resonance
     array([1.01, 4.67])
     """
+    instance("record", record, Record)
     periods, damping_ratio = numbers("period", period), number("damping_ratio", damping_ratio)
     require(periods > 0, "period", periods, "greater than 0 [s]")
+    with np.errstate(over="ignore"):
+        points = (record.elapsed.size + periods / record.step) * np.ceil(PER_PERIOD * record.step / periods)
+    require(points <= MOST_POINTS, "period", periods, "nearer to the step and the duration of the record")
     require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, "at least 0 and less than 1")
     return np.vectorize(lambda seconds: _pseudo_acceleration(record, seconds, damping_ratio), otypes=[float])(periods)
 

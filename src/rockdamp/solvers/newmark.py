@@ -337,9 +337,8 @@ class _Batch:
         # Here and not when it is made: it is not copied, as it may be large.
         require(np.isfinite(compared), "the reference's displacement", compared, "a finite number")
         require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
-        require(
-            checkpoints.ndim == 1 and checkpoints.size > 0, "the shape of checkpoints", checkpoints.shape, "(count,)"
-        )
+        marks = checkpoints.shape
+        require(len(marks) == 1 and marks[0] > 0, "the shape of checkpoints", str(marks), "(count,)")
         require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
         require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
         if compared.shape[1] <= steps:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_ndtr
 
-from rockdamp.arguments import numbers
+from rockdamp.arguments import broadcast, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 
@@ -74,9 +74,11 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     """
     s = numbers("intensity", intensity)
     require(s > 0, "intensity", s, "greater than 0")
-    if s.ndim != 1 or np.any(np.diff(s) <= 0):
+    if s.ndim != 1 or not s.size or np.any(np.diff(s) <= 0):
         raise InputError("intensity must be ascending and have one dimension")
-    k, n = np.broadcast_arrays(np.asarray(collapses, dtype=float), np.asarray(runs, dtype=float))
+    counts = {"collapses": numbers("collapses", collapses), "runs": numbers("runs", runs)}
+    shape = broadcast(intensity=s, **counts)
+    k, n = (np.broadcast_to(count, shape) for count in counts.values())
     require((k >= 0) & (k <= n), "collapses", k, "at least 0 and at most the number of runs")
     x = np.log(s)
     center, spread = x.mean(), max(float(x.std()), 1e-12)

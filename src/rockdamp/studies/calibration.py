@@ -14,9 +14,10 @@ import xarray as xr
 from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
+from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, require
 from rockdamp.histories.under_a_record import QUIET, measured_displacement, record_attributes, respond, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -25,6 +26,7 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.settings import CalibrationSettings
+from rockdamp.vocabulary import SOFTENING
 
 PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio", "restitution")
 
@@ -98,7 +100,13 @@ def calibrate(
     >>> float(fit.estimate.sel(parameter="restitution").round(3))
     0.845
     """
-    fit = _Fit.of(record, wall, float(ultimate_ratio), softening, float(step))
+    instance("record", record, Record)
+    instance("wall", wall, Wall, Parapet)
+    require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
+    a3, longest = number("ultimate_ratio (a3)", ultimate_ratio), number("step", step)
+    require(0 < a3 <= 1, "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
+    require(longest > 0, "step", longest, "greater than 0")
+    fit = _Fit.of(record, wall, a3, one_of("softening", softening, SOFTENING), longest)
     point, local_minima = fit.search()
     for name, value, low, high in zip(SEARCHED, point, LOWEST, HIGHEST, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import one_of, together
+from rockdamp.arguments import broadcast, instance, numbers, one_of, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -270,6 +270,12 @@ class Damping(ByValue):
 
     def _printed(self) -> Callable[..., None]:
         raise NotImplementedError
+
+    def _state(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
+        """Return displacement and velocity as arrays, and the shape of the coefficient there."""
+        instance("curve", curve, TrilinearCurve)
+        at, speed = numbers("x", x), numbers("v", v)
+        return at, speed, broadcast(x=at, v=speed, curve=curve, damping=self)
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
         """Return the coefficient C over m_eff p, which for CR is zero. [-]

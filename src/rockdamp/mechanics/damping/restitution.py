@@ -30,4 +30,4 @@ class Restitution(Damping):
         return kernels.restitution_printed
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
-        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape))
+        return np.zeros(self._state(curve, x, v)[2])

@@ -36,9 +36,9 @@ class Viscous(Damping):
         return kernels.viscous_printed(self.printed_formula or self.formula)
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
+        x, v, shape = self._state(curve, x, v)
         lane = dict(zip(kernels.CURVE, curve.parameters(), strict=True)) | self.rows(curve)
-        shape = np.broadcast_shapes(np.shape(x), np.shape(v), curve.shape, self.shape)
-        return np.broadcast_to(self.formula(lane, 0, np.abs(x), np.asarray(v))[1], shape).copy()
+        return np.broadcast_to(self.formula(lane, 0, np.abs(x), v)[1], shape).copy()
 
     def law(self, k1: float) -> Law:
         """Return C as a function of |x|, |f|, 2V and v on a curve whose first branch has the stiffness `k1`, for a
