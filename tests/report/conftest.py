@@ -1,6 +1,5 @@
-"""A report of made-up content: its text and its elements; and one with real decays for the explorer."""
+"""A report of made-up content: its text, its elements and its file."""
 
-import explorer_parts
 import pytest
 import report_content
 from html_page import Page
@@ -24,15 +23,8 @@ def page(html):
 
 
 @pytest.fixture(scope="session")
-def stored():
-    return explorer_parts.stored()
-
-
-@pytest.fixture(scope="session")
-def explorer_page(stored, tmp_path_factory):
-    """The file of a built page, with the real decays for its explorer."""
-    content = report_content.content()
-    content.datasets["explorer"] = stored
+def explorer_page(html, tmp_path_factory):
+    """The file of a built page."""
     path = tmp_path_factory.mktemp("page") / "a träe.html"
-    report.write(content, path)
+    path.write_text(html, encoding="utf-8")
     return path

@@ -13,6 +13,8 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.report.answer import NEEDED, answer, under_pulses
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
 
+CURVE = TrilinearCurve(0.04, 0.85)
+
 
 @pytest.fixture
 def data(content):
@@ -28,9 +30,9 @@ def with_errors(data, **errors):
 
 
 def test_the_errors_are_those_of_the_datasets_and_the_nearest_of_the_papers_dampers_is_named(data):
-    told = answer(with_errors(data, CDC=0.31, CDR=0.152, SDR=0.24, **{RECOMMENDED: 0.0473}))
+    told = answer(with_errors(data, CDC=0.31, CDR=0.152, SDR=0.24, **{RECOMMENDED: 0.0473}), CURVE)
     assert (told["paper_model"], told["paper_error"], told["error"]) == ("CDR", "16&nbsp;%", "4.8&nbsp;%")
-    told = answer(with_errors(data, CDC=0.31, CDR=0.25, SDR=0.24))
+    told = answer(with_errors(data, CDC=0.31, CDR=0.25, SDR=0.24), CURVE)
     assert (told["paper_model"], told["paper_error"]) == ("SDR", "27&nbsp;%")
 
 
@@ -43,14 +45,14 @@ def test_that_no_test_tells_them_apart_is_said_only_within_restitutions_own_sens
 
 
 def test_the_damping_ratios_are_those_of_the_package_the_recommended_one_first(data):
-    told = answer(data)
+    told = answer(data, CURVE)
     assert [row["model"] for row in told["ratios"]][0] == RECOMMENDED
     assert sorted(row["model"] for row in told["ratios"]) == sorted(VISCOUS_MODELS)
     for row in told["ratios"]:
         if row["exact"]:
             ratio = Damping.of_restitution(float(told["e"]), row["model"]).damping_ratio
         else:
-            ratio = damping_ratio_energy(TrilinearCurve(0.04, 0.85), row["model"], float(told["e"]), 0.5)
+            ratio = damping_ratio_energy(CURVE, row["model"], float(told["e"]), 0.5)
         assert float(row["ratio"]) == pytest.approx(100 * float(ratio), abs=0.5001e-2)
 
 
@@ -77,7 +79,7 @@ def test_a_study_that_finds_another_order_enough_says_so(content, data, found):
 @pytest.mark.parametrize("name", NEEDED)
 def test_without_one_of_its_datasets_there_is_no_answer(data, name):
     del data[name]
-    assert answer(data) is None
+    assert answer(data, CURVE) is None
 
 
 def test_it_stands_before_everything_else_and_names_the_damper(html):

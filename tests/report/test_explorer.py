@@ -11,8 +11,11 @@ import pytest
 
 import rockdamp
 from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Wall
+from rockdamp.report.interactive import CONTROLS
 from rockdamp.vocabulary import PRESETS, VISCOUS_MODELS
 
 try:
@@ -20,6 +23,7 @@ try:
     from selenium.common.exceptions import WebDriverException
     from selenium.webdriver.chrome.service import Service
     from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
     from selenium.webdriver.support.ui import Select, WebDriverWait
 except ImportError:
     webdriver = None
@@ -37,7 +41,7 @@ QUIET = (
     "--disable-component-update",
     "--disable-sync",
 )
-PLOTS = ("plot-curve", "plot-laws", "plot-ratios", "plot-decays")
+PLOTS = ("plot-decays", "plot-curve", "plot-ratios", "plot-laws")
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +51,7 @@ def chromium(tmp_path_factory):
         if not found:
             pytest.skip(f"{name} is absent: `make peers` installs selenium, the system brings Chromium and its driver")
 
-    def start(path, width=1280, phone=False):
+    def start(path, width=1280, phone=False, features=(), fragment=""):
         options = webdriver.ChromeOptions()
         options.binary_location = CHROMIUM
         profile = tmp_path_factory.mktemp("profile")
@@ -61,7 +65,10 @@ def chromium(tmp_path_factory):
             browser = webdriver.Chrome(options=options, service=Service(DRIVER))
         except WebDriverException as problem:
             pytest.skip(f"Chromium does not start here: {problem.msg}")
-        browser.get(path.as_uri())
+        if features:
+            named = [{"name": name, "value": value} for name, value in features]
+            browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": named})
+        browser.get(path.as_uri() + fragment)
         WebDriverWait(browser, 60).until(drawn)
         return browser
 
@@ -69,17 +76,9 @@ def chromium(tmp_path_factory):
 
 
 def drawn(browser):
-    """Whether every plot has something on its canvas."""
+    """Whether every plot has its lines."""
     return browser.execute_script(
-        """
-        const inside = (root) => [...root.querySelectorAll("*")].flatMap((element) =>
-          [element, ...(element.shadowRoot ? inside(element.shadowRoot) : [])]);
-        const painted = (canvas) => canvas.width > 0 &&
-          canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((value) => value);
-        return arguments[0].every((id) =>
-          inside(document.getElementById(id)).some((one) => one.tagName === "CANVAS" && painted(one)));
-        """,
-        list(PLOTS),
+        "return arguments[0].every((id) => document.querySelector(`#${id} path.line`) !== null)", list(PLOTS)
     )
 
 
@@ -127,17 +126,8 @@ def ratios(browser):
 
 
 def picture(browser, plot):
-    """A plot's pixels once it has settled."""
-    element = browser.find_element(By.ID, plot)
-    browser.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", element)
-    seen = [element.screenshot_as_png]
-
-    def settled(_):
-        seen.append(element.screenshot_as_png)
-        return seen[-1] == seen[-2]
-
-    WebDriverWait(browser, 20, poll_frequency=0.2).until(settled)
-    return seen[-1]
+    """What a plot shows."""
+    return browser.find_element(By.ID, plot).get_attribute("innerHTML")
 
 
 def complaints(browser):
@@ -145,17 +135,22 @@ def complaints(browser):
 
 
 @pytest.mark.peers
-def test_the_page_opens_without_a_word_on_the_console(chromium, explorer_page):
-    for width, phone in ((1280, False), (390, True)):
-        browser = chromium(explorer_page, width, phone)
-        try:
-            assert complaints(browser) == []
-            wide, room = browser.execute_script(
-                "const root = document.documentElement; return [root.scrollWidth, root.clientWidth]"
-            )
-            assert wide <= room  # nothing sticks out: what is wide scrolls by itself
-        finally:
-            browser.quit()
+@pytest.mark.parametrize("features", [(), (("prefers-color-scheme", "dark"), ("prefers-reduced-motion", "reduce"))])
+@pytest.mark.parametrize(("width", "phone"), [(1300, False), (768, False), (390, True)])
+def test_the_page_opens_without_a_word_on_the_console_and_nothing_sticks_out(
+    chromium, explorer_page, width, phone, features
+):
+    browser = chromium(explorer_page, width, phone, features)
+    try:
+        assert complaints(browser) == []
+        wide, room = browser.execute_script(
+            "const root = document.documentElement; return [root.scrollWidth, root.clientWidth]"
+        )
+        assert wide <= room  # what is wide scrolls by itself
+        ground = browser.execute_script("return getComputedStyle(document.body).backgroundColor")
+        assert (ground == "rgb(255, 255, 255)") == (not features)
+    finally:
+        browser.quit()
 
 
 SETTINGS = [
@@ -198,11 +193,14 @@ def test_the_ratios_shown_are_those_of_the_command_line(browser, given, kind):
 @pytest.mark.parametrize(
     ("name", "value", "plots"),
     [
-        ("a1", 0.12, ("plot-curve", "plot-laws", "plot-ratios")),
-        ("b1", 0.6, ("plot-curve", "plot-laws", "plot-ratios")),
-        ("a3", 0.8, ("plot-curve", "plot-laws", "plot-ratios")),
+        ("a1", 0.12, PLOTS),
+        ("b1", 0.6, PLOTS),
+        ("a3", 0.8, PLOTS),
         ("e", 0.9, ("plot-laws", "plot-ratios", "plot-decays")),
         ("x0", 0.9, PLOTS),
+        ("m", 7, ("plot-laws", "plot-decays")),
+        ("t", 0.5, ("plot-decays",)),
+        ("h", 9.0, ("plot-decays",)),
     ],
 )
 def test_a_slider_changes_the_plots_that_depend_on_it(browser, name, value, plots):
@@ -215,57 +213,180 @@ def test_a_slider_changes_the_plots_that_depend_on_it(browser, name, value, plot
         assert picture(browser, plot) != before[plot], plot
 
 
-def drawn_lines(browser, plot):
-    """The lines of a plot as the plotting library holds them: x and y of each, in the order of drawing."""
-    title = {"plot-curve": "Force", "plot-laws": "Damping c", "plot-ratios": "ξ against", "plot-decays": "Stored"}[plot]
-    told = browser.execute_script(
+def shown(browser):
+    """What the page has computed and draws: histories, ratios and errors, u_ins and p."""
+    return browser.execute_script(
         """
-        const figures = Bokeh.documents.flatMap((document) => document.roots());
-        const figure = figures.find((one) => one.title.text.startsWith(arguments[0]));
-        return figure.renderers.filter((one) => one.glyph.type === "Line").map(({ data_source: { data } }) =>
-          [[...data.x ?? data.get("x")], [...data.y ?? data.get("y")]]);
-        """,
-        title,
+        const { reference, dampers, frequency, u_ins } = explorer.shown();
+        const some = (history) => [...history].filter((_, i) => i % 100 === 0);
+        return { u_ins, frequency, reference: some(reference), dampers: Object.fromEntries(Object.entries(dampers).map(
+          ([model, { xi, error, x }]) => [model, { xi, error, x: some(x) }])) };
+        """
     )
-    return [np.array(line, dtype=float) for line in told]
+
+
+def random_settings(count):
+    """Settings over the whole range of the sliders, with whole numbers of their steps."""
+    random = np.random.default_rng(18)
+    while count:
+        a1, b1 = random.integers(1, 60) * 0.005, random.integers(10, 96) * 0.01
+        softening = str(random.choice(["steeper", "translated"]))
+        a3 = float(random.choice([1.0, round(random.uniform(0.4, 1.0), 2)]))
+        try:
+            curve = TrilinearCurve(a1, b1, a3, softening)
+        except InputError:
+            continue
+        x0 = round(random.uniform(0.02, a3 - 0.02), 2)
+        count -= 1
+        thickness = random.uniform(0.1, 0.4)
+        wall = Wall(thickness=thickness, height=thickness * random.uniform(6, 25), hinge_ratio=0.7)
+        yield curve, round(random.uniform(0.5, 1.0), 3), x0, int(random.integers(0, 33)), wall
 
 
 @pytest.mark.peers
-def test_the_lines_are_those_of_the_package_and_of_the_stored_decays(browser, stored):
-    preset(browser, "study")
-    put(browser, "e", 0.9)
-    put(browser, "x0", 0.9)
-    curve = TrilinearCurve(0.04, 0.85)
-    x, y = drawn_lines(browser, "plot-curve")[-1]
-    np.testing.assert_allclose(y, curve.force(x), atol=1e-12)
-    laws, ratios_, decays = (drawn_lines(browser, plot) for plot in PLOTS[1:])
-    assert len(laws) == len(ratios_) == len(VISCOUS_MODELS)
-    for model, law, ratio in zip(VISCOUS_MODELS, laws, ratios_, strict=True):
-        xi = damping_ratio_energy(curve, model, 0.9, 0.9)
-        np.testing.assert_allclose(law[1], Damping(model, xi).coefficient(curve, law[0]), rtol=1e-9, atol=1e-12)
-        assert min(law[0].size, ratio[0].size) > 30
-        np.testing.assert_allclose(ratio[1], damping_ratio_energy(curve, model, 0.9, ratio[0]), rtol=1e-9)
-    assert len(decays) == stored.sizes["damping_model"]
-    for decay, own in zip(
-        decays, stored["displacement"].sel(restitution=0.9, release_amplitude=0.9).values, strict=True
-    ):
-        np.testing.assert_allclose(decay[0], stored["tau"], atol=1e-9)
-        np.testing.assert_allclose(decay[1], own, atol=0.51e-4)
+def test_the_page_computes_what_the_package_computes(browser):
+    """50 settings, each put in as a reader does: decays, ratios, Err, and the wall's size and frequency."""
+    for curve, e, x0, order, wall in random_settings(50):
+        preset(browser, "study")
+        soften(browser, "steeper")
+        put(browser, "b1", 0.5)  # leaves room on the way for every a1 and a3
+        put(browser, "a1", 0.1)
+        put(browser, "a3", 1.0)
+        put(browser, "a1", min(float(curve.cracked_stiffness_ratio), 0.3))
+        soften(browser, curve.softening)
+        for name, value in (
+            ("b1", 0.09 if curve.softening == "translated" else 0.69),
+            ("a3", float(curve.ultimate_ratio)),
+            ("b1", float(curve.plateau_ratio)),
+            ("a1", float(curve.cracked_stiffness_ratio)),
+            ("e", e),
+            ("x0", x0),
+            ("m", order),
+            ("h", 20),  # leaves room for every thickness
+            ("t", float(wall.thickness)),
+            ("h", float(wall.height)),
+        ):
+            put(browser, name, value)
+        assert message(browser) == "", (curve, e, x0)
+        found = shown(browser)
+        assert found["u_ins"] == pytest.approx(float(wall.instability_displacement), rel=1e-6)
+        assert found["frequency"] == pytest.approx(float(wall.frequency_parameter), rel=1e-6)
+        run = {"release_amplitude": x0, "step": 0.0025, "steps": 8000, "store_every": 1}
+        reference = rockdamp.solve(curve, Damping.cr(e), **run).displacement
+        np.testing.assert_allclose(found["reference"], reference[::100], rtol=0, atol=1e-6)
+        for model in VISCOUS_MODELS:
+            if model == "ECD":
+                damping = Damping.of_restitution(e, order=order)
+            else:
+                damping = Damping(model, damping_ratio_energy(curve, model, e, x0))
+            history = rockdamp.solve(curve, damping, **run).displacement
+            error = np.sqrt(np.mean((np.abs(reference[1:3201]) - np.abs(history[1:3201])) ** 2))
+            page = found["dampers"][model]
+            assert page["xi"] == pytest.approx(float(damping.damping_ratio), abs=1e-6)
+            assert page["error"] == pytest.approx(error, abs=1e-6)
+            np.testing.assert_allclose(page["x"], history[::100], rtol=0, atol=1e-6)
+    assert complaints(browser) == []
 
 
 @pytest.mark.peers
-def test_the_table_tells_the_stored_match_of_the_nearest_decay_and_the_text_which_it_is(browser, stored):
+def test_the_studys_wall_resets_everything(browser):
     preset(browser, "study")
-    put(browser, "e", 0.88)
-    put(browser, "x0", 0.33)
-    near = stored.sel(restitution=0.9, release_amplitude=0.3)
-    for model in VISCOUS_MODELS:
-        shown = float(browser.find_element(By.ID, f"matched-{model}").text)
-        assert shown == pytest.approx(float(near["damping_ratio"].sel(damping_model=model)), abs=5.1e-5)
-    text = browser.find_element(By.ID, "explorer-grid").text
-    assert "u0/u_ins = 0.3 and e = 0.9" in text and "not the curve set above" not in text
+    before = shown(browser), [value(browser, control.name) for control in CONTROLS]
+    put(browser, "a1", 0.1)  # b1, a3 and softening do not reach beyond what this a1 leaves
+    soften(browser, "translated")
+    for control in CONTROLS:
+        put(browser, control.name, {"a1": 0.1, "b1": 0.6, "a3": 0.9, "m": 5}.get(control.name, 0.7))
+    assert shown(browser) != before[0]
+    preset(browser, "study")
+    assert (shown(browser), [value(browser, control.name) for control in CONTROLS]) == before
+
+
+@pytest.mark.peers
+def test_a_setting_is_in_the_address_and_opens_from_there(browser, chromium, explorer_page):
+    preset(browser, "study")
     put(browser, "a1", 0.1)
-    assert "not the curve set above" in browser.find_element(By.ID, "explorer-grid").text
+    put(browser, "m", 9)
+    put(browser, "e", 0.9)
+    WebDriverWait(browser, 5).until(lambda one: "e=0.9" in one.current_url)
+    fragment = "#" + browser.current_url.partition("#")[2]
+    other = chromium(explorer_page, fragment=fragment)
+    try:
+        assert shown(other) == shown(browser)
+        names = [control.name for control in CONTROLS]
+        assert [value(other, name) for name in names] == [value(browser, name) for name in names]
+        top = other.execute_script("return document.getElementById('explorer').getBoundingClientRect().top")
+        assert abs(top) < 60  # the link lands where it points
+    finally:
+        other.quit()
+    other = chromium(explorer_page, fragment="#explorer?a1=0.9&b1=x&e=2&softening=none&m=3.4")
+    try:
+        assert complaints(other) == [] and "b1 is not a number in the address" in message(other)
+        assert "e is 2; it must be" in message(other)
+        assert np.isfinite(list(ratios(other).values())).all()
+    finally:
+        other.quit()
+
+
+@pytest.mark.peers
+def test_the_wall_moves_once_unless_the_reader_wants_no_motion(chromium, explorer_page):
+    moving, still = (
+        chromium(explorer_page, features=features) for features in ((), (("prefers-reduced-motion", "reduce"),))
+    )
+    try:
+        time = "return Number(document.getElementById('wall-time').value)"
+        WebDriverWait(moving, 10).until(lambda one: one.execute_script(time) > 0.1)
+        assert still.execute_script(time) == 0
+        assert not still.find_element(By.ID, "wall-play").is_displayed()
+        before = picture(still, "wall-picture")
+        slider = still.find_element(By.ID, "wall-time")
+        slider.send_keys(Keys.ARROW_RIGHT)
+        assert picture(still, "wall-picture") != before  # by the keyboard
+        button = moving.find_element(By.ID, "wall-play")
+        button.send_keys(Keys.ENTER)
+        assert button.text == "Move"
+    finally:
+        moving.quit()
+        still.quit()
+
+
+@pytest.mark.peers
+def test_every_control_answers_to_the_keyboard(browser):
+    preset(browser, "study")
+    for control in CONTROLS:
+        before = value(browser, control.name)
+        slider = browser.find_element(By.ID, f"slider-{control.name}")
+        slider.send_keys(Keys.ARROW_LEFT if control.name != "m" else Keys.ARROW_RIGHT)
+        assert value(browser, control.name) != before, control.name
+
+
+@pytest.mark.peers
+def test_chips_show_the_claims_of_one_verdict_and_links_open_what_they_point_to(browser):
+    chips = browser.find_elements(By.CLASS_NAME, "chip")
+    groups = browser.find_elements(By.CSS_SELECTOR, "#claims .group")
+    click = "arguments[0].click()"
+    browser.execute_script(click, chips[0])
+    assert [group.is_displayed() for group in groups] == [True] + [False] * (len(groups) - 1)
+    browser.execute_script("location.hash = '#claim-claim-1'")
+    WebDriverWait(browser, 5).until(lambda _: all(group.is_displayed() for group in groups))
+    top = "return document.getElementById('claim-claim-1').getBoundingClientRect().top"
+    WebDriverWait(browser, 5).until(lambda one: 0 <= one.execute_script(top) < 900)  # the page scrolls smoothly
+    browser.execute_script(click, chips[1])
+    browser.execute_script(click, chips[1])  # again: all of them
+    assert all(group.is_displayed() for group in groups)
+
+
+@pytest.mark.peers
+def test_the_first_cards_slider_tells_the_ratios_of_the_package(browser):
+    for e in (0.6, 0.8, 0.95):
+        browser.execute_script(
+            "const slider = document.getElementById('answer-e'); slider.value = arguments[0];"
+            "slider.dispatchEvent(new Event('input'))",
+            e,
+        )
+        for model in VISCOUS_MODELS:
+            told = float(browser.find_element(By.ID, f"answer-{model}").text)
+            ratio = damping_ratio_energy(TrilinearCurve(0.04, 0.85), model, e, 0.5)
+            assert told == pytest.approx(100 * float(ratio), abs=0.5001e-2)
 
 
 @pytest.mark.peers

@@ -1,36 +1,53 @@
 """What the report's explorer is given."""
 
-import numpy as np
 import pytest
 
+import rockdamp
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.report import interactive
 from rockdamp.vocabulary import MODELS
 
-
-def test_the_closed_form_is_given_the_packages_constants(content):
-    given = interactive.data(content.datasets["explorer"], 0.85, 0.5)["constants"]
-    assert given["nodes"] == NODES.tolist() and given["weights"] == WEIGHTS.tolist()
-    assert given["plateau_pieces"] == PLATEAU_PIECES
+WALL = rockdamp.Wall(thickness=0.3, height=4.5, hinge_ratio=0.7)
 
 
-def test_stored_decays_survive_their_rounding_and_a_collapse(content):
-    import base64
-
-    data = content.datasets["explorer"].copy(deep=True)
-    data["displacement"][1, 2, 3, 40:] = np.nan
-    given = interactive.data(data, 0.85, 0.5)["decays"]
-    whole = np.frombuffer(base64.b64decode(given["displacement"]), "<i2").reshape(data["displacement"].shape)
-    read = np.where(whole == given["missing"], np.nan, whole * given["scale"])
-    assert np.array_equal(np.isnan(read), np.isnan(data["displacement"].values))
-    np.testing.assert_allclose(read, data["displacement"], rtol=0, atol=0.5e-4 + 1e-12)
-    assert given["points"] == data.sizes["tau"] and given["spacing"] == pytest.approx(0.05)
+def given(step=0.0025, window=8.0):
+    return interactive.data(rockdamp.TrilinearCurve(0.04, 0.85), WALL, step, window, 0.85, 0.5)
 
 
-def test_the_explorer_starts_at_the_studys_curve(content):
-    given = interactive.data(content.datasets["explorer"], 0.85, 0.5)
-    assert given["start"] == {"e": 0.85, "x0": 0.5, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper"}
-    assert set(given["presets"]) == {"study", "new", "moderate", "severe"}
+def test_the_closed_form_is_given_the_packages_constants():
+    constants = given()["constants"]
+    assert constants["nodes"] == NODES.tolist() and constants["weights"] == WEIGHTS.tolist()
+    assert constants["plateau_pieces"] == PLATEAU_PIECES
+
+
+def test_the_solver_is_given_whole_numbers_of_steps():
+    assert given()["solver"] == {"step": 0.0025, "steps": 8000, "compared": 3200, "drawn": 8}
+    assert given(0.05)["solver"] == {"step": 0.05, "steps": 400, "compared": 160, "drawn": 1}
+
+
+@pytest.mark.parametrize(("thickness", "height"), [(0.1, 2.7), (0.5, 2.0), (1.0, 12.0)])
+def test_walls_of_other_sizes_follow_from_the_studys(thickness, height):
+    other = rockdamp.Wall(thickness=thickness, height=height, hinge_ratio=0.7)
+    scales = given()["wall"]
+    assert scales["u_ins_over_thickness"] * thickness == pytest.approx(float(other.instability_displacement))
+    assert scales["frequency_root_height"] / height**0.5 == pytest.approx(float(other.frequency_parameter))
+
+
+def test_the_explorer_starts_at_the_studys_wall():
+    start = given()["start"]
+    assert start == {
+        "e": 0.85,
+        "x0": 0.5,
+        "a1": 0.04,
+        "b1": 0.85,
+        "a3": 1.0,
+        "softening": "steeper",
+        "m": 0,
+        "t": 0.3,
+        "h": 4.5,
+    }
+    assert set(start) == {control.name for control in interactive.CONTROLS} | {"softening"}
+    assert given()["presets"]["study"] == start and set(given()["presets"]) == {"study", "new", "moderate", "severe"}
 
 
 def test_dashes_of_the_screen_are_those_of_the_figures():

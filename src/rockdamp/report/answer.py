@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.figures.damper_order import at_shown
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.report import interactive
 from rockdamp.report.earthquake_captions import DASH, fraction
 from rockdamp.report.numbers import percent, plain
@@ -17,16 +18,18 @@ from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, TITLES, VISCOUS_MODELS
 
 SOURCE = "closed form"  # of the recommended damper's ratio: exact
-NEEDED = ("comparison", "natural/orders", "damper_order", "pulses", "explorer", "loops")
+NEEDED = ("comparison", "natural/orders", "damper_order", "pulses", "loops")
 
 
-def answer(data: Datasets) -> dict[str, Any] | None:
+def answer(data: Datasets, curve: TrilinearCurve) -> dict[str, Any] | None:
     """Return what the first screen says, or nothing where a dataset of `NEEDED` was not built.
 
     Parameters
     ----------
     data : dict of str to xarray.Dataset
         Of the report.
+    curve : TrilinearCurve
+        The study's.
     """
     if any(name not in data for name in NEEDED):
         return None
@@ -45,7 +48,7 @@ def answer(data: Datasets) -> dict[str, Any] | None:
         "model": RECOMMENDED,
         "title": TITLES[RECOMMENDED],
         "e": plain(e),
-        "ratios": ratios(data["explorer"], e, release),
+        "ratios": ratios(curve, e, release),
         "release": plain(release),
         "records": int(orders["records"]),
         "error": off(cell["log_error"].isel(band=0)),
@@ -72,9 +75,9 @@ def off(log_error: Any) -> Markup:
     return percent(np.expm1(value)) if np.isfinite(value) else DASH
 
 
-def ratios(explorer: xr.Dataset, e: float, release: float) -> list[dict[str, Any]]:
-    """Return each damper with its ratio at e for the study's curve and a release, the recommended one first."""
-    curve, exact = interactive.study_curve(explorer), interactive.exact_dampers()
+def ratios(curve: TrilinearCurve, e: float, release: float) -> list[dict[str, Any]]:
+    """Return each damper with its ratio at e for a curve and a release, the recommended one first."""
+    exact = interactive.exact_dampers()
     models = [RECOMMENDED, *(model for model in reversed(VISCOUS_MODELS) if model != RECOMMENDED)]
     return [
         {

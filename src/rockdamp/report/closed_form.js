@@ -79,6 +79,14 @@ function closedForm(constants) {
     return (sum * step) / stretch;
   }
 
+  // The order of ECD, a whole number, with N_m = (sqrt(pi)/2) Gamma(m + 2)/Gamma(m + 3/2).
+  function setOrder(order) {
+    let normalisation = 1;
+    for (let j = 0; j < order; j += 1) normalisation *= (j + 2) / (j + 1.5);
+    exact.ECD = { order, normalisation };
+    delete found.ECD;
+  }
+
   // Its inverse, by halving a bracket; the page asks for many releases at one e.
   const found = {};
   function exactRatio(model, delta) {
@@ -103,9 +111,12 @@ function closedForm(constants) {
   }
 
   // What a parameter may be while the others stay: both ends, whether the upper one belongs to it, and in words.
-  function limits(name, { a1, b1, a3, softening }) {
+  function limits(name, { a1, b1, a3, softening, t, h }) {
     const steeper = softening === "steeper";
     if (name === "e") return { low: 0, high: 1, closed: true, words: "greater than 0 and at most 1" };
+    if (name === "m") return { low: -1, high: 32, closed: true, words: "a whole number from 0 to 32" };
+    if (name === "t") return { low: 0, high: h / 4, closed: true, words: "greater than 0 and at most a quarter of the height" };
+    if (name === "h") return { low: 4 * t, high: 20, closed: true, words: "greater than 4 t and at most 20 m" };
     if (name === "x0") return { low: 0, high: a3, closed: false, words: "greater than 0 and less than a3" };
     if (name === "a1") {
       const words = `greater than 0 and less than a2, where the plateau ends (${steeper ? "1" : "a3"} − b1)`;
@@ -122,6 +133,7 @@ function closedForm(constants) {
   // The allowed value next to the one wanted: a whole number of steps where the room has one, else its middle.
   function clamp(name, wanted, step, values) {
     const { low, high, closed } = limits(name, values);
+    if (name === "m") return Math.max(0, Math.min(high, Math.round(wanted)));
     const inside = (value) =>
       value > low + rounding && (closed ? value <= high : value < high - rounding);
     if (inside(wanted)) return wanted;
@@ -135,7 +147,7 @@ function closedForm(constants) {
     return (low + high) / 2;
   }
 
-  return { curve, force, energy, coefficient, speedAt, factor, dampingRatio, gianniniMasiani, limits, clamp };
+  return { curve, force, energy, coefficient, speedAt, factor, dampingRatio, gianniniMasiani, limits, clamp, setOrder };
 }
 
 if (typeof module !== "undefined") module.exports = closedForm;

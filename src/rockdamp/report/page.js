@@ -11,7 +11,7 @@
     document.getElementById("answer-shown").textContent = slider.value;
     for (const cell of document.querySelectorAll("#answer [data-model]")) {
       const ratio = form.dampingRatio(curve, cell.dataset.model, Number(slider.value), data.start.x0);
-      cell.textContent = (100 * ratio).toFixed(2);
+      cell.textContent = Number.isFinite(ratio) ? (100 * ratio).toFixed(2) : "–";
     }
   }
 
@@ -32,7 +32,7 @@
 
   // What a link points to may be filtered out or folded.
   function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1).split("?")[0]));
     if (!target) return;
     const group = target.closest("#claims .group");
     if (group && group.hidden) show(null);

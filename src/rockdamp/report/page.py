@@ -16,18 +16,20 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer
 from rockdamp.report.captions import caption
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import REFERENCE
+from rockdamp.studies.walls import make_curve, make_wall
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
-SCRIPTS = ("closed_form.js", "page.js", "explorer.js")
+SCRIPTS = ("closed_form.js", "decay.js", "chart.js", "page.js", "wall.js", "explorer.js")
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -77,20 +79,20 @@ def build(content: Content) -> str:
     environment.filters["inline"] = tables.inline
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
-    accuracy = content.datasets.get("accuracy")
+    accuracy, curve = content.datasets.get("accuracy"), make_curve(content.config["curve"])
     return template.render(
         style=Markup(_text(STYLE)),
-        library=_script(interactive.library()),
         scripts=[_script(_text(name)) for name in SCRIPTS],
-        explorer=_explorer(content),
+        explorer=_explorer(content, curve),
         controls=interactive.CONTROLS,
         styles=interactive.styles(),
         reference=REFERENCE,
+        recommended=RECOMMENDED,
         verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         figures=list(pictures.values()),
-        answer=answer(content.datasets),
+        answer=answer(content.datasets, curve),
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],
@@ -119,11 +121,15 @@ def _script(text: str) -> Markup:
     return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
 
 
-def _explorer(content: Content) -> Markup:
+def _explorer(content: Content, curve: TrilinearCurve) -> Markup:
+    loops, config = content.datasets["loops"], content.config
     explorer = interactive.data(
-        content.datasets["explorer"],
-        float(content.datasets["loops"]["restitution"]),
-        float(content.datasets["loops"]["release_amplitude"]),
+        curve,
+        make_wall(config["wall"]),
+        float(config["solver"]["step"]),
+        float(content.datasets["match/amplitude"]["window"]),
+        float(loops["restitution"]),
+        float(loops["release_amplitude"]),
     )
     return Markup(json.dumps(explorer, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 

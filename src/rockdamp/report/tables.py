@@ -37,7 +37,7 @@ VERDICTS = {
 PARTS = {"does_not_hold": ("no", "✗"), "holds_in_part": ("partly", "◐"), "holds": ("yes", "✓")}
 _LABELS = ("holds: ", "holds in part: ", "does not hold: ")  # of the same parts in a condition
 BY_HALF_CYCLE = "half cycle by half cycle against "
-SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "bokeh", "snakemake")
+SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
 def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str, str]]:
