@@ -32,8 +32,9 @@ endif
 
 .PHONY: all help setup test lint docs docs-links rulegraph peers test-peers benchmark lock clean distclean anew
 
-all: setup ## Set up, then build every dataset, figure and the report (the default)
+all: setup ## Set up, build every dataset, figure and the report, and verify them (the default)
 	$(bin)/snakemake --cores $(CORES)
+	$(bin)/rockdamp verify
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile

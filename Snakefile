@@ -8,13 +8,14 @@ from snakemake.utils import min_version
 
 from rockdamp.motions import catalogue
 
+from rockdamp.pipeline import soundness
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
-from rockdamp.config.between_keys import subset, validate
+from rockdamp.config.between_keys import validate
 from rockdamp.config.merging import merged
 from rockdamp.config.results_folder import require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
-from rockdamp.storage.provenance import code_version, files_of
+from rockdamp.storage.provenance import code_version, files_of, subset
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
 
@@ -57,6 +58,15 @@ onstart:
 
 
 include: "workflow/rules/common.smk"
+
+
+if workflow.is_main_process:
+    try:
+        soundness.tell(RESULTS, STATES, config, list(soundness.results(config, count)))
+    except OSError as error:
+        raise WorkflowError(f"{error.filename} cannot be written ({error.strerror})") from None
+
+
 include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/figures.smk"
@@ -65,6 +75,7 @@ include: "workflow/rules/report.smk"
 
 localrules:
     all,
+    verify,
 
 
 rule all:
@@ -77,6 +88,17 @@ rule all:
         rules.report.output,
     message:
         "Every dataset, every figure and the report are up to date"
+
+
+rule verify:
+    input:
+        rules.all.input,
+    log:
+        f"{LOGS}/verify.log",
+    message:
+        "Whether every result that is there was made in this tree, of this config"
+    script:
+        "workflow/scripts/verify.py"
 
 
 for each in workflow.rules:  # what `snakemake --list` says of them

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import click
+import made_up_results
 import numpy as np
 import pytest
 import xarray as xr
@@ -211,6 +212,26 @@ def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
     assert "broken.nc cannot be read" in refused("datasets", tmp_path)
 
 
+def test_verify_names_what_is_not_of_this_tree(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    made_up_results.make(tmp_path, made_up_results.minimal())
+    verify = ("verify", tmp_path, "--configfile", "config/minimal.yaml")
+    result = run(*verify)
+    assert (result.exit_code, result.stdout) == (0, "")
+    assert result.stderr == f"{tmp_path}: all results are of this tree\n"
+    (tmp_path / "loops.nc").write_text("another's", encoding="utf-8")
+    result = run(*verify)
+    assert (result.exit_code, result.stdout) == (1, f"{tmp_path}/loops.nc is not what was written, by its digest\n")
+    assert result.stderr == f"{tmp_path}: 1 of its files is not of this tree\n"
+    rows = json.loads(run(*verify, "--json").stdout)
+    assert rows == [{"file": f"{tmp_path}/loops.nc", "reason": "is not what was written, by its digest"}]
+
+
+def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "config/default.yaml: there is no such file; it must be YAML" in refused("verify")
+
+
 # --- bad input ------------------------------------------------------------------------------------------------------
 
 
@@ -279,6 +300,11 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     shutil.copy(RECORD, "data")
     shutil.copy(ROOT / "examples/my-walls.csv", "examples")
     xr.Dataset({"x": ("a", [1.0])}).to_netcdf("results/made.nc")
+    if name == "verify":  # the project, and results that it made
+        for file in ("config/default.yaml", "config/minimal.yaml", "workflow/schemas/config.schema.yaml"):
+            Path(file).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / file, file)
+        made_up_results.make("results/minimal", made_up_results.minimal())
     found = examples(name)
     assert found
     for example in found:

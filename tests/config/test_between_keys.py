@@ -335,20 +335,3 @@ def test_of_values_that_must_ascend_each_that_does_not_exceed_the_one_before_it_
     assert said == [
         f"a.b[{index}] is {value}; it must be greater than the value before it, 2" for index, value in ((2, 2), (3, 1))
     ]
-
-
-# --- parts ----------------------------------------------------------------------------------------------------------
-
-
-def test_a_part_of_the_config_keeps_its_nesting_and_nothing_else(config):
-    part = checks.subset(config, "release_amplitude", "curve.plateau_ratio", "matching.scan", "curve.softening")
-    assert part == {
-        "release_amplitude": 0.5,
-        "curve": {"plateau_ratio": 0.85, "softening": "steeper"},
-        "matching": {"scan": config["matching"]["scan"]},
-    }
-
-
-def test_a_part_that_does_not_exist_is_an_error(config):
-    with pytest.raises(KeyError, match="plateau"):
-        checks.subset(config, "curve.plateau")

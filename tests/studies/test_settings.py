@@ -10,13 +10,12 @@ import pytest
 from repository import ROOT
 from snakemake.utils import update_config
 
-from rockdamp.config.between_keys import subset
 from rockdamp.config.parsing import Settings
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
-from rockdamp.storage.provenance import modules_of
+from rockdamp.storage.provenance import modules_of, subset
 from rockdamp.studies.earthquakes import settings as earthquakes
 from rockdamp.studies.settings import AccuracySettings, CalibrationSettings, DecaySettings, MatchSettings, PulseSettings
 from rockdamp.studies.walls import StudySettings, make_curve, make_named_wall, make_wall

@@ -6,6 +6,7 @@ rule claims:
         datasets=built(STAGES["claims"].inputs),
         claims="data/claims.yaml",
         errata="data/errata.yaml",
+        state=state("claims"),
         code=code("rockdamp.claims.errata"),
     output:
         claims=f"{RESULTS}/{STAGES['claims'].file}",

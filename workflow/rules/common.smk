@@ -1,7 +1,9 @@
 """What the rules share: where things are built, and what a job depends on besides its data."""
 
 RESULTS = config["results"]
-LOGS = f"logs/{Path(RESULTS).name}"
+TAG = soundness.tag(RESULTS)
+LOGS = f"logs/{TAG}"
+STATES = soundness.STATES / TAG
 
 
 def code(*modules):
@@ -11,7 +13,7 @@ def code(*modules):
 
 def version(*modules):
     """Return version and digest of the same files."""
-    return code_version(*modules, "rockdamp.storage.dataset")
+    return soundness.version(*modules)
 
 
 def part(*keys):
@@ -25,18 +27,23 @@ def part(*keys):
 
 def stated(key):
     """Return the value of a dotted key of the config."""
-    value = config
-    for name in key.split("."):
-        value = value[name]
-    return value
+    return soundness.stated(config, key)
+
+
+def state(name):
+    """Return the file that is newer than a result which was not made by its rule in this tree: it is built again."""
+    return f"{STATES}/{name}.json"
+
+
+def count(entries):
+    """Return how many ground motions a list names."""
+    return len(catalogue.listing(entries))
 
 
 def shares(dataset):
     """Return the numbers of the shares that make up a dataset, whose name has {share} in it."""
     (stage,) = [stage for stage in STAGES.values() if stage.dataset == dataset]
-    whole = stated(stage.shares_of)
-    count = whole if isinstance(whole, int) else len(catalogue.listing(whole))
-    return list(range(-(-count // stated(stage.per_share))))
+    return soundness.shares(stage, config, count)
 
 
 def built(datasets, stage=None):

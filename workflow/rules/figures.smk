@@ -7,7 +7,8 @@ for figure in FIGURES.values():
             figure.name
         input:
             datasets=built(figure.inputs),
-            code=code(f"rockdamp.figures.{figure.module}", "rockdamp.figures.output"),
+            state=state(f"figures/{figure.name}"),
+            code=code(*soundness.modules_of(figure)),
         output:
             drawn(figure),
         log:
@@ -15,7 +16,7 @@ for figure in FIGURES.values():
         params:
             function=figure.function,
             shows=figure.alternative,
-            version=version(f"rockdamp.figures.{figure.module}", "rockdamp.figures.output"),
+            version=version(*soundness.modules_of(figure)),
             config=part("figures"),
         message:
             figure.title

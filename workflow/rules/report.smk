@@ -12,6 +12,7 @@ rule report:
         datasets=built(reported()),
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
+        state=state("report"),
         code=code("rockdamp.report"),
     output:
         f"{RESULTS}/report.html",

@@ -16,7 +16,8 @@ for stage in STAGES.values():
                 record=[stated(stage.record)] if stage.record else [],
                 datasets=built(stage.inputs, stage),
                 watched=motions(stage),
-                code=code(stage.module),
+                state=state(stage.dataset),
+                code=code(*soundness.modules_of(stage)),
             output:
                 f"{RESULTS}/{stage.file}",
             log:
@@ -26,7 +27,7 @@ for stage in STAGES.values():
                 function=stage.function,
                 kind=stage.name,
                 lazy=stage.lazy,
-                version=version(stage.module),
+                version=version(*soundness.modules_of(stage)),
                 config=part(*stage.config),
             message:
                 said(stage)
@@ -37,6 +38,7 @@ for stage in STAGES.values():
 rule coefficients:
     input:
         datasets=built(STAGES["coefficients"].inputs),
+        state=state("coefficients"),
         code=code(STAGES["coefficients"].module),
     output:
         f"{RESULTS}/{STAGES['coefficients'].file}",

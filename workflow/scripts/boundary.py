@@ -33,7 +33,10 @@ class _Both:
 
 @contextmanager
 def job(snakemake):
-    """Run the body of a script as the job that `snakemake` describes; on any error exit with status 1."""
+    """Run the body of a script as the job that `snakemake` describes; on any error exit with status 1.
+
+    The body is given the job's `Inputs`, which open datasets.
+    """
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
     # Nodes of a cluster share the folder. Two kinds of processor must not write the same entry of the cache at once.
     os.environ["NUMBA_CACHE_DIR"] = os.path.join(os.environ["NUMBA_CACHE_DIR"], platform.node())
@@ -45,8 +48,10 @@ def job(snakemake):
         try:
             with warnings_as_lines():
                 require_unchanged(snakemake)
-                yield
+                inputs = Inputs(snakemake)
+                yield inputs
                 require_unchanged(snakemake)
+                inputs.note()
         except (InputError, DatasetError, OSError) as error:  # the last: a full disk, a folder that is read-only
             print(f"{snakemake.rule}: {error}", file=sys.stderr)
             sys.exit(1)
@@ -71,6 +76,55 @@ def require_unchanged(snakemake):
     if now != stated:
         raise InputError(
             f"the sources are {now}, and {stated} when this run began; leave them alone while it runs, and run again"
+        )
+
+
+class Inputs:
+    """What a job reads: results of other jobs, which must be what their rules wrote in this tree, and sources."""
+
+    def __init__(self, snakemake):
+        from rockdamp.pipeline.soundness import expectations
+        from rockdamp.storage import notes
+
+        self.snakemake, self.results = snakemake, snakemake.config["results"]
+        self.expected, self.name = expectations(snakemake.input.state, snakemake.config)
+        unread = {*snakemake.input.code, snakemake.input.state}
+        self.digests = {path: notes.digest(path) for path in snakemake.input if path not in unread}
+        for path in self.digests:
+            self._require_written(path)
+
+    def _require_written(self, path):
+        from rockdamp.storage import notes
+        from rockdamp.storage.dataset import DatasetError
+
+        inside = notes.inside(self.results, path)
+        if inside in self.expected:
+            note = notes.read(self.results, self.expected[inside].name)
+            if note.get("files", {}).get(inside) != self.digests[path]:
+                raise DatasetError(f"{path} is not what its rule wrote, by its digest; delete it and run again")
+
+    def open(self, path, lazily=False):
+        """Open a dataset, which must be of the config and the sources of this run."""
+        from rockdamp.storage import dataset, notes
+
+        opened = (dataset.connect if lazily else dataset.open)(path)
+        wanted = self.expected[notes.inside(self.results, path)]
+        given = {"config_sha256": wanted.config_sha256, "code_version": wanted.code_version}
+        dataset.require_stated(opened, path, wanted.kind, **given)
+        return opened
+
+    def note(self):
+        """Write down what the job made, and of what."""
+        from rockdamp.storage import notes
+        from rockdamp.storage.provenance import config_digest
+
+        notes.write(
+            self.results,
+            self.name,
+            code_version=self.snakemake.params.version,
+            config_sha256=config_digest(getattr(self.snakemake.params, "config", {})),
+            files=self.snakemake.output,
+            inputs=self.digests,
         )
 
 

@@ -2,13 +2,12 @@
 
 from boundary import about, call, job
 
-with job(snakemake):
+with job(snakemake) as given:
     from rockdamp.motions.records import read_record
     from rockdamp.storage import dataset
 
-    opened = dataset.connect if snakemake.params.lazy else dataset.open
     inputs = [read_record(path) for path in snakemake.input.record]
-    inputs += [opened(path) for path in snakemake.input.datasets]
+    inputs += [given.open(path, lazily=snakemake.params.lazy) for path in snakemake.input.datasets]
     config = snakemake.params.config
     with about(snakemake.input.record, snakemake.input.datasets):
         result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)

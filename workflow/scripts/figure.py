@@ -4,10 +4,9 @@ from os.path import splitext
 
 from boundary import call, job
 
-with job(snakemake):
+with job(snakemake) as given:
     from rockdamp.figures.output import save
-    from rockdamp.storage import dataset
 
-    datasets = [dataset.open(path) for path in snakemake.input.datasets]
+    datasets = [given.open(path) for path in snakemake.input.datasets]
     drawn = call(snakemake.params.function, *datasets)
     save(drawn, splitext(snakemake.output[0])[0], **snakemake.params.config["figures"])

@@ -2,10 +2,9 @@
 
 from boundary import call, job
 
-with job(snakemake):
-    from rockdamp.storage import dataset
+with job(snakemake) as given:
     from rockdamp.storage.atomic import replacing
 
-    table = call(snakemake.params.function, dataset.open(snakemake.input.datasets[0]))
+    table = call(snakemake.params.function, given.open(snakemake.input.datasets[0]))
     with replacing(snakemake.output[0]) as unfinished:
         table.to_csv(unfinished, index=False, lineterminator="\n")

@@ -9,7 +9,7 @@ from rockdamp.cli.assessment import assess
 from rockdamp.cli.batch import batch
 from rockdamp.cli.calibration import calibrate
 from rockdamp.cli.histories import decay, respond
-from rockdamp.cli.results import datasets
+from rockdamp.cli.results import datasets, verify
 from rockdamp.cli.shells import completion
 from rockdamp.cli.single import equivalent, presets, wall
 
@@ -25,5 +25,5 @@ def main() -> None:
     """Energy dissipation in rocking masonry walls."""
 
 
-for command in (wall, equivalent, decay, respond, assess, batch, calibrate, presets, datasets, completion):
+for command in (wall, equivalent, decay, respond, assess, batch, calibrate, presets, datasets, verify, completion):
     main.add_command(command)

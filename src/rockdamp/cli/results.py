@@ -27,3 +27,45 @@ def datasets(folder: Path, as_json: bool) -> None:
     for row in rows:
         sizes = ", ".join(f"{dim} {size}" for dim, size in row["dimensions"].items())
         click.echo(f"{row['file']}\n    {row['title']}\n    {sizes or 'no dimensions'}")
+
+
+@click.command(
+    cls=Command,
+    examples=["rockdamp verify results/minimal --configfile config/minimal.yaml"],
+)
+@click.argument("folder", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--configfile",
+    "files",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="A config beside config/default.yaml, as Snakemake was given it; again for several.",
+)
+@json_option
+def verify(folder: Path | None, files: tuple[Path, ...], as_json: bool) -> None:
+    """Name results that are not of this tree.
+
+    Each dataset, table, figure and the report is compared with the note of the job that made it: its digest, the
+    config, the sources of the package, and the digests of all that it was made of. FOLDER is that of the config where
+    it is not given. Run it in the folder of the project. The exit status is 1 if any result is missing or another's.
+    """
+    from rockdamp.config.between_keys import validate
+    from rockdamp.config.merging import merged
+    from rockdamp.motions import catalogue
+    from rockdamp.pipeline import soundness
+
+    given = [Path("config/default.yaml"), *files]
+    config = merged(given, {})
+    validate(config, Path("workflow/schemas/config.schema.yaml"), given)
+    expected = list(soundness.results(config, lambda entries: len(catalogue.listing(entries))))
+    place = folder or Path(config["results"])
+    rows = [{"file": file, "reason": reason} for file, reason in soundness.unsound(place, expected)]
+    if as_json:
+        print_json(rows)
+    else:
+        for row in rows:
+            click.echo(f"{row['file']} {row['reason']}")
+        count = "1 of its files is" if len(rows) == 1 else f"{len(rows)} of its files are"
+        verdict = f"{count} not of this tree" if rows else "all results are of this tree"
+        click.echo(f"{place}: {verdict}", err=True)
+    click.get_current_context().exit(1 if rows else 0)

@@ -79,24 +79,6 @@ def check(config: Config) -> None:
         raise InputError("\n".join(map(str, wrong)))
 
 
-def subset(config: Config, *keys: str) -> dict[str, Any]:
-    """Return the part of the config that dotted `keys` name, nested as it was.
-
-    Raises
-    ------
-    KeyError
-        If the config has no such key.
-    """
-    part: dict[str, Any] = {}
-    for key in keys:
-        *sections, last = key.split(".")
-        source, target = config, part
-        for section in sections:
-            source, target = source[section], target.setdefault(section, {})
-        target[last] = source[last]
-    return part
-
-
 def problems(config: Config) -> list[Problem]:
     """List where values of a config that fits the schema do not agree."""
     cases = list(_cases(config))

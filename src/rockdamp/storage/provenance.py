@@ -95,6 +95,25 @@ def config_digest(config: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def subset(config: Mapping[str, Any], *keys: str) -> dict[str, Any]:
+    """Return the part of the config that dotted `keys` name, nested as it was.
+
+    Raises
+    ------
+    KeyError
+        If the config has no such key.
+    """
+    part: dict[str, Any] = {}
+    for key in keys:
+        *sections, last = key.split(".")
+        source: Any = config
+        target = part
+        for section in sections:
+            source, target = source[section], target.setdefault(section, {})
+        target[last] = source[last]
+    return part
+
+
 def _file_of(name: str) -> Path | None:
     place = ROOT.joinpath(*name.split(".")[1:])
     for path in (place / "__init__.py", place.with_suffix(".py")):

@@ -20,17 +20,13 @@ def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):
     assert "Job stats:" in run.stderr and "Execute 1 jobs" not in run.stderr
 
 
-def test_a_truncated_dataset_is_named_by_the_job_that_reads_it_and_deleting_it_mends_all(tree):
+def test_a_truncated_dataset_counts_as_missing_and_is_built_again(tree):
     before = tree.digests(RESULTS)
     path = tree.place / RESULTS / "mechanism.nc"
     os.truncate(path, path.stat().st_size // 2)
     run = tree.snakemake("fig1")
-    assert run.returncode != 0
-    assert "Traceback" not in run.stdout + run.stderr
-    (line,) = {line for line in run.stderr.splitlines() if line.startswith("fig1: ")}
-    assert f"{RESULTS}/mechanism.nc cannot be read" in line and line.endswith("; delete it and run again")
+    assert run.returncode == 0, run.stderr
     assert not list((tree.place / RESULTS).rglob("*.part"))
-    path.unlink()
     assert tree.snakemake().returncode == 0
     assert tree.digests(RESULTS) == before
 
