@@ -59,8 +59,6 @@ HUGE = {  # of each the cost explodes, or the memory
     "damper_order.pulses.step": 1e-11,
     "dispersion.refinement": 10**10,
     "loops.window": 1e9,
-    "explorer.length": 1e12,
-    "explorer.spacing": 1e-11,
     "validation.step": 1e-11,
     "restitution.step": 1e-11,
     "windows.step": 1e-9,

@@ -138,12 +138,6 @@ class Accuracy:
     rigid: RigidRocking
 
 
-@dataclass(frozen=True)
-class Explorer:
-    length: float
-    spacing: float
-
-
 # --- stages -----------------------------------------------------------------------------------------------------------
 
 
@@ -256,10 +250,3 @@ class AccuracySettings(StudySettings):
     tested_curve: Annotated[Curve, "validation.curve"]
     tested_restitution: Annotated[float, "validation.restitution"]
     accuracy: Accuracy
-
-
-@dataclass(frozen=True)
-class ExplorerSettings(Settings):
-    solver: Solver
-    curve: Curve
-    explorer: Explorer

@@ -87,7 +87,7 @@ def test_one_core_gives_the_same_bytes_as_two(tree):
 def test_the_report_names_what_it_stands_on(tree):
     html = (tree.place / RESULTS / "report.html").read_text(encoding="utf-8")
     assert str(tree.place) not in html
-    for name in ("loops.nc", "match/amplitude.nc", "explorer.nc"):
+    for name in ("loops.nc", "match/amplitude.nc"):
         with xr.open_dataset(tree.place / RESULTS / name) as opened:
             assert opened.attrs["code_version"] in html and opened.attrs["config_sha256"][:16] in html
 

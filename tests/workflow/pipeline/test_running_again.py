@@ -24,7 +24,7 @@ CHANGES = {
     ],
     "restitution: {start: 0.70}": ["decay/amplitude", "decay/overburden"],
     "matching: {window: 9}": ["match/amplitude", "loops", "dispersion", "pulses", "natural/walls", "accuracy"],
-    "curve: {cracked_stiffness_ratio: 0.05}": ["decay/amplitude", "windows", "loops", "mechanism", "explorer"],
+    "curve: {cracked_stiffness_ratio: 0.05}": ["decay/amplitude", "windows", "loops", "mechanism"],
     "natural: {bootstrap: {replicates: 60}}": ["comparison"],
     "population: {bootstrap: {replicates: 30}}": ["population"],
 }
