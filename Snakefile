@@ -11,7 +11,7 @@ from rockdamp.motions import catalogue
 from rockdamp.pipeline import soundness
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
-from rockdamp.config.between_keys import validate
+from rockdamp.config.between_keys import validate, warn
 from rockdamp.config.merging import merged
 from rockdamp.config.results_folder import require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
@@ -37,6 +37,9 @@ try:
         require_own_folder(config["results"], tree=workflow.basedir)
     read_record(config["validation"]["record"])
     with warnings_as_lines():
+        if workflow.is_main_process:
+            warn(config, files)
+            catalogue.from_file(config["validation"]["record"])
         for path in catalogue.files_of(config["records"]):
             if workflow.is_main_process:
                 catalogue.from_file(path)

@@ -11,11 +11,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rockdamp import plausibility
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import natural_problems, population_problems
 from rockdamp.config.limits import cost_problems, size_problems
 from rockdamp.config.pulses import damper_order_problems, pulse_problems
 from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
+from rockdamp.config.walls import wall_doubts, wall_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import DEFAULT_WINDOW, PRESETS, STANDARD_GRAVITY, STUDIES
@@ -65,6 +67,18 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
         raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in wrong))
 
 
+def warn(config: Config, files: Iterable[str | Path]) -> None:
+    """Warn of what a valid config holds that is possible and unlikely, and where it stands.
+
+    Parameters
+    ----------
+    config, files
+        As for `validate`.
+    """
+    files = list(files)
+    plausibility.warn([f"{origin(doubt.path, config, files)}: {doubt}" for doubt in wall_doubts(config)])
+
+
 def read_schema(path: str | Path) -> dict[str, Any]:
     """Read the config's schema, JSON Schema as YAML; it requires every study of free decay."""
     schema: dict[str, Any] = yaml_file.load(Path(path).read_text(encoding="utf-8"))
@@ -85,11 +99,14 @@ def problems(config: Config) -> list[Problem]:
     wrong = [problem for case in cases for problem in _curve_problems(case)]
     if not wrong:  # what follows needs curves that exist
         wrong += _window_problems(config, cases)
-    wrong += [*_grid_problems(config), *_study_problems(config), *_wall_problems(config)]
+    wrong += [*_grid_problems(config), *_study_problems(config)]
     wrong += [*_dispersion_problems(config), *pulse_problems(config), *damper_order_problems(config)]
     of_walls = list(natural_problems(config))
     wrong += of_walls or _matched_wall_problems(config)
-    wrong += population_problems(config)
+    of_population = list(population_problems(config))
+    wrong += of_population
+    if not of_walls and not of_population:  # what follows needs walls that are stated
+        wrong += wall_problems(config)
     if "png" not in config["figures"]["formats"]:
         text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
         wrong.append(Problem(("figures", "formats"), text))
@@ -278,15 +295,6 @@ def _fit_problems(config: Config) -> Iterator[Problem]:
     if not e["start"] <= test["restitution"] <= e["stop"]:
         text = f"is {test['restitution']}; it must lie within the e of the polynomials, {e['start']} to {e['stop']}"
         yield Problem(("validation", "restitution"), text)
-
-
-def _wall_problems(config: Config) -> Iterator[Problem]:
-    """The overburden stands on the wall."""
-    for path, wall in ((("wall",), config["wall"]), (("validation", "wall"), config["validation"]["wall"])):
-        limit = wall["thickness"] / 2
-        if not abs(wall["eccentricity"]) <= limit:
-            text = f"is {wall['eccentricity']}; it must be at most half the thickness, {limit} m, either way"
-            yield Problem((*path, "eccentricity"), text)
 
 
 # --- beyond the paper ----------------------------------------------------------------------------------------------
