@@ -54,7 +54,7 @@ def _outside() -> int:
     level, frame = 1, sys._getframe(1)
     while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("rockdamp."):
         level, frame = level + 1, frame.f_back
-    return level
+    return level if frame.f_globals.get("__name__") else 1  # Python drops the warnings of a Snakefile, which has none
 
 
 # --- walls ------------------------------------------------------------------------------------------------------------

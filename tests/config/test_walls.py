@@ -44,16 +44,16 @@ def test_restitution_in_plain_arithmetic_is_the_walls(slenderness, hinge_ratio):
         (
             ("wall", "slenderness"),
             0.1,
-            "wall makes a wall that cannot rock: thickness is 0.3 m and height 0.03 m",
+            "wall.slenderness makes a wall that cannot rock: thickness is 0.3 m and height 0.03 m",
         ),
         (
             ("studies", "slenderness", "slenderness", 0),
             1.2,
             "studies.slenderness.slenderness[0] makes a wall",
         ),
-        (("loops", "rigid", "height"), 0.1, "loops.rigid makes a wall that cannot rock"),
+        (("loops", "rigid", "height"), 0.1, "loops.rigid.height makes a wall that cannot rock"),
         (("validation", "wall", "hinge_ratio"), 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
-        (("natural", "walls", 0, "slenderness"), 0.2, "natural.walls[0] makes a wall that cannot rock"),
+        (("natural", "walls", 0, "slenderness"), 0.2, "natural.walls[0].slenderness makes a wall that cannot rock"),
         (("population", "parameters", "slenderness", "low"), 1.3, "population.parameters.slenderness.low makes"),
         (("accuracy", "rigid", "slenderness"), [1.1, 20], "accuracy.rigid.slenderness makes a wall that"),
     ],
@@ -71,7 +71,7 @@ def test_a_wall_that_cannot_rock_is_refused_where_it_stands(config, path, value,
         (
             ("wall", "thickness"),
             3.0,
-            "wall makes an unlikely wall: thickness is 3 m and height 45 m",
+            "wall.thickness makes an unlikely wall: thickness is 3 m and height 45 m",
         ),
         (("validation", "wall", "thickness"), 102.0, "; were they in millimetres"),
         (
@@ -88,6 +88,16 @@ def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, path, value
         between_keys.warn(config, [DEFAULT])
     assert any(expected in str(one.message) for one in caught)
     assert all(str(one.message).startswith(("the command line: ", f"{DEFAULT}, line ")) for one in caught)
+
+
+def test_each_wall_is_told_once_and_a_file_by_its_line(config, tmp_path):
+    own = tmp_path / "own.yaml"
+    own.write_text("wall:\n  density: 1700\n  slenderness: 0.5\n", encoding="utf-8")
+    config["wall"] |= {"slenderness": 0.5, "density": 1700}
+    with pytest.raises(InputError) as caught:
+        between_keys.validate(config, SCHEMA, [DEFAULT, own])
+    of_wall = [line for line in str(caught.value).splitlines() if "cannot rock" in line]
+    assert [line.split(" makes ")[0] for line in of_wall] == [f"{own}, line 3: wall.slenderness"]
 
 
 def test_the_shipped_config_holds_nothing_unlikely(config):

@@ -14,11 +14,13 @@ from rockdamp.config.schema import KeyPath, Problem
 from rockdamp.errors import InputError
 from rockdamp.vocabulary import STUDIES
 
+SHAPE = ("thickness", "slenderness", "hinge_ratio")  # what of a wall decides
+
 
 class Sizes(NamedTuple):
     """A wall that the config asks for; a parapet has no hinge."""
 
-    path: KeyPath  # of the section, or of the one value, that states it
+    path: KeyPath  # of the value that makes it as slender as it is
     thickness: float
     slenderness: float
     hinge_ratio: float | None
@@ -59,7 +61,7 @@ def wall_doubts(config: Config) -> list[Problem]:
         None,
     )
     return [
-        Problem(sizes.path, f"makes an unlikely wall: {doubt}")
+        Problem(_largest(sizes), f"makes an unlikely wall: {doubt}")
         for sizes in (*_sizes(config), highest)
         for doubt in plausibility.of_wall(sizes.thickness, sizes.thickness * sizes.slenderness)
     ]
@@ -70,10 +72,11 @@ def _sizes(config: Config) -> Iterator[Sizes]:
     wall, rigid = config["wall"], config["loops"]["rigid"]
     yield _of_section(("wall",), wall)
     for study, key in STUDIES.items():
-        for index, value in enumerate(config["studies"][study][key] if key in wall else []):
-            yield _of_section(("studies", study, key, index), {**wall, key: value})
+        for index, value in enumerate(config["studies"][study][key] if key in SHAPE else []):
+            varied = {**wall, key: value}
+            yield Sizes(("studies", study, key, index), *(varied[name] for name in SHAPE))
     slenderness = rigid["height"] / rigid["thickness"]
-    yield Sizes(("loops", "rigid"), rigid["thickness"], slenderness, rigid["hinge_ratio"])
+    yield Sizes(("loops", "rigid", "height"), rigid["thickness"], slenderness, rigid["hinge_ratio"])
     yield _of_section(("validation", "wall"), config["validation"]["wall"])
     for index, entry in enumerate(config["natural"]["walls"]):
         yield _of_section(("natural", "walls", index), entry)
@@ -86,4 +89,10 @@ def _sizes(config: Config) -> Iterator[Sizes]:
 
 
 def _of_section(path: KeyPath, wall: Config) -> Sizes:
-    return Sizes(path, wall["thickness"], wall["slenderness"], wall.get("hinge_ratio"))
+    return Sizes((*path, "slenderness"), wall["thickness"], wall["slenderness"], wall.get("hinge_ratio"))
+
+
+def _largest(sizes: Sizes) -> KeyPath:
+    """The value that makes a wall large: its thickness, where that is beyond what is built."""
+    by_thickness = sizes.path[-1] == "slenderness" and sizes.thickness > plausibility.THICKEST
+    return (*sizes.path[:-1], "thickness") if by_thickness else sizes.path
