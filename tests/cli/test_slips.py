@@ -31,7 +31,7 @@ def record(tmp_path):
     return tmp_path / "pulse.csv"
 
 
-@pytest.mark.parametrize("name", ["--thickness", "--damping-model", "--record"])
+@pytest.mark.parametrize("name", ["--thickness", "--damping-model", "--restitution"])
 def test_an_option_of_one_value_that_is_given_twice_is_refused(record, name):
     given = ["--record", record, *WALL, "--damping-model", "CR", "--restitution", 0.85]
     result = run("respond", *given, name, given[given.index(name) + 1])
