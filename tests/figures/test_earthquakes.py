@@ -52,33 +52,34 @@ def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comp
     assert sum((~fell & (one["collapsed"].sel(damping_model=model) == 1).values.ravel()).sum() for model in VISCOUS)
 
 
-@pytest.mark.parametrize("row, name", [(0, "median_ratio"), (1, "log_error")])
-def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(comparison, row, name):
-    figure = FIGURES["fig_natural_ratio"](comparison)
+@pytest.mark.parametrize("place, name", [(0, "median_ratio"), (1, "log_error")])
+def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(comparison, place, name):
+    axes = FIGURES["fig_natural_ratio"](comparison).axes[place]
     one = comparison.sel(restitution=0.85)
-    for column, source in enumerate(earthquakes.SOURCES):
-        axes = figure.axes[3 * row + column]
-        for model in VISCOUS:
-            values = one.sel(damping_model=model, damping_ratio_source=source)
-            (markers,) = coloured(axes, model)
-            assert markers.get_ydata() == pytest.approx(values[name].values)
-            ends = [
-                [segment[:, 1] for segment in lines.get_segments()]
-                for lines in axes.collections
-                if to_rgb(lines.get_color()[0][:3]) == pytest.approx(to_rgb(style_of(model).colour))
-            ]
-            assert np.array(ends[0]) == pytest.approx(values[f"{name}_interval"].values)
-        tops = [patch.get_y() + patch.get_height() for patch in axes.patches]
-        assert tops == pytest.approx(one[f"varied_{name}"].max("variation").values)
+    for model in VISCOUS:
+        values = one.sel(damping_model=model, damping_ratio_source="error")
+        (markers,) = coloured(axes, model)
+        assert markers.get_ydata() == pytest.approx(values[name].values)
+        ends = [
+            [segment[:, 1] for segment in lines.get_segments()]
+            for lines in axes.collections
+            if to_rgb(lines.get_color()[0][:3]) == pytest.approx(to_rgb(style_of(model).colour))
+        ]
+        assert np.array(ends[0]) == pytest.approx(values[f"{name}_interval"].values)
+    tops = [patch.get_y() + patch.get_height() for patch in axes.patches]
+    assert tops == pytest.approx(one[f"varied_{name}"].max("variation").values)
 
 
-def test_the_misfit_is_drawn_against_the_scale(comparison):
-    axes = FIGURES["fig_natural_ratio"](comparison).axes[7]
-    one = comparison["median_decay_misfit"].sel(restitution=0.85, damping_ratio_source="error")
+def test_the_misfit_is_drawn_against_the_scale_with_the_share_that_stands(comparison):
+    _, _, axes, share = FIGURES["fig_natural_ratio"](comparison).axes
+    one = comparison.sel(restitution=0.85, damping_ratio_source="error")
     for model in VISCOUS:
         (line,) = coloured(axes, model)
         assert line.get_xdata() == pytest.approx(earthquakes.SCALE)
-        assert line.get_ydata() == pytest.approx(one.sel(damping_model=model).values)
+        assert line.get_ydata() == pytest.approx(one["median_decay_misfit"].sel(damping_model=model).values)
+    pooled = one.isel(wall=np.flatnonzero(one["pooled"].values == 1))
+    collapsed = pooled["collapse_fraction"].sel(damping_model="CR").mean("wall")
+    assert share.lines[0].get_ydata() == pytest.approx(100 * (1 - collapsed.values))
 
 
 def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(comparison):

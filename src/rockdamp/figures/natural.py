@@ -182,40 +182,35 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `earthquakes.comparison.compare` returns it; drawn at the middle e, a column for each source of the ratios.
+        As `earthquakes.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
     """
-    at_e = middle(comparison)
-    figure = new_figure(DOUBLE_COLUMN, 190.0)
-    sources = [str(source) for source in at_e["damping_ratio_source"].values]
-    grid = figure.subplots(3, len(sources), sharey="row", squeeze=False, height_ratios=[1.1, 1.1, 0.8])
-    for column, source in enumerate(sources):
-        given = at_e.sel(damping_ratio_source=source)
-        _by_band(grid[0, column], given, "median_ratio")
-        _by_band(grid[1, column], given, "log_error")
-        _misfits(grid[2, column], given)
-        grid[0, column].set_title(SOURCE_NAMES.get(source, source))
-    plain_logarithmic(grid[0, 0], y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
-    grid[0, 0].set_ylim(*_limits(at_e["median_ratio_interval"], (0.85, 1.2)))
-    grid[1, 0].set_ylim(bottom=0)
-    for axes, label in zip(
-        grid[:, 0],
-        (
-            "median of peak over that of CR [-]",
-            "rms of the logarithm\nof that ratio [-]",
-            "misfit over the decay\nover CR's peak [-]",
-        ),
-        strict=True,
-    ):
-        axes.set_ylabel(label)
-    grid[2, 0].set_ylim(bottom=0)
+    given = middle(comparison).sel(damping_ratio_source=SOURCE)
+    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    ratios, errors, misfits = figure.subplots(1, 3)
+    _by_band(ratios, given, "median_ratio")
+    _by_band(errors, given, "log_error")
+    _misfits(misfits, given)
+    plain_logarithmic(ratios, y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
+    ratios.set_ylim(*_limits(given["median_ratio_interval"], (0.85, 1.2)))
+    errors.set_ylim(bottom=0)
+    misfits.set_ylim(bottom=0)
+    ratios.set_ylabel("median of peak over that of CR [-]")
+    errors.set_ylabel("rms of the logarithm of that ratio [-]")
+    misfits.set_ylabel("misfit over the decay over CR's peak [-]")
     figure.legend(
-        handles=_handles(at_e),
+        handles=_handles(given),
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(at_e['restitution']):g}$; markers with 95 % bootstrap intervals; grey: CR itself after a "
-        "small change, and the range of the four",
+        title=f"$e = {float(given['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
+        "bars: CR itself after a small change",
     )
     return figure
+
+
+def standing(statistics: xr.Dataset) -> xr.DataArray:
+    """Share of the histories on the walls taken together that stand under CR, at each scale. [-]"""
+    collapsed = statistics["collapse_fraction"].sel(damping_model=REFERENCE)
+    return 1 - collapsed.isel(wall=np.flatnonzero(statistics["pooled"].values == 1)).mean("wall")
 
 
 def _limits(values: xr.DataArray, least: tuple[float, float]) -> tuple[float, float]:
@@ -284,6 +279,11 @@ def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
             markersize=2.2,
             label=model,
         )
+    share = axes.twinx()
+    share.plot(statistics["scale"], 100 * standing(statistics), color=GREY, linewidth=0.8, linestyle=(0, (1, 1)))
+    share.set_ylim(0, 105)
+    axes.set_xlim(*statistics["scale"].values[[0, -1]])
+    share.set_ylabel("histories that stand under CR [%]", color=GREY)
     plain_logarithmic(axes, [0.2, 0.5, 1, 2, 5])
     axes.set_xlabel(r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
 
@@ -293,15 +293,19 @@ def _handles(statistics: xr.Dataset) -> list[Line2D]:
         Line2D([], [], marker=style_of(model).marker, label=title_of(model), **line_of(model))
         for model in dampers(statistics)
     ]
-    return handles + [
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker=VARIATION_MARKS.get(name, "x"),
-            color=GREY,
-            markersize=4,
-            label=f"CR, {VARIATION_NAMES.get(name, name)}",
-        )
-        for name in map(str, statistics["variation"].values)
-    ]
+    return (
+        handles
+        + [
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker=VARIATION_MARKS.get(name, "x"),
+                color=GREY,
+                markersize=4,
+                label=f"CR, {VARIATION_NAMES.get(name, name)}",
+            )
+            for name in map(str, statistics["variation"].values)
+        ]
+        + [Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that stands")]
+    )

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
-from rockdamp.figures.natural import SOURCE, middle
+from rockdamp.figures.natural import SOURCE, middle, standing
 from rockdamp.figures.style import dampers
 from rockdamp.report.numbers import number, of_models, percent, plain
 from rockdamp.storage.dataset import Datasets
@@ -61,10 +61,13 @@ def fig_natural(data: Datasets) -> dict[str, Any]:
 
 def fig_natural_ratio(data: Datasets) -> dict[str, Any]:
     drawn = _drawn(data).isel(band=0)
+    stand = standing(drawn).sortby("scale")
     return {
         "restitution": plain(drawn["restitution"]),
         "errors": _by_damper(drawn, lambda at: known(at["log_error"], 2)),
         "sensitivity": span(drawn["varied_log_error"]),
+        "most": fraction(stand[0]),
+        "fewest": fraction(stand[-1]),
     }
 
 
