@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 from command_line import run
+from report_content import of_name
 
 from rockdamp.assessment.many_walls import COLUMNS
 from rockdamp.storage import dataset
@@ -81,3 +82,20 @@ def test_bad_input_is_told_and_nothing_is_written(text, options, said, tmp_path)
     result = run("batch", tmp_path / "walls.csv", *RECORDS, *options, "--output", tmp_path / "out.csv")
     assert result.exit_code == 2 and said in result.stderr and result.stdout == ""
     assert [path.name for path in tmp_path.iterdir()] == ["walls.csv"]
+
+
+def test_the_built_population_is_exported_with_its_measure(tmp_path):
+    population = of_name("population")
+    dataset.write(population, tmp_path / "population.nc", "population", config={}, code_version="test")
+    assert run("nrml", tmp_path / "population.nc", tmp_path / "population.xml").exit_code == 0
+    functions = ElementTree.parse(tmp_path / "population.xml").getroot().findall(".//{*}fragilityFunction")
+    assert {function.find("{*}imls").get("imt") for function in functions} == {"PGV"}
+    names = {function.get("id") for function in functions}
+    assert {f"population-{model}-discrete" for model in population["damping_model"].values} <= names
+
+
+def test_what_is_no_population_is_not_exported(tmp_path, table):
+    run("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.nc")
+    result = run("nrml", tmp_path / "out.nc", tmp_path / "f.xml")
+    assert result.exit_code == 2 and "population: not in the registry" in result.stderr
+    assert not (tmp_path / "f.xml").exists()

@@ -17,6 +17,7 @@ import xarray as xr
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 from published_models import PUBLISHED_VISCOUS
+from report_content import of_name
 from repository import ROOT
 
 import rockdamp as rd
@@ -299,7 +300,10 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
         Path(folder).mkdir()
     shutil.copy(RECORD, "data")
     shutil.copy(ROOT / "examples/my-walls.csv", "examples")
-    xr.Dataset({"x": ("a", [1.0])}).to_netcdf("results/made.nc")
+    if name == "nrml":
+        dataset.write(of_name("population"), "results/population.nc", "population", config={}, code_version="test")
+    else:
+        xr.Dataset({"x": ("a", [1.0])}).to_netcdf("results/made.nc")
     if name == "verify":  # the project, and results that it made
         for file in ("config/default.yaml", "config/minimal.yaml", "workflow/schemas/config.schema.yaml"):
             Path(file).parent.mkdir(parents=True, exist_ok=True)

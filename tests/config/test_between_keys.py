@@ -277,6 +277,10 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
     assert report([DEFAULT], wall={"thickness": -1}).startswith("the command line: wall.thickness is -1;")
     assert report([DEFAULT], wall={"widht": 1}).startswith("the command line: wall.widht is not a key;")
     assert report([DEFAULT], wal={"thickness": 1}).startswith("the command line: wal is not a key;")
+    advice = "; write nested values in a file and pass --configfile"
+    assert report([DEFAULT], wall={"thickness": -1}).endswith(advice)
+    assert report([DEFAULT], restitution=0.9).endswith(f"a mapping of keys to values{advice}")
+    assert advice not in report([DEFAULT], release_amplitude=-1)
 
 
 # --- the plain formulas against the curve ---------------------------------------------------------------------------

@@ -58,6 +58,33 @@ def test_your_own_wall_goes_through_the_studies(tree):
     assert "CDR" in printed and "frequency_parameter" in printed and "release_amplitude" in printed
 
 
+def test_a_table_of_walls_becomes_a_table_of_answers(tree):
+    shipped = (ROOT / "examples/my-walls.csv").read_text(encoding="utf-8")
+    assert blocks("many-walls", "text")[0] == shipped
+    printed = follow(tree, "many-walls")
+    walls = [line.partition(",")[0] for line in shipped.splitlines()[1:]]
+    assert all(wall in printed for wall in walls)
+    answers = (tree.place / "my-answers.csv").read_text(encoding="utf-8").splitlines()
+    assert [line.split(",")[0] for line in answers[1::2]] == walls
+    with xr.open_dataset(tree.place / "my-answers.nc") as stored:
+        assert stored["wall"].values.tolist() == walls
+    for name in ("my-fragility.xml", "my-top-storey.png"):
+        assert (tree.place / name).stat().st_size > 1000
+
+
+def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
+    printed = follow(tree, "choose-inputs")
+    overburden = 2 * (1 + 6.0 / (0.24 * 1800 * 9.80665 / 1000 * 3.0))
+    assert f"overburden over weight: {overburden:.2f}" in printed
+    # e is as large as the page says of the rules, and PGV scatters less than PGA.
+    e = [float(value) for value in re.findall(r"restitution e = ([\d.]+)", printed)][:3]
+    assert e[1] > e[0] > e[2] or e[1] > e[2]
+    dispersion = [float(line.split()[-4]) for line in printed.splitlines() if re.match(r" +CR +- +[\d.]+ ", line)]
+    by_pgv, by_pga = dispersion[-3:-1]
+    assert by_pgv < by_pga
+    assert (tree.place / "my-wall.html").stat().st_size > 100_000
+
+
 def test_your_own_records_shake_your_wall(tree):
     printed = follow(tree, "your-records")
     with xr.open_dataset(tree.place / "results/my-records/natural.nc") as natural:

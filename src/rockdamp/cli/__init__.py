@@ -9,6 +9,7 @@ from rockdamp.cli.assessment import assess
 from rockdamp.cli.batch import batch
 from rockdamp.cli.calibration import calibrate
 from rockdamp.cli.histories import decay, respond
+from rockdamp.cli.openquake import nrml
 from rockdamp.cli.results import datasets, verify
 from rockdamp.cli.shells import completion
 from rockdamp.cli.single import equivalent, presets, wall
@@ -25,5 +26,18 @@ def main() -> None:
     """Energy dissipation in rocking masonry walls."""
 
 
-for command in (wall, equivalent, decay, respond, assess, batch, calibrate, presets, datasets, verify, completion):
+for command in (
+    wall,
+    equivalent,
+    decay,
+    respond,
+    assess,
+    batch,
+    calibrate,
+    presets,
+    datasets,
+    verify,
+    nrml,
+    completion,
+):
     main.add_command(command)

@@ -16,7 +16,7 @@ from rockdamp.config import Config
 from rockdamp.config.earthquakes import natural_problems, population_problems
 from rockdamp.config.limits import cost_problems, size_problems
 from rockdamp.config.pulses import damper_order_problems, pulse_problems
-from rockdamp.config.schema import KeyPath, Problem, ascending, dotted, origin, schema_problems
+from rockdamp.config.schema import COMMAND_LINE, KeyPath, Problem, ascending, dotted, origin, schema_problems
 from rockdamp.config.walls import wall_doubts, wall_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
@@ -64,7 +64,14 @@ def validate(config: Config, schema: str | Path, files: Iterable[str | Path]) ->
     wrong = schema_problems(config, read_schema(schema)) or size_problems(config) or problems(config)
     if wrong:
         files = list(files)
-        raise InputError("\n".join(f"{origin(problem.path, config, files)}: {problem}" for problem in wrong))
+        raise InputError("\n".join(_told(origin(problem.path, config, files), problem) for problem in wrong))
+
+
+def _told(place: str, problem: Problem) -> str:
+    """One line of the error; where the command line states what is nested, also how to state it."""
+    nested = len(problem.path) > 1 and "is not a key" not in problem.text or "a mapping" in problem.text
+    hint = "; write nested values in a file and pass --configfile" if place == COMMAND_LINE and nested else ""
+    return f"{place}: {problem}{hint}"
 
 
 def warn(config: Config, files: Iterable[str | Path]) -> None:

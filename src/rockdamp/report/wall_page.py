@@ -127,7 +127,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
     for index in reversed(range(answer.sizes["intensity"])):
         at = peaks.isel(intensity=index).dropna("record")
         for name in at["record"].values[np.argsort(-at.values, kind="stable")]:
-            scale = float(answer["scale"].sel(record=name).isel(intensity=index))
+            scale = float(answer["scale_factor"].sel(record=name).isel(intensity=index))
             with as_meant():  # the intensity was warned of when it was asked for
                 histories = responses(
                     motions[str(name)].record, subject.wall, subject.curve, dampings, scale=scale, tail=TAIL

@@ -1,0 +1,29 @@
+"""`nrml`: the fragility of the built population of walls, for OpenQuake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rockdamp.cli.assessment import write_nrml
+from rockdamp.cli.command import Command
+from rockdamp.cli.types import OutputFile
+
+
+@click.command(cls=Command, examples=["rockdamp nrml results/population.nc population.xml"])
+@click.argument("dataset", type=click.Path(path_type=Path), metavar="POPULATION.nc")
+@click.argument("output", type=OutputFile(".xml"))
+def nrml(dataset: Path, output: Path) -> None:
+    """Fragility of the population, for OpenQuake.
+
+    The pipeline builds the population of walls (snakemake population). Its fragility by PGV, with restitution and with
+    every damper, is written in NRML 0.5: as continuous functions, and as discrete ones at the intensities that were
+    run. `assess` and `batch` write the same of your own walls with --nrml.
+    """
+    from rockdamp.assessment.openquake import of_population
+    from rockdamp.storage import dataset as storage
+
+    population = storage.open(dataset)
+    storage.check(population, "population")
+    write_nrml(of_population(population), "PGV", output)
