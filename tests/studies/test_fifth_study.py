@@ -111,11 +111,11 @@ def test_a_config_without_it_is_refused(fifth, monkeypatch):
         checks.validate(config, SCHEMA, [DEFAULT])
 
 
-@pytest.mark.parametrize("parameter", ["thickness", "slenderness"])
-def test_a_wall_has_the_slenderness_that_the_config_states_whatever_its_thickness(parameter, monkeypatch):
+@pytest.mark.parametrize(("parameter", "values"), [("thickness", [0.5, 2.0]), ("slenderness", [5.0, 20.0])])
+def test_a_wall_has_the_slenderness_that_the_config_states_whatever_its_thickness(parameter, values, monkeypatch):
     monkeypatch.setitem(STUDIES, "fifth", parameter)
     config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
-    config["studies"]["fifth"] = {parameter: [0.5, 2.0]}
+    config["studies"]["fifth"] = {parameter: values}
     walls = StudySettings.of(config).study("fifth")
-    stated = [checks.frequency_parameter({**config["wall"], parameter: value}) for value in (0.5, 2.0)]
+    stated = [checks.frequency_parameter({**config["wall"], parameter: value}) for value in values]
     assert walls.frequency_parameter.tolist() == pytest.approx(stated)

@@ -10,6 +10,7 @@ import xarray as xr
 import yaml
 from repository import ROOT
 
+from rockdamp.histories import at_intensities
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
@@ -157,7 +158,7 @@ def test_no_wall_of_the_population_has_a_longer_step_than_asked_for(walls, motio
         steps.append(np.ravel(np.asarray(step) * curve.initial_frequency))
         return type("Ended", (), {"peak": np.zeros(shape), "outcome": np.full(shape, COLLAPSED)})
 
-    monkeypatch.setattr(population, "solve", solve)
+    monkeypatch.setattr(at_intensities, "solve", solve)
     coarse = GroundMotion("coarse", "coarse", "own", Record(0.02 * np.arange(4), np.array([0.0, 1.0, 0.0, 0.0])))
     population.run(coarse, walls, np.array([1.0]), step=longest, tail=0.0)
     together = np.concatenate(steps)
