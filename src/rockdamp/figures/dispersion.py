@@ -254,8 +254,9 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
     e = texts(numbers(dispersion, "restitution"))
     handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
     handles.append(Line2D([], [], color=GREY, **MIDDLE))
-    labels = [*(f"$e = {value}$" for value in e), "at the half cycle's middle energy"]
-    title = f"lines: the paper's curve, bands: all {dispersion.sizes['case']} curves"
+    labels = [*(f"$e = {value}$" for value in e), f"at the half cycle's middle energy, $e = {e[len(e) // 2]}$"]
+    band = f"band: all {dispersion.sizes['case']} curves at $e = {e[len(e) // 2]}$"
+    title = f"lines: the paper's curve; {band}"
     figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), title=title)
     return figure
 
@@ -263,12 +264,14 @@ def fig_closed_form(dispersion: xr.Dataset) -> Figure:
 def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str, exact: list[str]) -> None:
     share, reference = of_model["release_share"].values, reference_case(of_model)
     colours = ramp(style_of(model).colour, of_model.sizes["restitution"])
+    shown = len(colours) // 2  # the bands of all e would cover each other
     for index, colour in enumerate(colours):
         at_e = of_model.isel(restitution=index)
         first = PERCENT * (at_e["damping_ratio_energy"] / at_e[measure] - 1)
-        axes.fill_between(share, first.min("case"), first.max("case"), color=colour, alpha=0.2, linewidth=0)
         axes.plot(share, first.isel(case=reference), color=colour)
-        middle = PERCENT * (at_e["damping_ratio_middle"] / at_e[measure] - 1)
-        if model not in exact:
-            axes.plot(share, middle.isel(case=reference), color=colour, **MIDDLE)
+        if index == shown:
+            axes.fill_between(share, first.min("case"), first.max("case"), color=colour, alpha=0.2, linewidth=0)
+            middle = PERCENT * (at_e["damping_ratio_middle"] / at_e[measure] - 1)
+            if model not in exact:
+                axes.plot(share, middle.isel(case=reference), color=colour, **MIDDLE)
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)

@@ -269,6 +269,7 @@ def _amplitude(compared: xr.Dataset, cell: xr.Dataset, own: xr.DataArray, band: 
                 "sensitivity": known(least, 2),
                 "known": bool(np.isfinite(error)),
                 "holds": holds(error, least),
+                "by_multiple": float(error) <= MULTIPLE * float(least),
             }
         )
     return {"band": _band(compared, band), "cells": cells}
