@@ -1,9 +1,11 @@
-"""Hurt the pipeline and see that it heals: `.venv/bin/python tools/hurt.py [--seed 5] [--kills 20] [PART ...]`.
+"""Hurt the package and its pipeline and see that they stand: `.venv/bin/python tools/hurt.py [--seed 5] [PART ...]`.
 
-Run by hand. Parts: killed, orphans, two-runs, damaged, folders, surroundings, install. Where none is named, all but the
-last, which downloads packages. The minimal config is built in a copy of the tree whose path has a space and a letter
-beyond ASCII; whatever is done then must end in the same bytes or in a clear error. The table at the end says what was
-done, what had to happen and what did; the exit status is 1 if these differ anywhere.
+Run by hand. Parts: inputs, writer, resources, killed, orphans, two-runs, damaged, folders, surroundings, install.
+Where none is named, all but the last, which downloads packages. `--attacks 2000` and `--kills 20` say how many;
+`--page` writes the table into docs/robustness.md, where a part that was run replaces its rows. From `killed` on the
+minimal config is built in a copy of the tree whose path has a space and a letter beyond ASCII; whatever is done then
+must end in the same bytes or in a clear error. The table says what was done, what had to happen and what did; the
+exit status is 1 if these differ anywhere.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -22,6 +25,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+import hurt_inputs
 import xarray as xr
 from pipeline_tree import RESULTS, Tree, last_lines, line_with
 
@@ -312,14 +316,36 @@ def build(tree: Tree) -> None:
     note(f"{len(tree.whole)} files in {tree.seconds:.0f} s")
 
 
+HEAD = ("| part | what was done | what had to happen | what did | |", "|---|---|---|---|---|")
+PAGE = Path(__file__).resolve().parents[1] / "docs/robustness.md"
+BLOCK = re.compile(r"(?<=<!-- tools/hurt.py -->\n).*?(?=<!-- end -->)", re.DOTALL)
+
+
+def write_page(lines: list[str]) -> None:
+    """Put rows into the table of the page, in place of those of the same parts."""
+    text = PAGE.read_text(encoding="utf-8")
+    shown = [line for line in BLOCK.findall(text)[0].splitlines() if line.startswith("| ")][1:]
+    done = {line.split(" | ")[0] for line in lines}
+    kept = [line for line in shown if line.split(" | ")[0] not in done]
+    table = "\n".join([*HEAD, *kept, *lines])
+    PAGE.write_text(BLOCK.sub(lambda _: table + "\n", text), encoding="utf-8")
+
+
 def main() -> int:
     """Run the parts that are named, or all but the installation."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", metavar="PART")
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--kills", type=int, default=20)
+    parser.add_argument("--attacks", type=int, default=2000)
+    parser.add_argument("--page", action="store_true")
     given = parser.parse_args()
     rng = random.Random(given.seed)
+    without_build: dict[str, Callable[[], None]] = {
+        "inputs": lambda: hurt_inputs.inputs(report, given.seed, given.attacks),
+        "writer": lambda: hurt_inputs.writer(report),
+        "resources": lambda: hurt_inputs.resources(report),
+    }
     parts: dict[str, Callable[[Tree], None]] = {
         "killed": lambda tree: kills(tree, rng, given.kills, whole_group=True),
         "orphans": lambda tree: kills(tree, rng, given.kills, whole_group=False),
@@ -329,18 +355,26 @@ def main() -> int:
         "surroundings": surroundings,
         "install": lambda tree: install(tree, rng),
     }
-    if unknown := [name for name in given.parts if name not in parts]:
-        parser.error(f"no part {', '.join(unknown)}; there are {', '.join(parts)}")
-    chosen = given.parts or [name for name in parts if name != "install"]
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        tree = Tree(Path(folder, "a träe"))
-        if chosen != ["install"]:
-            build(tree)
-        for name in chosen:
-            parts[name](tree)
-    print("\n| part | what was done | what had to happen | what did | |\n|---|---|---|---|---|")
-    for row in ROWS:
-        print(f"| {row.part} | {row.done} | {row.expected} | {row.seen} | {'ok' if row.good else '**no**'} |")
+    known = [*without_build, *parts]
+    if unknown := [name for name in given.parts if name not in known]:
+        parser.error(f"no part {', '.join(unknown)}; there are {', '.join(known)}")
+    chosen = given.parts or [name for name in known if name != "install"]
+    for name in chosen:
+        if name in without_build:
+            without_build[name]()
+    if of_tree := [name for name in chosen if name in parts]:
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            tree = Tree(Path(folder, "a träe"))
+            if of_tree != ["install"]:
+                build(tree)
+            for name in of_tree:
+                parts[name](tree)
+    lines = [
+        f"| {row.part} | {row.done} | {row.expected} | {row.seen} | {'ok' if row.good else '**no**'} |" for row in ROWS
+    ]
+    print("\n".join(["", *HEAD, *lines]))
+    if given.page:
+        write_page(lines)
     bad = sum(not row.good for row in ROWS)
     print(f"{len(ROWS) - bad} of {len(ROWS)} as expected, seed {given.seed}")
     return 1 if bad else 0

@@ -1,0 +1,147 @@
+"""Faults put into the writer of results, one at each call that can fail, and what is held over many calls."""
+
+from __future__ import annotations
+
+import errno
+import gc
+import os
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+import rockdamp as rd
+from rockdamp.figures import output
+from rockdamp.storage.atomic import replacing
+
+CALLS = [(os, name) for name in ("open", "close", "chmod", "fsync", "replace", "lstat")]
+CALLS += [(Path, name) for name in ("write_bytes", "write_text", "unlink")]
+CALLS += [(xr.Dataset, "to_netcdf"), (Figure, "savefig")]
+FAULTS: dict[str, Callable[[], BaseException]] = {
+    "the disk is full": lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)),
+    "the disk fails": lambda: OSError(errno.EIO, os.strerror(errno.EIO)),
+    "no memory is left": MemoryError,
+    "the user interrupts": KeyboardInterrupt,
+}
+
+
+def _dataset(path: Path, number: float) -> None:
+    with replacing(path) as temporary:
+        xr.Dataset({"number": ("x", np.full(1000, number))}).to_netcdf(temporary)
+
+
+def _figure(path: Path, number: float) -> None:
+    figure = Figure(figsize=(1, 1))
+    figure.subplots().plot([0, number])
+    output.save(figure, path.with_suffix(""), ["png"], 50)
+
+
+def _text(path: Path, number: float) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(f"{number}\n", encoding="utf-8")
+
+
+WRITERS: dict[str, Callable[[Path, float], None]] = {"result.nc": _dataset, "result.png": _figure, "result.csv": _text}
+
+
+def writer_attacks() -> Iterator[tuple[str, Callable[[Path], str]]]:
+    """Yield each writer with each fault at each of its calls, as far as it makes calls."""
+    for name, write in WRITERS.items():
+        for fault, error in FAULTS.items():
+            for owner, call in CALLS:
+                at = 1
+                while True:
+                    hit: list[bool] = []
+                    yield f"{name}: {fault} at call {at} of {call}", _run(name, write, error, (owner, call), at, hit)
+                    if not hit:
+                        break
+                    at += 1
+
+
+def _run(
+    name: str,
+    write: Callable[[Path, float], None],
+    error: Callable[[], BaseException],
+    where: tuple[Any, str],
+    at: int,
+    hit: list[bool],
+) -> Callable[[Path], str]:
+    def run(folder: Path) -> str:
+        path = folder / name
+        write(path, 1.0)
+        before = path.read_bytes()
+        try:
+            with _failing(*where, at, error, hit):
+                write(path, 2.0)
+        except (OSError, MemoryError, KeyboardInterrupt) as raised:
+            told = raised
+        else:
+            told = None
+        after = path.read_bytes()
+        if after != before:
+            write(path, 2.0)
+            if after != path.read_bytes():
+                return "half a result"
+        # A file that cannot be removed stays; nothing reads it.
+        stays = [each.name for each in folder.iterdir() if each != path]
+        if stays and where[1] != "unlink":
+            return f"{stays} left"
+        if told is None and hit and after == before:
+            return "the fault is hidden, and the old result kept"
+        return "answer" if told is None else "refused"
+
+    return run
+
+
+@contextmanager
+def _failing(owner: Any, name: str, at: int, error: Callable[[], BaseException], hit: list[bool]) -> Iterator[None]:
+    """Let the `at`-th call of a function raise, and note that it did."""
+    right, calls = getattr(owner, name), []
+
+    def wrong(*args: Any, **options: Any) -> Any:
+        calls.append(None)
+        if len(calls) == at:
+            hit.append(True)
+            raise error()
+        return right(*args, **options)
+
+    with mock.patch.object(owner, name, wrong):
+        yield
+
+
+# --- what is held ----------------------------------------------------------------------------------------------------
+
+TIME = 0.01 * np.arange(200)
+
+
+def held() -> dict[str, float]:
+    """Return what the process holds: memory in MB, threads, open files."""
+    gc.collect()
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    (memory,) = (line.split()[1] for line in status.splitlines() if line.startswith("VmRSS"))
+    return {
+        "memory": int(memory) / 1024,
+        "threads": float(threading.active_count()),
+        "files": float(len(os.listdir("/proc/self/fd"))),
+    }
+
+
+def call_once(folder: Path) -> None:
+    """One of each: a decay on two threads, a response, a record written and read, a dataset, and a refusal."""
+    curve, damping = rd.TrilinearCurve(0.04, 0.85), rd.Damping("ECD", np.linspace(0.01, 0.1, 80))
+    rd.solve(curve, damping, release_amplitude=0.5, step=0.02, steps=50, store_every=5, threads=2)
+    record = rd.Record(TIME, np.sin(9 * TIME), header={"synthetic": "yes"})
+    rd.respond(rd.Wall(0.3, 4.5), curve, rd.Damping("CDR", 0.05), record)
+    rd.write_record(folder / "record.csv", record)
+    rd.read_record(folder / "record.csv")
+    _dataset(folder / "result.nc", 1.0)
+    try:
+        rd.Wall(-1.0, 4.5)
+    except rd.InputError:
+        pass

@@ -1,0 +1,82 @@
+"""Attacks at random on records, configs, command lines and public functions, faults in the writer, and what calls hold.
+
+Parts of `hurt.py`. The attacks are those of the tests, tests/support, with another seed and as many as are asked for.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable
+from contextlib import chdir
+from itertools import islice
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests/support"))
+
+import api_attacks  # noqa: E402
+import faults  # noqa: E402
+import input_attacks  # noqa: E402
+
+Report = Callable[[str, str, str, str, bool], None]
+WARM = 50  # calls before what is held is measured
+CALLS = 2000
+GROWTH = 20.0  # MB that memory may grow by over so many calls: what allocators keep
+EXPECTED = "an answer or a refusal in one line"
+
+
+def inputs(report: Report, seed: int, count: int) -> None:
+    """Attack each kind `count` times."""
+    for kind, attacks in {
+        "records": input_attacks.record_attacks,
+        "configs": input_attacks.config_attacks,
+        "command lines": input_attacks.command_attacks,
+    }.items():
+        ended: Counter[str] = Counter()
+        for attack in islice(attacks(seed), count):
+            with tempfile.TemporaryDirectory() as folder:
+                ended[input_attacks.ended(attack, Path(folder))] += 1
+        _told(report, kind, seed, ended)
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):  # what is attacked may write files
+        _told(report, "arguments in Python", seed, Counter(map(_of_api, islice(api_attacks.attacks(seed), count))))
+
+
+def _of_api(attack: api_attacks.Attack) -> str:
+    return input_attacks.ended(input_attacks.Attack(attack.name, lambda _: api_attacks.outcome(attack)), Path())
+
+
+def _told(report: Report, kind: str, seed: int, ended: Counter[str]) -> None:
+    good = ended["answer"] + ended["refused"]
+    seen = f"{good} of {ended.total()}: {ended['answer']} right answers, {ended['refused']} refused"
+    others = [f"{count} x {what}" for what, count in ended.items() if what not in ("answer", "refused")]
+    report("inputs", f"{ended.total()} {kind}, seed {seed}", EXPECTED, "; ".join([seen, *others]), not others)
+
+
+def writer(report: Report) -> None:
+    """Let each call of each writer fail once, by each fault."""
+    ended: Counter[str] = Counter()
+    for name, run in faults.writer_attacks():
+        with tempfile.TemporaryDirectory() as folder:
+            found = run(Path(folder))
+        ended[found if found in ("answer", "refused") else f"{name}: {found}"] += 1
+    others = [what for what in ended if what not in ("answer", "refused")]
+    seen = f"{ended['refused']} failures told, {ended['answer']} writes unharmed"
+    done = f"{ended.total()} writes, each with a full or failing disk, no memory or an interrupt at one of its calls"
+    report("writer", done, "the old result or the new one, whole", "; ".join([seen, *others]), not others)
+
+
+def resources(report: Report) -> None:
+    """Call the package many times over and see what the process holds."""
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(WARM):
+            faults.call_once(Path(folder))
+        before = faults.held()
+        for _ in range(CALLS):
+            faults.call_once(Path(folder))
+        after = faults.held()
+    grown = {name: after[name] - before[name] for name in before}
+    good = grown["memory"] < GROWTH and grown["threads"] == grown["files"] == 0
+    seen = f"{grown['memory']:+.1f} MB, {grown['threads']:+.0f} threads, {grown['files']:+.0f} open files"
+    report("resources", f"{CALLS} calls of each function", f"under {GROWTH:g} MB, none more", seen, good)
