@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.special import ndtr
 
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
@@ -52,8 +52,9 @@ def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
             axes.plot([], [], style.marker, color=style.colour, label=f"{model}: no lognormal curve")
     _draw_asked(axes, answer, measure)
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2, 0.7)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlim(stripes[0], stripes[-1])
     axes.set_ylim(-0.03, 1.03)
     axes.set_xlabel(AXES[measure])
