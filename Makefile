@@ -140,6 +140,7 @@ endef
 
 # One line that says what to install, instead of a traceback.
 define check-python
+@if test $$(pwd -P | wc -l) -gt 1 || pwd -P | grep -q '[$$`"\\:]'; then echo 'this folder, or one above it, has a line break or one of $$ ` " \ : in its name, which shells or Python environments take for something else: rename it' >&2; exit 1; fi
 @command -v "$(PYTHON)" >/dev/null || { echo "rockdamp needs Python 3.11 or later and finds no '$(PYTHON)': install python3, or name one with 'make PYTHON=python3.12'." >&2; exit 1; }
 @"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "rockdamp needs Python 3.11 or later and '$(PYTHON)' is $$("$(PYTHON)" -V 2>&1): install a later one and name it with 'make PYTHON=python3.12'." >&2; exit 1; }
 @"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "'$(PYTHON)' has no ensurepip and cannot make an environment: install its venv package (on Debian and Ubuntu: apt-get install python3-venv)." >&2; exit 1; }

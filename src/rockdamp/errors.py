@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Iterator
@@ -12,6 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 MOST_SHOWN = 80  # characters of a value
+
+
+_UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """Return a text in which what a terminal would obey, and what is no character, is shown as an escape.
+
+    Names of files and of walls come from outside.
+    """
+    return _UNPRINTABLE.sub(lambda letter: letter[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class InputError(ValueError):
@@ -26,6 +38,9 @@ class InputError(ValueError):
     ...     print(error)
     restitution (e) is 1.2; it must be greater than 0 and at most 1
     """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
 
 
 class InputWarning(UserWarning):

@@ -23,6 +23,8 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
+from rockdamp.storage.compiled_cache import checked
+
 LANES = 64  # of a block at most, and the distance of its rows
 GROUP = 16  # lanes that the compiler's vector loop takes together; a block has a whole number of groups
 
@@ -379,4 +381,4 @@ def plain_march(advance):
 @cache
 def march(advance):
     """Return the loop over blocks and steps for one kind of step, which is compiled when it is first called."""
-    return njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance))
+    return checked(njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance)))

@@ -44,6 +44,18 @@ def test_clean_from_elsewhere_touches_nothing(tree, tmp_path):
     assert not (tree / "results/loops.nc").exists()
 
 
+@pytest.mark.parametrize("name", ["a$x", "a`b`", 'a"b', "a\\b", "a:b", "a\nb"])
+def test_a_folder_whose_name_a_shell_would_expand_is_refused_before_anything_is_made(tmp_path, name):
+    place = tmp_path / name
+    place.mkdir()
+    for file in ("Makefile", "requirements.lock", "pyproject.toml"):
+        shutil.copy(ROOT / file, place)
+    run = make(place, "setup")
+    assert run.returncode != 0
+    assert 'this folder, or one above it, has a line break or one of $ ` " \\ : in its name' in run.stderr
+    assert not (place / ".venv").exists()
+
+
 def test_clean_does_not_follow_a_link_and_says_so(tree, tmp_path):
     (tmp_path / "store").mkdir()
     (tmp_path / "store/loops.nc").touch()

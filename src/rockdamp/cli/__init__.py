@@ -8,6 +8,7 @@ from rockdamp import __version__
 from rockdamp.cli.assessment import assess
 from rockdamp.cli.batch import batch
 from rockdamp.cli.calibration import calibrate
+from rockdamp.cli.command import Main
 from rockdamp.cli.histories import decay, respond
 from rockdamp.cli.openquake import nrml
 from rockdamp.cli.results import datasets, verify
@@ -18,6 +19,7 @@ __all__ = ["main"]
 
 
 @click.group(
+    cls=Main,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog='Units may be given: --thickness 102mm, --density "1.8 t/m^3". Plain numbers are SI.',
 )

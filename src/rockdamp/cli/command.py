@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BAD_INPUT = 2
+INTERRUPTED = 130  # by Ctrl-C, as shells count it
 
 
 class Command(click.Command):
@@ -42,14 +45,20 @@ class Command(click.Command):
         try:
             # Numbers too large or too small for the formulas are bad input, not results.
             _refuse_same_files(ctx)
+            _check_threads()
             with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
             _fail(ctx, f"a value given is too large or too small to compute with ({error})")
+        except KeyboardInterrupt:
+            click.echo("Aborted!", err=True)
+            ctx.exit(INTERRUPTED)
+        except EOFError as error:
+            raise RuntimeError(f"a file ended too early ({error})") from error  # click would take it for Ctrl-C
         except BrokenPipeError:
             raise  # who reads the output has seen enough, as `head` does: click ends quietly
         except OSError as error:
-            _fail(ctx, f"{error.filename or 'a file'}: {error.strerror or error}")
+            _fail(ctx, f"{error.filename or 'standard output'}: {error.strerror or error}")
         except ValueError as error:
             # Compared here, as importing the classes above would make the help slow.
             from rockdamp.errors import InputError
@@ -58,6 +67,30 @@ class Command(click.Command):
             if not isinstance(error, (InputError, DatasetError)):
                 raise
             _fail(ctx, str(error))
+
+
+class Main(click.Group):
+    """The command without its name: what goes wrong before one is chosen is one line too."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return super().main(*args, **kwargs)
+        except OSError as error:  # the help, on a disk that is full
+            if not kwargs.get("standalone_mode", True):
+                raise
+            click.echo(f"Error: {error.filename or 'standard output'}: {error.strerror or error}", err=True)
+            with open(os.devnull, "w") as nothing:  # what could not be written is not tried again at the end
+                os.dup2(nothing.fileno(), sys.stdout.fileno())
+            sys.exit(BAD_INPUT)
+
+
+def _check_threads() -> None:
+    """Raise `click.UsageError` for a number of threads that numba would not take."""
+    stated = os.environ.get("NUMBA_NUM_THREADS")
+    if stated is not None and not re.fullmatch("0*[1-9][0-9]{0,4}", stated):
+        raise click.UsageError(
+            f"NUMBA_NUM_THREADS is {stated!r} in the environment; it must be a whole number greater than 0, or not set"
+        )
 
 
 def _refuse_same_files(ctx: click.Context) -> None:
@@ -92,7 +125,9 @@ def _wrapped(example: str) -> str:
 
 
 def _fail(ctx: click.Context, message: str) -> None:
-    click.echo(f"Error: {message}", err=True)
+    from rockdamp.errors import printable
+
+    click.echo(f"Error: {printable(message)}", err=True)
     ctx.exit(BAD_INPUT)
 
 

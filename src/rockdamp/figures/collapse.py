@@ -23,6 +23,7 @@ from rockdamp.figures.style import (
     dampers,
     line_of,
     new_figure,
+    plain,
     style_of,
     styled,
     title_of,
@@ -86,7 +87,7 @@ def _panels(
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[index // COLUMNS, index % COLUMNS], sharex=first, sharey=first)
         draw(axes, walls.isel(wall=index))
-        axes.set_title(str(walls["wall"].values[index]))
+        axes.set_title(plain(str(walls["wall"].values[index])))
         axes.tick_params(labelleft=index % COLUMNS == 0)
         panels.append(axes)
     return panels

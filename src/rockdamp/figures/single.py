@@ -17,6 +17,7 @@ from rockdamp.figures.style import (
     TAU,
     line_of,
     new_figure,
+    plain,
     scaling,
     style_of,
     styled,
@@ -108,7 +109,7 @@ def record_title(dataset: xr.Dataset) -> str:
     specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
     name = specimen if specimen not in ("none", "not stated") else source
     factor = f" (times {float(dataset['scale']):g})" if float(dataset.get("scale", 1.0)) != 1 else ""
-    return fill(f"{kind}: {name}{factor}", 120, max_lines=2)
+    return fill(plain(f"{kind}: {name}{factor}"), 120, max_lines=2)
 
 
 def _history(axes: Axes, response: xr.Dataset, model: str) -> None:

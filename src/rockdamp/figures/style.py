@@ -15,6 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from rockdamp.errors import printable
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
@@ -118,6 +119,11 @@ def title_of(model: str, lines: int = 1) -> str:
         return model
     name_end, mark_break = ("\n" if lines > 1 else " "), ("\n" if lines > 2 else " ")
     return f"{model}{name_end}(beyond{mark_break}the paper)"
+
+
+def plain(text: str) -> str:
+    """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
+    return printable(" ".join(text.split())).replace("$", r"\$")
 
 
 def line_of(model: str) -> dict[str, Any]:

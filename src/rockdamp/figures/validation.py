@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, style_of, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, plain, style_of, styled, title_of
 from rockdamp.vocabulary import REFERENCE
 
 MILLIMETRES = 1000.0
@@ -50,7 +50,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     panels[1].set_ylim(-1.1 * largest, 1.1 * largest)
     kind = "SYNTHETIC record" if is_synthetic(validation) else "Record"
     specimen = validation.attrs.get("record_specimen", "specimen not stated")
-    figure.suptitle(fill(f"{kind}: {specimen}", 120), fontsize=8)
+    figure.suptitle(fill(plain(f"{kind}: {specimen}"), 120), fontsize=8)
     _legend(figure, measured_name(validation))
     return figure
 

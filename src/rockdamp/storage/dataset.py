@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rockdamp.errors import printable
 from rockdamp.storage import yaml_file
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.provenance import config_digest
@@ -31,6 +32,9 @@ Datasets = Mapping[str, xr.Dataset]  # by the name of their file
 
 class DatasetError(ValueError):
     """A dataset that is not what the registry says, or a file that cannot be read."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
 
 
 @cache

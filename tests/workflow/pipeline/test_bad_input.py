@@ -1,6 +1,8 @@
 """Bad input stops a run before anything is touched, with a line for each thing that is wrong."""
 
 import pytest
+import xarray as xr
+from minimal_build import RESULTS
 
 pytestmark = pytest.mark.workflow
 
@@ -87,6 +89,17 @@ def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line(tree):
     (line,) = [line for line in run.stderr.splitlines() if "big.AT2" in line and "warning" in line.lower()]
     assert line.startswith("warning: big.AT2: PGA is 3.06e+03 m s-2, over 3 g")
     assert "RecordWarning" not in run.stderr
+
+
+def test_a_record_may_have_braces_and_what_a_shell_expands_in_its_name(tree):
+    name = "{x} $HOME `y`.csv"
+    (tree.place / name).write_bytes((tree.place / "data/sin-03-00-synthetic.csv").read_bytes())
+    overlay = f"results: results/braces\nvalidation: {{record: '{name}'}}\n"
+    run = tree.snakemake("calibration", overlay=overlay)
+    assert run.returncode == 0, run.stderr
+    with xr.open_dataset(tree.place / "results/braces/calibration.nc") as made:
+        with xr.open_dataset(tree.place / RESULTS / "calibration.nc") as usual:
+            xr.testing.assert_equal(made, usual)
 
 
 def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):

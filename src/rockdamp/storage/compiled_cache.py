@@ -1,0 +1,67 @@
+"""Numba's cache with a checksum in each of its files: a damaged one is compiled again, not run.
+
+Numba unpickles what it finds and runs the code in it. An empty file is an EOFError, a cut one an UnpicklingError, and a
+flipped bit may end the process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, BinaryIO
+
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+DIGEST = hashlib.sha256().digest_size  # bytes, at the end of each file; what unpickles it stops before
+
+
+class CheckedFile(IndexDataCacheFile):
+    """The files of one function's cache; a damaged one is deleted, and counts as missing."""
+
+    def _load_index(self) -> dict[Any, str]:
+        return super()._load_index() if _probe(self._index_path) else {}
+
+    def _load_data(self, name: str) -> Any:
+        path = self._data_path(name)
+        if not _probe(path):
+            raise FileNotFoundError(path)  # Numba compiles again
+        return super()._load_data(name)
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BinaryIO]:
+        with super()._open_for_write(filepath) as file:
+            yield file
+            file.flush()
+            with open(file.name, "rb") as written:
+                digest = hashlib.file_digest(written, "sha256").digest()
+            file.write(digest)
+
+
+def _probe(path: str) -> bool:
+    """Whether a file is what was written; delete it if it is not."""
+    try:
+        with open(path, "rb") as file:
+            content = file.read()
+    except OSError:
+        return False
+    if hashlib.sha256(content[:-DIGEST]).digest() == content[-DIGEST:]:
+        return True
+    with suppress(OSError):
+        os.unlink(path)
+    return False
+
+
+class _CheckedCache(FunctionCache):
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        locator = self._impl.locator
+        self._cache_file = CheckedFile(self._cache_path, self._impl.filename_base, locator.get_source_stamp())
+
+
+def checked(compiled: Any) -> Any:
+    """Return a function that Numba compiles and caches, with a cache that is checked; any other as it is."""
+    if hasattr(compiled, "enable_caching"):  # not with NUMBA_DISABLE_JIT, which leaves plain Python
+        compiled._cache = _CheckedCache(compiled.py_func)
+    return compiled

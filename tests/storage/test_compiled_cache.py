@@ -1,0 +1,74 @@
+"""A damaged file of Numba's cache is compiled again; it neither ends the process nor stays."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+SCRIPT = """
+import numpy as np
+from rockdamp import free_decay, TrilinearCurve, Damping
+decay = free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.9), release_amplitude=0.5, length=2.0)
+print(np.asarray(decay.displacement).sum())
+"""
+
+
+def run(cache):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    return subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("numba")
+    first = run(folder)
+    assert first.returncode == 0, first.stderr
+    return folder, first.stdout
+
+
+def files(folder, suffix):
+    found = sorted(path for path in folder.rglob(f"*.{suffix}"))
+    assert found
+    return found
+
+
+def flip(place):
+    def change(content):
+        changed = bytearray(content)
+        changed[int(place * len(changed))] ^= 4
+        return bytes(changed)
+
+    return change
+
+
+DAMAGES = {
+    "empty": lambda content: b"",
+    "cut": lambda content: content[: len(content) // 2],
+    "flipped in the middle": flip(0.5),
+    "flipped near the end": flip(0.95),
+    "longer": lambda content: content + b"1",
+    "text": lambda content: b"not a cache",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_damaged_file_of_the_cache_is_compiled_again(cache, suffix, damage):
+    folder, expected = cache
+    kept = {path: path.read_bytes() for path in files(folder, suffix)}
+    for path, content in kept.items():
+        path.write_bytes(DAMAGES[damage](content))
+    again = run(folder)
+    assert (again.returncode, again.stdout) == (0, expected), again.stderr
+    assert "Aborted" not in again.stderr
+    for path in kept:  # mended on the disk too
+        assert path.read_bytes() != DAMAGES[damage](kept[path])
+
+
+def test_a_cache_in_order_is_used(cache):
+    folder, expected = cache
+    before = {path: path.stat().st_mtime_ns for suffix in ("nbi", "nbc") for path in files(folder, suffix)}
+    assert run(folder).stdout == expected
+    assert {path: path.stat().st_mtime_ns for path in before} == before
