@@ -13,7 +13,7 @@ from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.between_keys import validate, warn
 from rockdamp.config.merging import merged
-from rockdamp.config.results_folder import require_own_folder, require_writable
+from rockdamp.config.results_folder import refuse_braces, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage.provenance import code_version, files_of, subset
 from rockdamp.motions.records import read_record
@@ -36,6 +36,9 @@ try:
     if workflow.is_main_process:  # once, not for every job
         require_own_folder(config["results"], tree=workflow.basedir)
     read_record(config["validation"]["record"])
+    refuse_braces([config["validation"]["record"]])
+    for entries in (config["records"], config["population"]["records"]):
+        refuse_braces(catalogue.files_of(entries))
     with warnings_as_lines():
         if workflow.is_main_process:
             warn(config, files)

@@ -64,11 +64,6 @@ def motions(stage):
     return [os.path.relpath(path) for path in catalogue.files_of(stated(stage.motions))] if stage.motions else []
 
 
-def as_it_is(paths):
-    """Return paths from outside as a function: braces in their names are no wildcards."""
-    return lambda wildcards: paths
-
-
 def said(stage):
     """Return what a rule says while it runs."""
     wildcards = [f"{key} {{wildcards.{key}}}" for key in ("study", "share") if f"{{{key}}}" in stage.file]

@@ -13,9 +13,9 @@ for stage in STAGES.values():
             name:
                 stage.rule
             input:
-                record=as_it_is([stated(stage.record)] if stage.record else []),
+                record=[stated(stage.record)] if stage.record else [],
                 datasets=built(stage.inputs, stage),
-                watched=as_it_is(motions(stage)),
+                watched=motions(stage),
                 state=state(stage.dataset),
                 code=code(*soundness.modules_of(stage)),
             output:

@@ -1,9 +1,10 @@
-"""What must hold of the folder of the results: that it is theirs alone, and can be written."""
+"""What must hold of the folder of the results, that it is theirs alone and can be written, and of names of files."""
 
 from __future__ import annotations
 
 import os
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 
 from rockdamp.errors import InputError
@@ -37,6 +38,15 @@ def require_own_folder(folder: str | os.PathLike[str], tree: str | os.PathLike[s
     tracked = [name for name in _tracked(there) if there / name != root / "results/README.md"]
     if tracked:
         raise InputError(f"results is {os.fspath(folder)!r}, where git tracks {tracked[0]!r}; {allowed}")
+
+
+def refuse_braces(paths: Iterable[str | os.PathLike[str]]) -> None:
+    """Raise `InputError` for a name with braces, which Snakemake takes for wildcards."""
+    for path in paths:
+        if set("{}") & set(os.fspath(path)):
+            raise InputError(
+                f"{os.fspath(path)}: has braces in its name, which Snakemake takes for wildcards; rename it"
+            )
 
 
 def _tracked(folder: Path) -> list[str]:

@@ -91,15 +91,19 @@ def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line(tree):
     assert "RecordWarning" not in run.stderr
 
 
-def test_a_record_may_have_braces_and_what_a_shell_expands_in_its_name(tree):
-    name = "{x} $HOME `y`.csv"
-    (tree.place / name).write_bytes((tree.place / "data/sin-03-00-synthetic.csv").read_bytes())
-    overlay = f"results: results/braces\nvalidation: {{record: '{name}'}}\n"
-    run = tree.snakemake("calibration", overlay=overlay)
+def test_a_record_may_have_what_a_shell_expands_in_its_name_but_no_braces(tree):
+    record = (tree.place / "data/sin-03-00-synthetic.csv").read_bytes()
+    for name in ("$HOME `y`.csv", "{x}.csv"):
+        (tree.place / name).write_bytes(record)
+    run = tree.snakemake("calibration", overlay="results: results/odd\nvalidation: {record: '$HOME `y`.csv'}\n")
     assert run.returncode == 0, run.stderr
-    with xr.open_dataset(tree.place / "results/braces/calibration.nc") as made:
+    with xr.open_dataset(tree.place / "results/odd/calibration.nc") as made:
         with xr.open_dataset(tree.place / RESULTS / "calibration.nc") as usual:
             xr.testing.assert_equal(made, usual)
+    for overlay in ("validation: {record: '{x}.csv'}\n", "records: ['{x}.csv']\n"):
+        assert "{x}.csv: has braces in its name, which Snakemake takes for wildcards; rename it" in refused(
+            tree, overlay
+        )
 
 
 def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):
