@@ -58,3 +58,12 @@ html_css_files = ["site.css"]
 
 linkcheck_timeout = 20
 linkcheck_retries = 2
+
+
+def setup(app):  # a pattern of records, far-field/*, is no emphasis
+    for part in ("options", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", _without_emphasis)
+
+
+def _without_emphasis(app, context, lines):
+    lines[:] = [line.replace("*", r"\*") for line in lines]
