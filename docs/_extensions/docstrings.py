@@ -1,5 +1,7 @@
 """Docstrings that are plain text to read in a terminal: what reStructuredText would take for markup is made text."""
 
+import re
+
 from sphinx.util.docstrings import prepare_docstring
 
 
@@ -17,7 +19,14 @@ def restore(app, what, name, obj, options, lines):
         escape(app, what, name, obj, options, lines)
 
 
+def escape_patterns(app, ctx, lines):
+    """The help of a command is plain text: of its patterns of files the stars are none of reStructuredText's."""
+    lines[:] = [re.sub(r"(?<=[/\]])\*", r"\\*", line) for line in lines]
+
+
 def setup(app):
+    for part in ("options", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", escape_patterns)
     app.connect("autodoc-process-docstring", escape, priority=400)
     app.connect("autodoc-process-docstring", restore, priority=600)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
