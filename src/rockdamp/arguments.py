@@ -170,7 +170,10 @@ def broadcast(**values: Any) -> tuple[int, ...]:
     InputError
         If they do not.
     """
-    shapes = {name: np.shape(value) if not hasattr(value, "shape") else value.shape for name, value in values.items()}
+    shapes: dict[str, tuple[int, ...]] = {}
+    for name, value in values.items():
+        own = getattr(value, "shape", None)
+        shapes[name] = np.shape(value) if own is None else own
     stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
     try:
         shape = np.broadcast_shapes(*shapes.values())

@@ -80,7 +80,7 @@ def version_of(paths: Iterable[Path]) -> str:
     return f"{version(PACKAGE)}+{digest.hexdigest()[:16]}"
 
 
-def config_digest(config: Mapping[str, Any]) -> str:
+def config_digest(part: Mapping[str, Any]) -> str:
     """Return the SHA-256 of a part of the config; the order of its keys does not matter.
 
     Raises
@@ -89,13 +89,13 @@ def config_digest(config: Mapping[str, Any]) -> str:
         If the config holds what JSON cannot: NaN, an infinity, a date.
     """
     try:
-        text = json.dumps(config, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+        text = json.dumps(part, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     except TypeError as error:
         raise ValueError(f"the config cannot be digested: {error}") from None
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def subset(config: Mapping[str, Any], *keys: str) -> dict[str, Any]:
+def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     """Return the part of the config that dotted `keys` name, nested as it was.
 
     Raises
@@ -106,7 +106,7 @@ def subset(config: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     part: dict[str, Any] = {}
     for key in keys:
         *sections, last = key.split(".")
-        source: Any = config
+        source: Any = whole
         target = part
         for section in sections:
             source, target = source[section], target.setdefault(section, {})
