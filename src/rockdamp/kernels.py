@@ -23,7 +23,9 @@ import numpy as np
 from numba import njit
 from numba.extending import register_jitable
 
-from rockdamp.storage.compiled_cache import checked
+from rockdamp.storage.compiled_cache import checked, digest_of
+
+SOURCE = digest_of(__file__)  # as it is imported; an edit while this process runs changes nothing here
 
 LANES = 64  # of a block at most, and the distance of its rows
 GROUP = 16  # lanes that the compiler's vector loop takes together; a block has a whole number of groups
@@ -381,4 +383,4 @@ def plain_march(advance):
 @cache
 def march(advance):
     """Return the loop over blocks and steps for one kind of step, which is compiled when it is first called."""
-    return checked(njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance)))
+    return checked(njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance)), SOURCE)

@@ -1,10 +1,12 @@
 """A damaged file of Numba's cache is compiled again; it neither ends the process nor stays."""
 
 import os
+import shutil
 import subprocess
 import sys
 
 import pytest
+from repository import ROOT
 
 SCRIPT = """
 import numpy as np
@@ -12,6 +14,38 @@ from rockdamp import free_decay, TrilinearCurve, Damping
 decay = free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.9), release_amplitude=0.5, length=2.0)
 print(np.asarray(decay.displacement).sum())
 """
+
+
+EDITED = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from rockdamp import free_decay, kernels, TrilinearCurve, Damping
+source = Path(kernels.__file__)
+source.write_text(source.read_text(encoding="utf-8").replace(*sys.argv[2:4]), encoding="utf-8")
+decay = free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.9), release_amplitude=0.5, length=2.0)
+print(np.asarray(decay.displacement).sum())
+"""
+
+
+def test_code_of_an_edited_source_is_not_kept_under_the_new_one(tmp_path):
+    """A process that imported the file before the edit compiles after it."""
+    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    right, wrong = "h -= s", "h -= 0.9 * s"
+    assert (ROOT / "src/rockdamp/kernels.py").read_text(encoding="utf-8").count(right) == 1
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+
+    def answer(*edit):
+        command = [sys.executable, "-c", EDITED, str(tmp_path / "src"), *edit]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+    before = answer(right, wrong)
+    after = answer("", "")
+    assert after != before  # the wrong step, not the code of the right one
+    assert answer(wrong, right) == after  # this process had imported the wrong one
+    assert answer("", "") == before
 
 
 def run(cache):

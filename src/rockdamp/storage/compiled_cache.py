@@ -2,6 +2,9 @@
 
 Numba unpickles what it finds and runs the code in it. An empty file is an EOFError, a cut one an UnpicklingError, and a
 flipped bit may end the process.
+
+Code is kept under the source that it was compiled from. Numba reads the source's file when a function is first called;
+where the file was edited since it was imported, that would keep the old code under the new source, for every process.
 """
 
 from __future__ import annotations
@@ -54,14 +57,26 @@ def _probe(path: str) -> bool:
 
 
 class _CheckedCache(FunctionCache):
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Any, source: str) -> None:
         super().__init__(function)
-        locator = self._impl.locator
-        self._cache_file = CheckedFile(self._cache_path, self._impl.filename_base, locator.get_source_stamp())
+        self._cache_file = CheckedFile(self._cache_path, self._impl.filename_base, source)
 
 
-def checked(compiled: Any) -> Any:
-    """Return a function that Numba compiles and caches, with a cache that is checked; any other as it is."""
+def digest_of(file: str) -> str:
+    """Return the digest of a module's file; for the module's own use, when it is imported."""
+    with open(file, "rb") as source:
+        return hashlib.file_digest(source, "sha256").hexdigest()
+
+
+def checked(compiled: Any, source: str) -> Any:
+    """Return a function that Numba compiles and caches, with a cache that is checked; any other as it is.
+
+    Parameters
+    ----------
+    compiled : callable
+    source : str
+        Digest of what it is compiled from, under which the code is kept.
+    """
     if hasattr(compiled, "enable_caching"):  # not with NUMBA_DISABLE_JIT, which leaves plain Python
-        compiled._cache = _CheckedCache(compiled.py_func)
+        compiled._cache = _CheckedCache(compiled.py_func, source)
     return compiled
