@@ -31,7 +31,7 @@ def stated(key):
 
 
 def state(name):
-    """Return the file that is newer than a result which was not made by its rule in this tree: it is built again."""
+    """Return the file that is newer than a result not made by its rule in this tree, so that it is built again."""
     return f"{STATES}/{name}.json"
 
 
