@@ -1,5 +1,7 @@
 """The table of walls: what a row makes, and that a bad one is told with its line and stops no other."""
 
+import os
+
 import pytest
 
 import rockdamp as rd
@@ -86,10 +88,13 @@ def test_a_file_that_is_no_table_of_walls_is_refused(text, said, table):
 
 
 def test_what_is_no_text_or_no_file_is_refused(table, tmp_path):
-    with pytest.raises(InputError, match="line 2: is not text; it must be UTF-8"):
+    with pytest.raises(InputError, match="on line 2 is not text; it must be UTF-8"):
         read_walls(table("id,thickness,height\nmüller,1,2\n", "latin-1"))
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is a directory; it must be a CSV of walls"):
         read_walls(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="is neither a regular file nor a stream"):
+        read_walls(tmp_path / "pipe")
 
 
 def test_a_spreadsheet_s_byte_order_mark_and_line_ends_do_no_harm(table):

@@ -15,6 +15,7 @@ from rockdamp.assessment.restitution import DEFAULT_RULE, RULES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.storage import input_file
 
 NEEDED = ("id", "thickness", "height")
 SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
@@ -75,7 +76,8 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
         If the file cannot be read, or its columns are not those of walls.
     """
     path = Path(path)
-    reader = csv.reader(io.StringIO(_text(path)), strict=True)
+    text = input_file.text(input_file.content(path, "a CSV of walls"), path)
+    reader = csv.reader(io.StringIO(text), strict=True)
     try:
         names = [name.strip() for name in next(reader, [])]
         _check_columns(names, path)
@@ -99,18 +101,6 @@ def row_of(path: str | os.PathLike[str], wanted: str) -> Row:
     if isinstance(row, BadRow):
         raise InputError(f"{os.fspath(path)}, {row.error}")
     return row
-
-
-def _text(path: Path) -> str:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); it must be a CSV of walls") from None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}, line {line}: is not text; it must be UTF-8") from None
 
 
 def _check_columns(names: list[str], path: Path) -> None:
