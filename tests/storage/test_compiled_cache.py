@@ -8,12 +8,40 @@ import sys
 import pytest
 from repository import ROOT
 
+from rockdamp.vocabulary import MODELS
+
 SCRIPT = """
 import numpy as np
 from rockdamp import free_decay, TrilinearCurve, Damping
 decay = free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.9), release_amplitude=0.5, length=2.0)
 print(np.asarray(decay.displacement).sum())
 """
+
+
+EACH = """
+import sys
+import numpy as np
+from rockdamp import free_decay, TrilinearCurve, Damping
+for model in sorted(sys.argv[1:]):
+    damping = Damping.of(model, restitution=0.9, damping_ratio=0.05)
+    print(model, repr(np.abs(free_decay(TrilinearCurve(0.04, 0.85), damping, length=3.0).displacement).sum().item()))
+"""
+
+
+def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(tmp_path):
+    """A process that finds some dampers in the cache and compiles the others gives each its own step."""
+
+    def answers(cache, *models):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / cache)}
+        environment.pop("NUMBA_DISABLE_JIT", None)
+        command = [sys.executable, "-c", EACH, *models]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+    expected = answers("alone", *MODELS)
+    assert len({line.split()[1] for line in expected.splitlines()}) == len(MODELS)
+    answers("shared", MODELS[-1], MODELS[0])
+    assert answers("shared", *MODELS) == expected
+    assert answers("shared", *MODELS) == expected  # now all of them from the cache
 
 
 EDITED = """

@@ -131,10 +131,10 @@ def assess(
 
         write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], nrml)
     if report is not None:
-        from rockdamp.report import wall_page
+        from rockdamp.report.one_wall import page
 
         with writing(report):
-            wall_page.write(wall_page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
+            page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
         click.echo(f"{report} written", err=True)
     if as_json:
         print_json(_values(answer))

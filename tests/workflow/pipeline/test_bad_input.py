@@ -1,5 +1,7 @@
 """Bad input stops a run before anything is touched, with a line for each thing that is wrong."""
 
+import shutil
+
 import pytest
 import xarray as xr
 from minimal_build import RESULTS
@@ -100,6 +102,7 @@ def test_a_record_may_have_what_a_shell_expands_in_its_name_but_no_braces(tree):
     with xr.open_dataset(tree.place / "results/odd/calibration.nc") as made:
         with xr.open_dataset(tree.place / RESULTS / "calibration.nc") as usual:
             xr.testing.assert_equal(made, usual)
+    shutil.rmtree(tree.place / "results/odd")
     for overlay in ("validation: {record: '{x}.csv'}\n", "records: ['{x}.csv']\n"):
         assert "{x}.csv: has braces in its name, which Snakemake takes for wildcards; rename it" in refused(
             tree, overlay

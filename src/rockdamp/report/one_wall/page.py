@@ -310,4 +310,4 @@ def _image(figure: Figure) -> str:
 
 
 def _text(name: str) -> str:
-    return files("rockdamp.report").joinpath(name).read_text(encoding="utf-8")
+    return files("rockdamp.report.one_wall").joinpath(name).read_text(encoding="utf-8")
