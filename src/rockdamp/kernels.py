@@ -271,7 +271,7 @@ def viscous_newmark(force_and_coefficient):
             v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
             settle(w, i, x, v, a, step)
 
-    # Numba names machine code after the qualified name and a counter of the process. Were that the same for each damper,
+    # Numba names machine code by the qualified name and a counter of the process. Were the name one for every damper,
     # one from the cache and one just compiled could have one name, and the linker would take either for both.
     advance.__name__ = advance.__qualname__ = f"newmark_{force_and_coefficient.__name__}"
     return advance
