@@ -11,10 +11,16 @@ from repository import ROOT
 from rockdamp.vocabulary import MODELS
 
 SCRIPT = """
-import numpy as np
-from rockdamp import free_decay, TrilinearCurve, Damping
-decay = free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.9), release_amplitude=0.5, length=2.0)
-print(np.asarray(decay.displacement).sum())
+from numba import njit
+from rockdamp.storage.compiled_cache import checked, digest_of
+
+def total(count):
+    sum = 0.0
+    for i in range(count):
+        sum += 0.5 * i
+    return sum
+
+print(checked(njit(cache=True, fastmath=True)(total), digest_of(__file__))(1000))
 """
 
 
@@ -77,9 +83,12 @@ def test_code_of_an_edited_source_is_not_kept_under_the_new_one(tmp_path):
 
 
 def run(cache):
+    """A function that compiles in no time, as the kernel's are compiled."""
+    script = cache / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
     environment.pop("NUMBA_DISABLE_JIT", None)
-    return subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True)
+    return subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")
