@@ -30,7 +30,7 @@ export XDG_CONFIG_HOME ?= $(CURDIR)/.cache/config
 export XDG_DATA_HOME ?= $(CURDIR)/.cache/data
 endif
 
-.PHONY: all help setup test lint docs docs-links rulegraph peers test-peers benchmark lock clean distclean anew
+.PHONY: all help setup test test-nojit coverage lint docs docs-links rulegraph peers test-peers benchmark lock clean distclean anew
 
 all: setup ## Set up, build every dataset, figure and the report, and verify them (the default)
 	$(bin)/snakemake --cores $(CORES)
@@ -44,6 +44,15 @@ setup: .venv/.ready ## Make the environment in .venv, exactly as requirements.lo
 
 test: setup ## Set up, then run the whole test suite
 	$(bin)/python -m pytest $(parallel) $(PYTEST_FLAGS)
+
+# Only the files that have such cases are collected.
+test-nojit: setup ## Run small cases of the kernels without compiling them
+	NUMBA_DISABLE_JIT=1 $(bin)/python -m pytest -m nojit $$(grep -rl --include='*.py' 'mark\.nojit' tests) $(PYTEST_FLAGS)
+
+coverage: setup ## Run the whole suite and the small cases, and see that they cover the package
+	$(MAKE) test PYTEST_FLAGS="--cov --cov-report="
+	$(MAKE) test-nojit PYTEST_FLAGS="--cov --cov-append --cov-report="
+	$(bin)/coverage report --fail-under=95
 
 lint: setup ## Run ruff, snakefmt, import-linter, mypy and snakemake --lint
 	$(bin)/ruff check .
