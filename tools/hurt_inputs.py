@@ -18,7 +18,10 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 
 import api_attacks  # noqa: E402
 import faults  # noqa: E402
-import input_attacks  # noqa: E402
+from attacks import Attack, ended  # noqa: E402
+from command_attacks import command_attacks  # noqa: E402
+from config_attacks import config_attacks  # noqa: E402
+from record_attacks import record_attacks  # noqa: E402
 
 Report = Callable[[str, str, str, str, bool], None]
 WARM = 50  # calls before what is held is measured
@@ -30,21 +33,21 @@ EXPECTED = "an answer or a refusal in one line"
 def inputs(report: Report, seed: int, count: int) -> None:
     """Attack each kind `count` times."""
     for kind, attacks in {
-        "records": input_attacks.record_attacks,
-        "configs": input_attacks.config_attacks,
-        "command lines": input_attacks.command_attacks,
+        "records": record_attacks,
+        "configs": config_attacks,
+        "command lines": command_attacks,
     }.items():
-        ended: Counter[str] = Counter()
+        found: Counter[str] = Counter()
         for attack in islice(attacks(seed), count):
             with tempfile.TemporaryDirectory() as folder:
-                ended[input_attacks.ended(attack, Path(folder))] += 1
-        _told(report, kind, seed, ended)
+                found[ended(attack, Path(folder))] += 1
+        _told(report, kind, seed, found)
     with tempfile.TemporaryDirectory() as folder, chdir(folder):  # what is attacked may write files
         _told(report, "arguments in Python", seed, Counter(map(_of_api, islice(api_attacks.attacks(seed), count))))
 
 
 def _of_api(attack: api_attacks.Attack) -> str:
-    return input_attacks.ended(input_attacks.Attack(attack.name, lambda _: api_attacks.outcome(attack)), Path())
+    return ended(Attack(attack.name, lambda _: api_attacks.outcome(attack)), Path())
 
 
 def _told(report: Report, kind: str, seed: int, ended: Counter[str]) -> None:

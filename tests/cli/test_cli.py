@@ -1,31 +1,20 @@
-"""The command line: `wall`, `equivalent`, `presets`, `datasets`, completion, and what all commands share."""
+"""The command line: `wall`, `equivalent`, `presets`, `datasets`, `verify`, and what all commands share."""
 
 import json
-import os
-import re
-import shlex
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
-import click
 import made_up_results
 import numpy as np
 import pytest
 import xarray as xr
-from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 from published_models import PUBLISHED_VISCOUS
-from report_content import of_name
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.cli import main, shells
-from rockdamp.figures import rocking
+from rockdamp.cli import main
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import MODELS, PRESETS, SOFTENING, VISCOUS_MODELS
+from rockdamp.vocabulary import PRESETS, VISCOUS_MODELS
 
 RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 WALL = ("--thickness", 0.3, "--height", 4.5)
@@ -55,12 +44,6 @@ def refused(*arguments):
     assert result.stdout == ""
     assert "Error:" in result.stderr and "Traceback" not in result.stderr
     return result.stderr
-
-
-def examples(command):
-    text = run(command, "--help").stdout
-    joined = text.split("Example:")[1].replace("\\\n", " ")
-    return [shlex.split(line) for line in joined.splitlines() if line.strip().startswith("rockdamp ")]
 
 
 # --- equivalent -----------------------------------------------------------------------------------------------------
@@ -287,115 +270,3 @@ def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):
 
     monkeypatch.setattr(dataset, "listing", broken)
     assert isinstance(run("datasets", ".").exception, ValueError)
-
-
-# --- help, completion, what is loaded -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", list(main.commands))
-def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(rocking, "MOST_FRAMES", 3)
-    for folder in ("data", "results", "examples"):
-        Path(folder).mkdir()
-    shutil.copy(RECORD, "data")
-    shutil.copy(ROOT / "examples/my-walls.csv", "examples")
-    if name == "nrml":
-        dataset.write(of_name("population"), "results/population.nc", "population", config={}, code_version="test")
-    else:
-        xr.Dataset({"x": ("a", [1.0])}).to_netcdf("results/made.nc")
-    if name == "verify":  # the project, and results that it made
-        for file in ("config/default.yaml", "config/minimal.yaml", "workflow/schemas/config.schema.yaml"):
-            Path(file).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / file, file)
-        made_up_results.make("results/minimal", made_up_results.minimal())
-    found = examples(name)
-    assert found
-    for example in found:
-        result = CliRunner().invoke(main, example[1:])
-        assert result.exit_code == 0, (example, result.output)
-        for word in example:
-            if Path(word).suffix in (".nc", ".png", ".pdf", ".gif"):
-                assert Path(word).is_file()
-
-
-def test_help_names_the_values_of_the_vocabulary():
-    text = CliRunner().invoke(main, ["decay", "--help"]).output
-    for words in (MODELS, PRESETS, SOFTENING):
-        assert f"[{'|'.join(words)}]" in text
-
-
-@pytest.mark.parametrize("name", ["main", *main.commands])
-def test_every_option_is_described(name):
-    command = main if name == "main" else main.commands[name]
-    assert command.help
-    for parameter in command.params:
-        if isinstance(parameter, click.Option):
-            assert parameter.help, parameter.name
-
-
-def test_the_version_is_the_packages():
-    assert rd.__version__ in run("--version").stdout
-
-
-def test_commands_and_options_are_completed():
-    complete = ShellComplete(main, {}, "rockdamp", shells.VARIABLE)
-    assert [item.value for item in complete.get_completions([], "re")] == ["respond"]
-    assert "--damping-model" in [item.value for item in complete.get_completions(["respond"], "--damping")]
-    models = complete.get_completions(["respond", "--damping-model"], "C")
-    assert [item.value for item in models] == ["CR", "CDC", "CDR"]
-    assert [item.type for item in complete.get_completions(["respond", "--plot"], "pic")] == ["file"]
-
-
-@pytest.mark.parametrize("shell", shells.SHELLS)
-def test_the_completion_script_is_that_of_the_shell(shell, monkeypatch):
-    monkeypatch.setattr("click.shell_completion.BashComplete._check_version", lambda *_: None)
-    script = run("completion", shell).stdout
-    (variable,) = set(re.findall(rf"(\w+)={shell}_complete", script))
-    asked = {
-        variable: f"{shell}_complete",
-        "COMP_WORDS": "rockdamp resp",
-        "COMP_CWORD": "resp" if shell == "fish" else "1",
-    }
-    assert "respond" in CliRunner().invoke(main, [], prog_name="rockdamp", env=asked).stdout
-
-
-def loaded(*arguments):
-    """Modules that a run of the command loads, in a new process."""
-    code = (
-        "import json, sys\n"
-        "from rockdamp.cli import main\n"
-        f"main({[str(argument) for argument in arguments]!r}, standalone_mode=False)\n"
-        "print(json.dumps(sorted(sys.modules)), file=sys.stderr)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
-    return set(json.loads(done.stderr.splitlines()[-1]))
-
-
-def test_the_help_loads_nothing_heavy():
-    for arguments in (["--help"], ["respond", "--help"]):
-        assert not {"numpy", "numba", "scipy", "xarray", "pandas", "matplotlib", "pint"} & loaded(*arguments)
-
-
-def test_equivalent_loads_only_what_it_computes_with():
-    modules = loaded("equivalent", "--restitution", 0.85, *CURVE)
-    assert "numba" in modules
-    assert not {"xarray", "pandas", "matplotlib", "netCDF4", "pint", "tqdm"} & modules
-
-
-def test_units_are_loaded_for_a_text_with_a_unit_alone():
-    assert "pint" not in loaded("wall", "--thickness", 0.3, "--height", 4.5)
-    assert "pint" in loaded("wall", "--thickness", "30cm", "--height", 4.5)
-
-
-def test_the_package_runs_as_a_module():
-    done = subprocess.run(
-        [sys.executable, "-m", "rockdamp", "presets", "--json"], capture_output=True, text=True, check=True
-    )
-    assert len(json.loads(done.stdout)) == len(PRESETS)
-
-
-def test_the_package_as_a_module_speaks_of_itself_as_the_command():
-    done = subprocess.run([sys.executable, "-m", "rockdamp", "wall"], capture_output=True, text=True)
-    assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr.startswith("Usage: rockdamp wall")

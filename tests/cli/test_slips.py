@@ -1,25 +1,12 @@
 """Slips on the command line: what is given twice or in vain is refused, what is unlikely told, a fall is no peak."""
 
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import printed, run
 
 import rockdamp as rd
-from rockdamp.cli import main
 
 WALL = ("--thickness", "0.3", "--height", "4.5", "--preset", "new")
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def printed(*arguments):
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
 
 
 @pytest.fixture

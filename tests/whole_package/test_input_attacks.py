@@ -5,20 +5,24 @@ import time
 from collections import Counter
 from itertools import islice
 
+import attacks
 import faults
-import input_attacks
 import numpy as np
 import pytest
-from input_attacks import ANSWER, REFUSED, Attack, Meant, ended
+import record_attacks
+from attacks import ANSWER, REFUSED, Attack, ended
+from command_attacks import command_attacks
+from config_attacks import config_attacks
+from record_attacks import Meant
 from repository import ROOT
 
 SEED, COUNT = 23, 150
 
 
-@pytest.mark.parametrize("attacks", ["record_attacks", "config_attacks", "command_attacks"])
-def test_an_attack_ends_in_the_right_answer_or_in_a_refusal(tmp_path, attacks):
+@pytest.mark.parametrize("endless", [record_attacks.record_attacks, config_attacks, command_attacks])
+def test_an_attack_ends_in_the_right_answer_or_in_a_refusal(tmp_path, endless):
     found = Counter()
-    for number, attack in enumerate(islice(getattr(input_attacks, attacks)(SEED), COUNT)):
+    for number, attack in enumerate(islice(endless(SEED), COUNT)):
         folder = tmp_path / str(number)
         folder.mkdir()
         how = ended(attack, folder)
@@ -28,12 +32,12 @@ def test_an_attack_ends_in_the_right_answer_or_in_a_refusal(tmp_path, attacks):
 
 
 def test_a_record_that_is_read_as_another_is_found_out(tmp_path):
-    text = input_attacks._csv(header=("# synthetic: yes",)).encode()
+    text = record_attacks._csv(header=("# synthetic: yes",)).encode()
 
     def judged(motion, synthetic=True):
-        return input_attacks._reader(Meant(text, ".csv", motion, synthetic))(tmp_path)
+        return record_attacks._reader(Meant(text, ".csv", motion, synthetic))(tmp_path)
 
-    right = input_attacks.MOTION
+    right = record_attacks.MOTION
     assert judged(right) == ANSWER
     assert judged(1.001 * right) == judged(right[:-1]) == "another motion than the file's"
     assert judged(None) == "an answer to what means nothing"
@@ -41,7 +45,7 @@ def test_a_record_that_is_read_as_another_is_found_out(tmp_path):
 
 
 def test_a_hang_and_an_exception_of_another_package_are_found_out(tmp_path, monkeypatch):
-    monkeypatch.setattr(input_attacks, "PATIENCE", 1)
+    monkeypatch.setattr(attacks, "PATIENCE", 1)
     assert ended(Attack("made up", lambda _: time.sleep(5)), tmp_path) == "hangs for more than 1 s"
     assert ended(Attack("made up", lambda _: {}["x"]), tmp_path) == "KeyError: 'x'"
 
