@@ -6,9 +6,11 @@ import subprocess
 import sys
 
 import pytest
+from numba import njit
 from repository import ROOT
 
-from rockdamp.vocabulary import MODELS
+from rockdamp.storage import compiled_cache
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 SCRIPT = """
 from numba import njit
@@ -34,20 +36,24 @@ for model in sorted(sys.argv[1:]):
 """
 
 
-def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(tmp_path):
+def answers(cache, *models):
+    """The sum of each model's decay, by a process of its own."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    command = [sys.executable, "-c", EACH, *models]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+
+def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(tmp_path, capsys, monkeypatch):
     """A process that finds some dampers in the cache and compiles the others gives each its own step."""
-
-    def answers(cache, *models):
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / cache)}
-        environment.pop("NUMBA_DISABLE_JIT", None)
-        command = [sys.executable, "-c", EACH, *models]
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
-
-    expected = answers("alone", *MODELS)
-    assert len({line.split()[1] for line in expected.splitlines()}) == len(MODELS)
-    answers("shared", MODELS[-1], MODELS[0])
-    assert answers("shared", *MODELS) == expected
-    assert answers("shared", *MODELS) == expected  # now all of them from the cache
+    one, *others = VISCOUS_MODELS[-1], *VISCOUS_MODELS[:2]
+    monkeypatch.setattr(sys, "argv", ["", one, *others])
+    exec(EACH, {})
+    expected = capsys.readouterr().out
+    assert len({line.split()[1] for line in expected.splitlines()}) == 3
+    answers(tmp_path, one)
+    assert answers(tmp_path, one, *others) == expected
+    assert answers(tmp_path, one, *others) == expected  # now all of them from the cache
 
 
 EDITED = """
@@ -65,10 +71,10 @@ print(np.asarray(decay.displacement).sum())
 
 def test_code_of_an_edited_source_is_not_kept_under_the_new_one(tmp_path):
     """A process that imported the file before the edit compiles after it."""
-    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("*.nb[ic]", "*.egg-info"))
     right, wrong = "h -= s", "h -= 0.9 * s"
     assert (ROOT / "src/rockdamp/kernels.py").read_text(encoding="utf-8").count(right) == 1
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     environment.pop("NUMBA_DISABLE_JIT", None)
 
     def answer(*edit):
@@ -82,21 +88,67 @@ def test_code_of_an_edited_source_is_not_kept_under_the_new_one(tmp_path):
     assert answer("", "") == before
 
 
-def run(cache):
-    """A function that compiles in no time, as the kernel's are compiled."""
-    script = cache / "script.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+def closes_over(number, place):
+    """A function as the kernel has them: it calls one that closes over another, in a file at `place`."""
+    text = f"""
+def make(number):
+    def inner(x):
+        return x * number
+    def outer(x):
+        return inner(x) + {number}
+    return outer
+outer = make({number})
+"""
+    names = {}
+    exec(compile(text, str(place), "exec"), names)
+    return names["outer"]
+
+
+def test_code_is_kept_by_what_a_function_computes_and_not_by_its_place():
+    """A copied tree compiles nothing again; a formula that is another is never taken for it."""
+
+    def meant(function):
+        return repr(compiled_cache._meaning(function))
+
+    one = closes_over(2.0, "/here/kernels.py")
+    assert meant(one) == meant(closes_over(2.0, "/there/kernels.py")) == meant(njit(one))
+    assert meant(one) != meant(closes_over(3.0, "/here/kernels.py"))
+    inner = one.__closure__[0].cell_contents.__closure__[0]
+    before = meant(one)
+    inner.cell_contents = 2.5  # two functions down
+    assert meant(one) != before
+
+
+AGAIN = """
+import runpy, shutil, sys
+from pathlib import Path
+script, place, *damaged = sys.argv[1:]
+for file in damaged:
+    shutil.copy(file, place)
+    runpy.run_path(script)
+    assert Path(place).read_bytes() != Path(file).read_bytes(), file  # mended on the disk too
+if not damaged:
+    runpy.run_path(script)
+"""
+
+
+def run(folder, place="", *damaged):
+    """What a process prints that calls the function, once or after each damaged file is put in the place of another."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
     environment.pop("NUMBA_DISABLE_JIT", None)
-    return subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
+    command = [sys.executable, "-c", AGAIN, *map(str, (folder / "script.py", place, *damaged))]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "Aborted" not in done.stderr
+    return done.stdout.splitlines()
 
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory):
+    """A folder with the code of a function that compiles in no time, as the kernel's are compiled; what it prints."""
     folder = tmp_path_factory.mktemp("numba")
-    first = run(folder)
-    assert first.returncode == 0, first.stderr
-    return folder, first.stdout
+    (folder / "script.py").write_text(SCRIPT, encoding="utf-8")
+    return folder, run(folder)
 
 
 def files(folder, suffix):
@@ -124,22 +176,19 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_damaged_file_of_the_cache_is_compiled_again(cache, suffix, damage):
+def test_a_damaged_file_of_the_cache_is_compiled_again(cache, suffix, tmp_path):
     folder, expected = cache
-    kept = {path: path.read_bytes() for path in files(folder, suffix)}
-    for path, content in kept.items():
-        path.write_bytes(DAMAGES[damage](content))
-    again = run(folder)
-    assert (again.returncode, again.stdout) == (0, expected), again.stderr
-    assert "Aborted" not in again.stderr
-    for path in kept:  # mended on the disk too
-        assert path.read_bytes() != DAMAGES[damage](kept[path])
+    (place,) = files(folder, suffix)
+    whole = place.read_bytes()
+    damaged = [tmp_path / name for name in DAMAGES]
+    for path in damaged:
+        path.write_bytes(DAMAGES[path.name](whole))
+    assert run(folder, place, *damaged) == expected * len(damaged)
 
 
 def test_a_cache_in_order_is_used(cache):
     folder, expected = cache
     before = {path: path.stat().st_mtime_ns for suffix in ("nbi", "nbc") for path in files(folder, suffix)}
-    assert run(folder).stdout == expected
+    assert run(folder) == expected
     assert {path: path.stat().st_mtime_ns for path in before} == before

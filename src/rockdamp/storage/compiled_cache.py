@@ -5,6 +5,9 @@ flipped bit may end the process.
 
 Code is kept under the source that it was compiled from. Numba reads the source's file when a function is first called;
 where the file was edited since it was imported, that would keep the old code under the new source, for every process.
+
+A copied tree finds the code of the tree: what a function closes over counts by what it computes. Numba counts it by its
+pickle, which holds the place of the file and depends on how the process was started.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from types import CodeType, FunctionType
 from typing import Any, BinaryIO
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
@@ -60,6 +64,20 @@ class _CheckedCache(FunctionCache):
     def __init__(self, function: Any, source: str) -> None:
         super().__init__(function)
         self._cache_file = CheckedFile(self._cache_path, self._impl.filename_base, source)
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        meant = hashlib.sha256(repr(_meaning(self._py_func)).encode()).hexdigest()
+        return (sig, codegen.magic_tuple(), meant)
+
+
+def _meaning(value: Any) -> Any:
+    """Return what a function computes, with all that it closes over, wherever its file lies."""
+    value = getattr(value, "py_func", value)  # of a compiled function
+    if isinstance(value, FunctionType):
+        return _meaning(value.__code__), [_meaning(cell.cell_contents) for cell in value.__closure__ or ()]
+    if isinstance(value, CodeType):
+        return value.co_code, value.co_names, value.co_varnames, [_meaning(constant) for constant in value.co_consts]
+    return repr(value)
 
 
 def digest_of(file: str) -> str:
