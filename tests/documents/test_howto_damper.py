@@ -62,6 +62,6 @@ def test_the_report_shows_it(tree):
 
 def test_the_suite_takes_it_up_without_an_edit(tree):
     folders = [f"tests/{name}" for name in ("mechanics", "solvers", "equivalence/test_closed_form.py", "figures")]
-    chosen = f"{NAME} or test_models_are_told_apart or fig_natural or fig5 or fig_spectra"
+    chosen = f"{NAME} or test_models_are_told_apart or fig_natural or fig5 or fig_pulses"
     told = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *folders, "-k", chosen)
     assert int(re.search(r"(\d+) passed", told)[1]) > 20

@@ -1,7 +1,6 @@
-"""What the figures on earthquakes and rocking spectra show: the made-up numbers, and NaN without complaint."""
+"""What the figures on earthquakes show: the made-up numbers, and NaN without complaint."""
 
 import made_up_earthquakes as earthquakes
-import made_up_studies
 import numpy as np
 import pytest
 from figure_functions import FIGURES
@@ -28,12 +27,6 @@ def panel(figure, start):
 def coloured(axes, model):
     colour = pytest.approx(to_rgb(style_of(model).colour))
     return [line for line in axes.get_lines() if to_rgb(line.get_color()) == colour]
-
-
-def neighbours(values, at):
-    """Indices of the values on both sides; of one where it is hit."""
-    near = np.flatnonzero(np.isclose(values, at, rtol=1e-9))
-    return near if near.size else np.searchsorted(values, at) + np.array([-1, 0])
 
 
 def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comparison):
@@ -83,7 +76,7 @@ def test_the_misfit_is_drawn_against_the_scale_with_the_share_that_stands(compar
 
 
 def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(comparison):
-    figure = FIGURES["fig_ida"](comparison)
+    figure = FIGURES["fig_ida"](comparison, earthquakes.walls())
     for wall in earthquakes.WALLS:
         one = comparison["fractile"].sel(restitution=0.85, damping_ratio_source="error", wall=wall, probability=0.5)
         for model in earthquakes.MODELS:
@@ -98,7 +91,7 @@ def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(co
 
 
 def test_fragility_curves_are_the_stored_lognormal_ones_with_the_share_of_records(comparison):
-    figure = FIGURES["fig_fragility"](comparison)
+    figure = FIGURES["fig_fragility"](comparison, earthquakes.walls())
     one = comparison.sel(restitution=0.85, damping_ratio_source="error", wall="church")
     axes = panel(figure, "church")
     for model in earthquakes.MODELS:
@@ -110,7 +103,7 @@ def test_fragility_curves_are_the_stored_lognormal_ones_with_the_share_of_record
 
 
 def test_the_ratios_of_medians_stand_at_every_e_with_their_intervals(comparison):
-    figure = FIGURES["fig_fragility"](comparison)
+    figure = FIGURES["fig_fragility"](comparison, earthquakes.walls())
     for e in earthquakes.E:
         axes = panel(figure, f"$e = {e:g}$")
         one = comparison.sel(restitution=e)
@@ -140,27 +133,33 @@ def test_the_band_of_a_fragility_curve_holds_every_curve_within_both_intervals()
 def test_a_study_too_small_for_any_statistic_is_drawn_empty(comparison, name):
     statistics = [key for key, values in comparison.data_vars.items() if values.dtype.kind == "f"]
     empty = comparison.assign({key: comparison[key] * np.nan for key in statistics})
-    figure = FIGURES[name](empty.isel(restitution=slice(2), wall=slice(2)))
+    inputs = [empty.isel(restitution=slice(2), wall=slice(2))]
+    inputs += [earthquakes.walls()] if name in ("fig_ida", "fig_fragility") else []
+    FIGURES[name](*inputs).draw_without_rendering()
+
+
+@pytest.mark.parametrize(("name", "side"), [("fig_ida", "y"), ("fig_fragility", "x")])
+def test_a_second_axis_has_the_ground_velocity_of_each_scale(comparison, name, side):
+    """PGV = s p u_ins/lambda, lambda = 1.5."""
+    walls = earthquakes.walls()
+    figure = FIGURES[name](comparison, walls)
     figure.draw_without_rendering()
+    for wall in earthquakes.WALLS:
+        axes = panel(figure, wall)
+        of_wall = walls.sel(wall=wall)
+        unit = float(of_wall["frequency_parameter"] * of_wall["instability_displacement"]) / 1.5
+        (second,) = axes.child_axes
+        scales, velocities = (getattr(each, f"get_{side}lim")() for each in (axes, second))
+        assert velocities == pytest.approx([unit * scale for scale in scales])
 
 
-def test_spectra_mark_what_overturns_and_on_every_panel_where_cr_does():
-    pulses = made_up_studies.pulses()
-    figure = FIGURES["fig_spectra"](pulses)
-    grid = np.reshape([axes for axes in figure.axes if axes.get_label() != "<colorbar>"], (2, len(earthquakes.MODELS)))
-    one = pulses.sel(restitution=0.85, damping_ratio_source="closed form")
-    for row, shape in zip(grid, pulses["pulse"].values, strict=True):
-        cr = one["reference_collapsed"].sel(pulse=shape)
-        assert 0 < cr.mean() < 1
-        borders = [axes.collections[1].get_paths()[0].vertices for axes in row]
-        assert all(np.array_equal(borders[0], border) for border in borders[1:])
-        for frequency, load in borders[0]:  # between a pulse that overturns the wall and one that does not
-            around = cr.isel(
-                pulse_frequency=neighbours(cr["pulse_frequency"].values, frequency),
-                load_ratio=neighbours(cr["load_ratio"].values, load),
-            )
-            assert around.min() == 0 and around.max() == 1
-    assert [axes.get_title().split("\n")[0] for axes in grid[0]] == earthquakes.MODELS
+@pytest.mark.parametrize("name", ["fig_ida", "fig_fragility"])
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_the_panels_of_the_walls_fill_the_width(comparison, name, count):
+    figure = FIGURES[name](comparison.isel(wall=slice(count)), earthquakes.walls())
+    panels = [panel(figure, wall) for wall in earthquakes.WALLS[:count]]
+    columns = {axes.get_subplotspec().colspan.start for axes in panels}
+    assert columns == set(range(panels[0].get_subplotspec().get_gridspec().ncols))
 
 
 def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset():

@@ -86,13 +86,15 @@ def test_fig7_shows_polynomials_matched_points_and_equation_15():
         assert shows(axes, E, data["giannini_masiani"])
     for axes, model in zip(panels, VISCOUS, strict=True):
         assert axes.get_title().startswith(model)
-        for a1 in data["cracked_stiffness_ratio"].values:
+        markers = [line.get_marker() for line in axes.get_legend().get_lines()]
+        assert len(set(markers)) == data.sizes["cracked_stiffness_ratio"]  # told apart without colour
+        for a1, marker in zip(data["cracked_stiffness_ratio"].values, markers, strict=True):
             one = data.sel(damping_model=model, cracked_stiffness_ratio=a1)
             assert shows(axes, E, one["damping_ratio_fit"])
             (points,) = (
                 line
                 for line in axes.get_lines()
-                if line.get_marker() == "." and line.get_ydata()[0] == float(one["damping_ratio"][0])
+                if line.get_marker() == marker and line.get_ydata()[0] == float(one["damping_ratio"][0])
             )
             assert np.all(np.isin(points.get_ydata(), one["damping_ratio"]))
         fit = data["damping_ratio_fit"].sel(damping_model=model)

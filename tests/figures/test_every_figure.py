@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from figure_reading import INPUTS, all_text, drawn, texts
 from made_up_studies import ALL, VISCOUS
+from matplotlib import rc_params_from_file
 from matplotlib.colors import to_rgb
 
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, shades, style_of
 
+LINES = rc_params_from_file(style.STYLE, use_default_template=False)
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
 
 
@@ -93,11 +95,25 @@ def test_a_model_has_one_colour_line_and_marker_everywhere(name):
     assert seen == {"fig4": {"CR", "CDR"}, "fig8": set(ALL), "fig_orders": set(ALL)}.get(name, set(VISCOUS))
 
 
+def strokes(linestyle):
+    """A line as the eye takes it in: its dots, short and long strokes, and the gaps as wide as a stroke."""
+    if isinstance(linestyle, str):
+        pattern = LINES.get(f"lines.{linestyle}_pattern", ())
+    else:
+        pattern = linestyle[1]
+    seen = [
+        ("dot" if stroke < 2 else "short" if stroke < 4.5 else "long") + (" wide" if gap > 2.5 else "")
+        for stroke, gap in zip(pattern[::2], pattern[1::2], strict=True)
+    ]
+    return min((tuple(seen[i:] + seen[:i]) for i in range(len(seen))), default=())  # wherever the line begins
+
+
 def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
-    spare = ["one more", "another"]
+    spare = ["one more", "another", "a third", "a fourth"]
     monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
     for one, other in combinations([style_of(model) for model in (*ALL, "POWER", *spare)], 2):
         assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour
+        assert strokes(one.linestyle) != strokes(other.linestyle)
 
 
 def test_shades_of_a_model_run_from_light_to_dark_through_its_colour():

@@ -1,25 +1,88 @@
-"""The map of the pulses: where a damper judges otherwise than restitution."""
+"""The figure of the pulses: what overturns, with which of both, and shades that are told apart in grey."""
 
 import numpy as np
+import pytest
 from figure_functions import FIGURES
-from made_up_studies import VISCOUS, pulses
+from figure_reading import drawn
+from made_up_studies import ALL, VISCOUS, pulses
 from matplotlib.colors import to_rgb
 
-from rockdamp.figures.style import style_of
+from rockdamp.figures.pulses import COLLAPSED, ONLY_CR, ONLY_DAMPER, shades_of
 
 
-def test_the_pulses_that_one_of_both_survives_are_marked_on_the_map_and_no_others():
-    data = pulses()
-    at_e = data.sel(restitution=0.85, damping_ratio_source="closed form")
-    maps = [axes for axes in FIGURES["fig_pulses"](data).axes if axes.get_xlabel().startswith("pulse")]
+@pytest.fixture(scope="module")
+def data():
+    return pulses()
+
+
+@pytest.fixture(scope="module")
+def at_e(data):
+    return data.sel(restitution=0.85, damping_ratio_source="closed form").transpose(
+        ..., "load_ratio", "pulse_frequency"
+    )
+
+
+@pytest.fixture(scope="module")
+def maps(data):
+    """The panels of the contours, a row for each pulse."""
+    return np.reshape(panels_of_maps(FIGURES["fig_pulses"](data)), (2, len(ALL)))
+
+
+def panels_of_maps(figure):
+    return [axes for axes in figure.axes if len(axes.collections) == 2 and axes.get_label() != "<colorbar>"]
+
+
+def neighbours(values, at):
+    """Indices of the values on both sides; of one where it is hit."""
+    near = np.flatnonzero(np.isclose(values, at, rtol=1e-9))
+    return near if near.size else np.searchsorted(values, at) + np.array([-1, 0])
+
+
+def test_every_map_shows_where_cr_overturns(maps, data, at_e):
+    for row, shape in zip(maps, data["pulse"].values, strict=True):
+        cr = at_e["reference_collapsed"].sel(pulse=shape)
+        assert 0 < cr.mean() < 1
+        borders = [axes.collections[1].get_paths()[0].vertices for axes in row]
+        assert all(np.array_equal(borders[0], border) for border in borders[1:])
+        for frequency, load in borders[0]:  # between a pulse that overturns the wall and one that does not
+            around = cr.isel(
+                pulse_frequency=neighbours(cr["pulse_frequency"].values, frequency),
+                load_ratio=neighbours(cr["load_ratio"].values, load),
+            )
+            assert around.min() == 0 and around.max() == 1
+    assert [axes.get_title().split("\n")[0] for axes in maps[0]] == ALL
+
+
+def test_the_pulses_that_one_of_both_survives_are_marked_on_the_damper_s_map_and_no_others(maps, data, at_e):
     marked = 0
-    for axes, shape in zip(maps, data["pulse"].values, strict=True):
-        of_pulse = at_e.sel(pulse=shape).transpose(..., "pulse_frequency", "load_ratio")
-        for model in VISCOUS:
-            reference, damper = of_pulse["reference_collapsed"], of_pulse["collapsed"].sel(damping_model=model)
-            at = np.argwhere(reference.values != damper.values)
-            expected = {(float(data["pulse_frequency"][i]), float(data["load_ratio"][j])) for i, j in at}
-            (marks,) = (line for line in axes.get_lines() if to_rgb(line.get_color()) == to_rgb(style_of(model).colour))
-            assert set(zip(*marks.get_data(), strict=True)) == expected
-            marked += len(expected)
+    for row, shape in zip(maps, data["pulse"].values, strict=True):
+        of_pulse = at_e.sel(pulse=shape)
+        reference = of_pulse["reference_collapsed"].values
+        assert not row[0].get_lines()
+        for axes, model in zip(row[1:], VISCOUS, strict=True):
+            damper = of_pulse["collapsed"].sel(damping_model=model).values
+            marks = {line.get_marker(): set(zip(*line.get_data(), strict=True)) for line in axes.get_lines()}
+            for marker, only in ((ONLY_CR, reference > damper), (ONLY_DAMPER, damper > reference)):
+                expected = {
+                    (float(data["pulse_frequency"][j]), float(data["load_ratio"][i])) for i, j in np.argwhere(only)
+                }
+                assert marks.pop(marker, set()) == expected
+                marked += len(expected)
+            assert not marks
     assert 0 < marked < at_e["collapsed"].size / 2
+
+
+def test_a_map_is_light_where_peaks_are_small_and_nowhere_as_dark_as_where_the_wall_overturns():
+    """In grey: a band of peaks next to another differs from it by more than printers blur."""
+    shades = [*shades_of([0.0, 0.01, 0.04, 0.1, 0.25, 0.5, 1.0]), to_rgb(COLLAPSED)]
+    luminance = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in (shade[:3] for shade in shades)]
+    assert (np.diff(luminance) < -0.05).all()
+
+
+def test_the_ratios_stand_below_the_maps_of_their_dampers(maps):
+    figure = drawn("fig_pulses")
+    panels = [axes for axes in figure.axes if "false safe" in axes.get_title()]
+    places = [axes.get_position() for axes in panels_of_maps(figure)][1 : len(ALL)]
+    assert len(panels) == len(VISCOUS)
+    for axes, above in zip(panels, places, strict=True):
+        assert axes.get_position().x0 == pytest.approx(above.x0, abs=1e-9)

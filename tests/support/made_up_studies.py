@@ -305,6 +305,7 @@ def made_up():
         "dispersion": dispersion(),
         "pulses": pulses(),
         "natural": earthquakes.natural(),
+        "natural/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),
         "population": earthquakes.population(),
     }

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axes._secondary_axes import SecondaryAxis
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpecBase, SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
@@ -20,17 +24,21 @@ from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
     PALE,
+    columns_of,
     dampers,
     line_of,
     new_figure,
     plain,
+    scaling,
     style_of,
     styled,
     title_of,
 )
+from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.vocabulary import REFERENCE
 
-COLUMNS = 4
+MOST_COLUMNS = 4
+VELOCITY = "PGV [m s$^{-1}$]"
 SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
 SCALE_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
 SMALLEST_PEAK = 0.003  # u/u_ins; below, nothing but the first branch
@@ -39,26 +47,32 @@ SOURCE_MARKS = {"fit": "<", "error": "o", "closed form": ">"}
 
 
 @styled
-def fig_ida(comparison: xr.Dataset) -> Figure:
-    """Draw fractiles of the peaks over the records against the scale, for each wall.
+def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
+    """Draw fractiles of the peaks over the records against the scale and the ground velocity, for each wall.
 
     Parameters
     ----------
     comparison : xarray.Dataset
         As `earthquakes.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
+    walls : xarray.Dataset
+        As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
     """
-    peaks = middle(comparison).sel(damping_ratio_source=SOURCE)
-    rows = -(-peaks.sizes["wall"] // COLUMNS)
+    peaks = with_velocity(middle(comparison).sel(damping_ratio_source=SOURCE), walls)
+    columns, rows = _shape(peaks)
     figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
-    panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, COLUMNS))
+    panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, columns))
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
         plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
         axes.set_xlabel(DISPLACEMENT)
     standing = peaks["fractile"].max(("probability", "wall", "damping_model")).dropna("scale")["scale"].values
     panels[0].set_ylim(float(peaks["scale"][0]), 1.1 * float(standing.max(initial=float(peaks["scale"][1]))))
-    for axes in panels[::COLUMNS]:
+    for axes in panels[::columns]:
         axes.set_ylabel(SCALE)
+    for number, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
+        beside = _velocities(axes, "right", float(unit))
+        if number % columns == 0 or number == len(panels):
+            beside.set_ylabel(VELOCITY)
     low, centre, high = (f"{100 * value:g}" for value in peaks["probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
@@ -78,17 +92,47 @@ def fig_ida(comparison: xr.Dataset) -> Figure:
     return figure
 
 
+def with_velocity(of_walls: xr.Dataset, walls: xr.Dataset) -> xr.Dataset:
+    """Add ``unit_velocity`` (wall), the peak ground velocity of the scale 1. [m s-1]"""
+    unit = walls["frequency_parameter"] * walls["instability_displacement"] / EXCITATION_FACTOR
+    return of_walls.assign(unit_velocity=("wall", unit.sel(wall=of_walls["wall"]).values))
+
+
+def _shape(of_walls: xr.Dataset) -> tuple[int, int]:
+    """Columns and rows of the panels, as full as they can be."""
+    count = of_walls.sizes["wall"]
+    columns = columns_of(count, MOST_COLUMNS)
+    return columns, -(-count // columns)
+
+
+def _velocities(axes: Axes, side: Literal["top", "right"], unit: float) -> SecondaryAxis:
+    """A second axis, with the peak ground velocity of each scale."""
+    axis: Axis
+    if side == "top":
+        second = axes.secondary_xaxis(side, functions=scaling(unit))
+        axis = second.xaxis
+    else:
+        second = axes.secondary_yaxis(side, functions=scaling(unit))
+        axis = second.yaxis
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+    axes.spines[side].set_visible(True)
+    return second
+
+
 def _panels(
     figure: Figure, walls: xr.Dataset, draw: Callable[[Axes, xr.Dataset], None], grid: GridSpecBase
 ) -> list[Axes]:
     """One panel for each wall, with shared axes."""
     panels: list[Axes] = []
+    columns = grid.ncols
     for index in range(walls.sizes["wall"]):
         first = panels[0] if panels else None
-        axes = figure.add_subplot(grid[index // COLUMNS, index % COLUMNS], sharex=first, sharey=first)
+        axes = figure.add_subplot(grid[index // columns, index % columns], sharex=first, sharey=first)
         draw(axes, walls.isel(wall=index))
         axes.set_title(plain(str(walls["wall"].values[index])))
-        axes.tick_params(labelleft=index % COLUMNS == 0)
+        axes.tick_params(labelleft=index % columns == 0)
         panels.append(axes)
     return panels
 
@@ -111,7 +155,7 @@ def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
     for model in (REFERENCE, *dampers(wall)):
         if model != REFERENCE:
             for values in (low[model], high[model]):
-                axes.plot(values, scale, color=style_of(model).colour, linewidth=0.4)
+                axes.plot(values, scale, linewidth=0.5, **line_of(model))
         last = np.flatnonzero(np.isfinite(centre[model]))[-1:]
         axes.plot(centre[model], scale, marker=style_of(model).marker, markevery=last.tolist(), **line_of(model))
 
@@ -120,25 +164,28 @@ def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
 
 
 @styled
-def fig_fragility(comparison: xr.Dataset) -> Figure:
+def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     """Draw fragility curves of each wall, and each damper's median of collapse over CR's.
 
     Parameters
     ----------
     comparison : xarray.Dataset
         As `earthquakes.comparison.compare` returns it; curves at the middle e, with the damping ratios of least error.
+    walls : xarray.Dataset
+        As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
     """
-    fragility = middle(comparison).sel(damping_ratio_source=SOURCE)
-    rows = -(-fragility.sizes["wall"] // COLUMNS)
-    figure = new_figure(DOUBLE_COLUMN, 82.0 + 52.0 * rows)
-    halves = figure.add_gridspec(2, 1, height_ratios=[52.0 * rows, 55.0])
-    panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, COLUMNS))
-    for axes in panels:
+    fragility = with_velocity(middle(comparison).sel(damping_ratio_source=SOURCE), walls)
+    columns, rows = _shape(fragility)
+    figure = new_figure(DOUBLE_COLUMN, 82.0 + 58.0 * rows)
+    halves = figure.add_gridspec(2, 1, height_ratios=[58.0 * rows, 55.0])
+    panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, columns))
+    for axes, unit in zip(panels, fragility["unit_velocity"].values, strict=True):
         axes.set_xlim(*fragility["scale"].values[[0, -1]])
         plain_logarithmic(axes, SCALE_TICKS)
         axes.set_ylim(0, 1.02)
         axes.set_xlabel(SCALE.replace("scale ", ""))
-    for axes in panels[::COLUMNS]:
+        _velocities(axes, "top", float(unit)).set_xlabel(VELOCITY)
+    for axes in panels[::columns]:
         axes.set_ylabel("probability of collapse [-]")
     _forests(figure, halves[1, 0], comparison)
     figure.legend(

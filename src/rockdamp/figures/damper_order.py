@@ -76,7 +76,8 @@ def _by_order(axes: Axes, orders: Sequence[float], own: xr.DataArray, change: fl
     """Prepare a panel with the orders evenly spaced and a band of CR's own sensitivity; return where the orders are."""
     places = range(len(orders))
     low, high = float(own.min()), float(own.max())
-    axes.axhspan(low, high, color=PALE, alpha=0.8, linewidth=0, label=rf"CR, $e \mp {change:g}$")
+    # With an edge, so that a band as thin as a line is seen.
+    axes.axhspan(low, high, color=PALE, alpha=0.8, linewidth=1.2, label=rf"CR, $e \mp {change:g}$")
     axes.set_yscale("log", subs=[2, 5])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xticks(list(places), texts(orders))

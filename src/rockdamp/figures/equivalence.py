@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ SHARED = {
     "release_amplitude": r"$u_0/u_\mathrm{ins}",
 }
 CLOSED_FORM: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
-EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2))}
+EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
 
 
 def models_of(dataset: xr.Dataset) -> list[str]:
@@ -153,7 +154,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         panels[0].set_ylim(0, 1.05 * max(float(study["damping_ratio"].max()) for study, _, _ in studies))
         _legend(panels[-1], models, title, numbers(dataset, parameter), strips is not None)
     for axes, model in zip(grid[0], models, strict=True):
-        _title(axes, model, lines=1 + (len(models) > 4) + (len(models) > 5))
+        _title(axes, model, lines=3 if len(models) > 4 else 1)
     for strip in grid[[0, 2], 0]:
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
     for axes in grid[-1, :: 1 + (len(models) > 5)]:  # of many panels every second one, so that labels stay apart
@@ -165,12 +166,12 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
 
 
 def _study(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
-    colours, has_fixed = shades(model, match.sizes[parameter]), FIXED in match
+    colours = shades(model, match.sizes[parameter])
     for index, colour in enumerate(colours):
         curve = match.isel({parameter: index})
-        marks = _marks(index, len(colours), match["restitution"].size) if has_fixed else {}
+        marks = _marks(index, len(colours), match["restitution"].size)
         axes.plot(match["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9, **marks)
-        if has_fixed:
+        if FIXED in match:
             axes.plot(match["restitution"], curve[FIXED], color=colour, **CLOSED_FORM)
 
 
@@ -183,7 +184,7 @@ def _change(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
 
 
 def _marks(index: int, count: int, points: int) -> dict[str, Any]:
-    """Markers at different e for each curve, since the curves coincide."""
+    """Markers at different e for each curve, since curves coincide or differ in shade alone."""
     apart = 2 if points >= 4 * count else 1
     return {"marker": MARKERS[index % len(MARKERS)], "markevery": (apart * index, apart * count)}
 
@@ -194,9 +195,7 @@ def _legend(axes: Axes, models: Sequence[str], title: str, values: Sequence[floa
     handles: list[Any] = []
     for index in range(len(values)):
         entry = [Line2D([], [], color=ramp[index], linewidth=2.5) for ramp in ramps]
-        if fixed:
-            marker = MARKERS[index % len(MARKERS)]
-            entry.append(Line2D([], [], color=GREY, linestyle="none", marker=marker))
+        entry.append(Line2D([], [], color=GREY, linestyle="none", marker=MARKERS[index % len(MARKERS)]))
         handles.append(tuple(entry))
     labels = texts(values)
     if fixed:
@@ -297,15 +296,19 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     _ranges(together, equivalence)
     for position, model in enumerate(models):
         axes = figure.add_subplot(grid[position // columns, 1 + position % columns], sharex=together, sharey=together)
-        for index, colour in enumerate(shades(model, len(values))):
+        keys = []
+        for index, (colour, marker) in enumerate(zip(shades(model, len(values)), cycle(MARKERS), strict=False)):
             fit = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
-            axes.plot(e, fit["damping_ratio_fit"], color=colour, linewidth=0.8, label=names[index])
-            axes.plot(e[:: _every(e)], fit["damping_ratio"][:: _every(e)], ".", color=colour, markersize=2.5)
+            line: dict[str, Any] = {"color": colour, "linewidth": 0.8, "markersize": 2.6, "markeredgewidth": 0.3}
+            axes.plot(e, fit["damping_ratio_fit"], **line)
+            points = slice(None, None, _every(e))
+            axes.plot(e[points], fit["damping_ratio"][points], marker, **line)
+            keys.append(Line2D([], [], marker=marker, label=names[index], **line))
         axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
         _title(axes, model, lines=1 + (columns > 2))
         if model == models[-1]:
-            _note(axes, "lines: polynomials\ndots: matched")
-        axes.legend(title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
+            _note(axes, "lines: polynomials\nmarkers: matched")
+        axes.legend(handles=keys, title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
         below = position + columns >= len(models)
         axes.tick_params(labelleft=position % columns == 0, labelbottom=below)
         if below:

@@ -1,108 +1,158 @@
-"""The dampers beyond free decay: peaks under pulses against those under a coefficient of restitution."""
+"""The dampers under pulses: rocking spectra of each, and their peaks against those under restitution."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullFormatter, ScalarFormatter
+from numpy.typing import NDArray
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, columns_of, new_figure, style_of, styled, title_of
+from rockdamp.arrays import Array
+from rockdamp.figures.natural import plain_logarithmic
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, new_figure, style_of, styled, title_of
+from rockdamp.vocabulary import REFERENCE
 
-COLLAPSED = "#3A3A3A"
-PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FDE3B0", "#D98B2B", "#7A2E0E"])
+COLLAPSED = "#262626"
+PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FBE0AC", "#E0962F", "#8F3D12"])
+BORDER = "#00C2D1"  # seen on every shade, and in grey
+# u/u_ins that stands for a collapse, so that its contour lies between a wall that stands and one that falls.
+BEYOND = 1.6
+SMALLEST = 1e-12  # u/u_ins; between the nodes the logarithm is interpolated, since peaks span decades
+ONLY_CR, ONLY_DAMPER = "o", "X"  # marks of the pulses that overturn the wall with one of both
+MARK: dict[str, Any] = {"linestyle": "none", "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.5}
 MARKS = {"Ricker": "o", "sine": "^"}
 LIMITS = (0.5, 2.0)  # of the ratio of peaks; what lies beyond is drawn at the edge
-SIZES = {"CDC": 6.5, "CDR": 4.5, "SDR": 5.0, "ECD": 2.0}  # on the map, where they coincide
 NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
 
 
 @styled
 def fig_pulses(pulses: xr.Dataset) -> Figure:
-    """Draw CR's peaks over frequency and load of each pulse, and each model's peak over CR's against CR's.
+    """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's.
 
     Parameters
     ----------
     pulses : xarray.Dataset
         As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
     """
-    e = pulses["restitution"].values
-    at_e = pulses.isel(restitution=e.size // 2, damping_ratio_source=0)
-    shapes, models = ([str(value) for value in at_e[name].values] for name in ("pulse", "damping_model"))
-    columns = columns_of(len(models), 5)
-    rows = -(-len(models) // columns)
-    figure = new_figure(DOUBLE_COLUMN, 78.0 + 62.0 * rows)
-    grid = figure.add_gridspec(1 + rows, len(shapes) * columns, height_ratios=[1.1] + [1.0] * rows)
-    first: Axes | None = None
-    for column, shape in enumerate(shapes):
-        axes = figure.add_subplot(grid[0, columns * column : columns * (column + 1)], sharey=first)
-        _map(axes, at_e.sel(pulse=shape), shape, last=column == len(shapes) - 1)
-        if first is None:
-            axes.set_ylabel("load over plateau [-]")
-            first = axes
-        else:
-            axes.tick_params(labelleft=False)
-    first = None
-    for position, model in enumerate(models):
-        row, column = divmod(position, columns)
-        place = grid[1 + row, len(shapes) * column : len(shapes) * (column + 1)]
-        axes = figure.add_subplot(place, sharex=first, sharey=first)
-        _ratios(axes, at_e.sel(damping_model=model), model)
-        first = first or axes
-        axes.tick_params(labelleft=column == 0)
-        if column == 0:
-            axes.set_ylabel("peak over that of CR [-]")
-    _legend(figure, shapes, models, float(at_e["restitution"]), float(at_e["release_amplitude"]))
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    shapes, models = (at_e[name].values for name in ("pulse", "damping_model"))
+    figure = new_figure(DOUBLE_COLUMN, 54.0 * len(shapes) + 78.0)
+    grid = figure.add_gridspec(len(shapes) + 1, 1 + len(models), height_ratios=[1.0] * len(shapes) + [0.92])
+    _maps(figure, grid, at_e)
+    _all_ratios(figure, grid, at_e)
+    figure.legend(
+        handles=[
+            Patch(facecolor=COLLAPSED, label="overturns"),
+            Line2D([], [], color=BORDER, linewidth=1.2, label="where CR overturns"),
+            Line2D([], [], marker=ONLY_CR, markersize=4, label="only CR overturns", **MARK),
+            Line2D([], [], marker=ONLY_DAMPER, markersize=4, label="only the damper overturns", **MARK),
+        ],
+        loc="outside upper center",
+        ncols=4,
+        title=f"$e = {float(at_e['restitution']):g}$; damping ratios from the closed form at "
+        f"{float(at_e['release_amplitude']):g} $u_\\mathrm{{ins}}$",
+    )
     return figure
 
 
-def _map(axes: Axes, of_pulse: xr.Dataset, shape: str, last: bool) -> None:
-    """A rocking spectrum: CR's peak as shade over frequency and load, collapse dark."""
+# --- rocking spectra -------------------------------------------------------------------------------------------------
+
+
+def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
+    """A row of spectra for each pulse, CR first, and the bar of their shades."""
+    models = [REFERENCE, *map(str, at_e["damping_model"].values)]
+    levels = [0.0, *at_e["band_start"].values, float(at_e["band_end"][-1])]
+    panels: list[Axes] = []
+    for row, shape in enumerate(map(str, at_e["pulse"].values)):
+        for column, model in enumerate(models):
+            first = panels[0] if panels else None
+            axes = figure.add_subplot(grid[row, column], sharex=first, sharey=first)
+            _spectrum(axes, at_e.sel(pulse=shape), model, levels)
+            axes.tick_params(labelleft=column == 0, labelbottom=row == at_e.sizes["pulse"] - 1)
+            panels.append(axes)
+        panels[-len(models)].set_ylabel(f"{NAMES.get(shape, shape)}\nload over plateau [-]")
+    for axes, model in zip(panels, models, strict=False):
+        ratio = "" if model == REFERENCE else f"\n$\\xi = {float(at_e['damping_ratio'].sel(damping_model=model)):.3f}$"
+        axes.set_title(f"{title_of(model, lines=3)}{ratio}", color=style_of(model).colour, fontsize=7)
+    for axes in panels[-len(models) :]:
+        axes.set_xlabel(r"$\omega/p$ [-]")
+    _bar(figure, panels, levels)
+
+
+def _peak(of_pulse: xr.Dataset, model: str) -> tuple[Array, NDArray[np.bool_]]:
+    """Peaks (load_ratio, pulse_frequency) of a model, and what overturns; of that, the same value beyond 1."""
+    if model == REFERENCE:
+        peak, collapsed = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
+    else:
+        peak, collapsed = (of_pulse[name].sel(damping_model=model) for name in ("peak_ratio", "collapsed"))
+    dims = ("load_ratio", "pulse_frequency")
+    fell = collapsed.transpose(*dims).values == 1
+    return np.where(fell, BEYOND, peak.transpose(*dims).values), fell
+
+
+def _spectrum(axes: Axes, of_pulse: xr.Dataset, model: str, levels: list[float]) -> None:
     frequency, load = of_pulse["pulse_frequency"].values, of_pulse["load_ratio"].values
-    peak = (
-        of_pulse["reference_peak"]
-        .where(of_pulse["reference_collapsed"] == 0)
-        .transpose("load_ratio", "pulse_frequency")
+    bounds = np.log([max(level, SMALLEST) for level in levels])
+    (peak, fell), (of_cr, cr_fell) = _peak(of_pulse, model), _peak(of_pulse, REFERENCE)
+    height, border = (np.log(np.clip(values, 2 * SMALLEST, None)) for values in (peak, of_cr))
+    axes.contourf(frequency, load, height, [*bounds, np.log(2 * BEYOND)], colors=[*shades_of(levels), COLLAPSED])
+    if border.min() < 0 < border.max():
+        axes.contour(frequency, load, border, [0.0], colors=[BORDER], linewidths=1.2)
+    for only, marker in ((cr_fell & ~fell, ONLY_CR), (fell & ~cr_fell, ONLY_DAMPER)):
+        rows, columns = np.nonzero(only)
+        if rows.size:
+            axes.plot(frequency[columns], load[rows], marker=marker, markersize=2.8, clip_on=False, **MARK)
+    plain_logarithmic(axes, [0.5, 1, 2, 4, 8], [0.5, 1, 2, 4, 8, 16])
+    axes.set_xlim(frequency[0], frequency[-1])
+    axes.set_ylim(load[0], load[-1])
+
+
+def shades_of(levels: list[float]) -> list[tuple[float, float, float, float]]:
+    """Return the shade of each band of peaks, light to dark."""
+    return [PEAKS((i + 0.5) / (len(levels) - 1)) for i in range(len(levels) - 1)]
+
+
+def _bar(figure: Figure, panels: list[Axes], levels: list[float]) -> None:
+    shades = ListedColormap(shades_of(levels))
+    bar = figure.colorbar(
+        ScalarMappable(BoundaryNorm(levels, shades.N), shades), ax=panels, ticks=levels, pad=0.01, aspect=40
     )
-    edges = [0.0, *of_pulse["band_start"].values, float(of_pulse["band_end"][-1])]
-    axes.set_facecolor(COLLAPSED)
-    mesh = axes.pcolormesh(frequency, load, peak, cmap=PEAKS, norm=BoundaryNorm(edges, PEAKS.N), shading="nearest")
-    fell = (of_pulse["reference_collapsed"] == 1).transpose("load_ratio", "pulse_frequency").values
-    # Cells whose verdict a damper reverses: CR collapses and it does not, or the other way round.
-    for model in map(str, of_pulse["damping_model"].values):
-        damper_fell = (
-            (of_pulse["collapsed"].sel(damping_model=model) == 1).transpose("load_ratio", "pulse_frequency").values
-        )
-        rows, columns = np.nonzero(damper_fell != fell)
-        style = style_of(model)
-        axes.plot(
-            frequency[columns],
-            load[rows],
-            linestyle="none",
-            marker=style.marker,
-            color=style.colour,
-            markersize=SIZES.get(model, 3.0),
-            markerfacecolor="none",
-            markeredgewidth=0.8,
-        )
-    for scale in (axes.set_xscale, axes.set_yscale):
-        scale("log")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(ScalarFormatter())
-        axis.set_minor_formatter(NullFormatter())
-    axes.set_xticks([0.5, 1, 2, 4, 8])
-    axes.set_yticks([0.5, 1, 2, 4, 8, 16])
-    axes.set_title(NAMES.get(shape, shape))
-    axes.set_xlabel("pulse frequency $\\omega/p$ [-]")
-    if last:
-        bar = axes.figure.colorbar(mesh, ax=axes, ticks=edges)
-        bar.set_label(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
-        bar.ax.set_yticklabels([f"{edge:g}" for edge in edges])
-        bar.outline.set_linewidth(0.4)
+    bar.set_label(r"peak, $u/u_\mathrm{ins}$ [-]")
+    bar.ax.set_yticklabels([f"{level:g}" for level in levels])
+    bar.outline.set_linewidth(0.4)
+
+
+# --- peaks against peaks ---------------------------------------------------------------------------------------------
+
+
+def _all_ratios(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
+    """A panel of ratios below the spectra of each damper, and their legend below those of CR."""
+    panels: list[Axes] = []
+    row = at_e.sizes["pulse"]
+    for column, model in enumerate(map(str, at_e["damping_model"].values), start=1):
+        first = panels[0] if panels else None
+        axes = figure.add_subplot(grid[row, column], sharex=first, sharey=first)
+        _ratios(axes, at_e.sel(damping_model=model), model)
+        axes.tick_params(labelleft=first is None)
+        panels.append(axes)
+    panels[0].set_ylabel("peak over that of CR [-]")
+    panels[0].yaxis.label.set_in_layout(False)  # it stands below the spectra of CR, which stay near to the others
+    beside = figure.add_subplot(grid[row, 0])
+    beside.set_axis_off()
+    handles = [
+        Line2D([], [], linestyle="none", marker=MARKS.get(shape, "s"), color=GREY, markersize=2.5, label=shape)
+        for shape in map(str, at_e["pulse"].values)
+    ]
+    handles.append(Line2D([], [], marker="D", color="black", markersize=3.5, label="median ±\nlog-dispersion"))
+    beside.legend(handles=handles, loc="center left", bbox_to_anchor=(-0.45, 0.5))
 
 
 def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
@@ -124,53 +174,19 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
         yerr=[median - median / factor, median * factor - median],
         fmt="D",
         color="black",
-        markersize=3.5,
+        markersize=3,
         linewidth=0.9,
-        capsize=2,
+        capsize=1.5,
         zorder=4,
     )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    plain_logarithmic(axes, [0.01, 0.1, 1], [0.5, 0.7, 1.0, 1.4, 2.0])
     axes.set_xlim(start[0], end[-1])
     axes.set_ylim(*LIMITS)
-    axes.set_yticks([0.5, 0.7, 1.0, 1.4, 2.0])
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(ScalarFormatter())
-        axis.set_minor_formatter(NullFormatter())
-    axes.set_xticks([0.01, 0.1, 1])
-    axes.set_xlabel(r"peak of CR, $u/u_\mathrm{ins}$ [-]")
+    axes.set_xlabel("peak of CR,\n" + r"$u/u_\mathrm{ins}$ [-]")
     axes.set_title(
-        f"{title_of(model, lines=2)}\n$\\xi = {float(of_model['damping_ratio']):.3f}$\n"
-        f"all: {float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
-        f"false safe {int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"
-        f"false collapse {int(of_model['false_collapse'])} of {int(of_model['reference_survivals'])}",
+        f"{float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
+        f"false safe\n{int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"
+        f"false collapse\n{int(of_model['false_collapse'])} of {int(of_model['reference_survivals'])}",
         color=style.colour,
         fontsize=7,
-    )
-
-
-def _legend(figure: Figure, shapes: list[str], models: list[str], e: float, amplitude: float) -> None:
-    handles: list[Line2D | Patch] = [Patch(facecolor=COLLAPSED, label="CR collapses")]
-    handles += [
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker=style_of(model).marker,
-            color=style_of(model).colour,
-            markerfacecolor="none",
-            label=f"{model} judges otherwise",
-        )
-        for model in models
-    ]
-    handles += [
-        Line2D([], [], linestyle="none", marker=MARKS.get(shape, "s"), color=GREY, markersize=2.5, label=shape)
-        for shape in shapes
-    ]
-    handles.append(Line2D([], [], marker="D", color="black", markersize=3.5, label="median ± log-dispersion"))
-    figure.legend(
-        handles=handles,
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {e:g}$; damping ratios from the closed form at {amplitude:g} $u_\\mathrm{{ins}}$",
     )

@@ -41,15 +41,16 @@ CHOSEN = {
     "SDR": ModelStyle("#009E73", "dashdot", "D"),
     "ECD": ModelStyle("#9A4C95", "dotted", "v"),
     RECOMMENDED: ModelStyle("#D0267F", (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
-    "POWER": ModelStyle("#8C6D1F", (0, (6.0, 1.2, 1.0, 1.2)), "P"),
+    "POWER": ModelStyle("#8C6D1F", (0, (8.0, 1.4, 2.6, 1.4)), "P"),
 }
-# Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ.
+# Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ. Lines differ in the
+# order of their dots, short and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
 SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A", "#8B5A2B")
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
-    (0, (5.0, 1.2, 1.0, 1.2)),
-    (0, (1.0, 1.0, 4.0, 1.0)),
-    (0, (10.0, 2.0)),
-    (0, (2.0, 2.0)),
+    (0, (3.0, 4.0)),
+    (0, (1.0, 3.5)),
+    (0, (8.0, 1.4, 1.0, 1.4, 1.0, 1.4, 1.0, 1.4)),
+    (0, (3.0, 1.4, 3.0, 1.4, 1.0, 1.4)),
 )
 SPARE_MARKERS = ("*", "<", ">", "p", "h", "d", "H")
 GREY, PALE = "#6E6E6E", "#B5B5B5"

@@ -79,6 +79,9 @@ def fig_closed_form(data: Datasets) -> dict[str, Any]:
 def fig_pulses(data: Datasets) -> dict[str, Any]:
     pulses = data["pulses"]
     at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    fell = at_e["reference_collapsed"] == 1
+    load = at_e["load_ratio"].where(fell.any(("pulse", "pulse_frequency")))
+    otherwise = ((at_e["collapsed"] == 1) != fell).mean(("pulse", "pulse_frequency", "load_ratio"))
     medians = {
         str(model): Markup("{} ± {}").format(
             f"{float(at_e['median_ratio_all'].sel(damping_model=model)):.2f}",
@@ -91,6 +94,9 @@ def fig_pulses(data: Datasets) -> dict[str, Any]:
         "release": plain(at_e["release_amplitude"]),
         "runs": int(at_e["reference_collapses"]) + int(at_e["reference_survivals"]),
         "medians": of_models(medians),
+        "shapes": "a Ricker pulse and one cycle of a sine",
+        "lowest": known(load.min()),
+        "otherwise": _by_model(otherwise, percent),
         "collapses": int(at_e["reference_collapses"]),
         "survivals": int(at_e["reference_survivals"]),
         "false_safe": _by_model(at_e["false_safe"], lambda value: str(int(value))),
@@ -140,22 +146,6 @@ def fig_code_damping(data: Datasets) -> dict[str, Any]:
         "others": of_models({model: known(e, 3) for model, e in stands_for.items()}),
         "release": plain(match["release_amplitude"]),
         "ratios": _by_model(match["damping_ratio"].interp(restitution=mean), lambda ratio: percent(ratio, 2)),
-    }
-
-
-def fig_spectra(data: Datasets) -> dict[str, Any]:
-    pulses = data["pulses"]
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
-    fell = at_e["reference_collapsed"] == 1
-    load = at_e["load_ratio"].where(fell.any(("pulse", "pulse_frequency")))
-    otherwise = ((at_e["collapsed"] == 1) != fell).mean(("pulse", "pulse_frequency", "load_ratio"))
-    return {
-        "shapes": "a Ricker pulse and one cycle of a sine",
-        "restitution": plain(at_e["restitution"]),
-        "release": plain(at_e["release_amplitude"]),
-        "lowest": known(load.min()),
-        "overturned": percent(fell.mean()),
-        "otherwise": _by_model(otherwise, percent),
     }
 
 
