@@ -1,7 +1,7 @@
 """Which sources and which part of the config a result depends on, so that both can be stored with it and watched.
 
-The sources are read, not run: imports are followed through the syntax tree, wherever in a module they stand. A file
-of the package that a module names in a string (``"variables.yaml"``) belongs to that module.
+The sources are read, not run: imports are followed wherever in a module they stand. A file of the package that a module
+names in a string of its own, as ``variables.yaml``, belongs to that module.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import ast
 import hashlib
 import json
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
@@ -18,6 +19,10 @@ from typing import Any
 
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).resolve().parents[1]
+IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+[\w.]+[ \t]+import[ \t]*(?:\([^)]*\)|[^(\n]+)|import[ \t]+[^\n]+)", re.MULTILINE
+)
+FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 
 
 def modules_of(*names: str) -> dict[str, Path]:
@@ -127,7 +132,7 @@ def _imports(name: str, path: Path) -> frozenset[str]:
     """The package's modules that one module imports."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imported = set()
-    for node in _nodes(path):
+    for node in _statements(path):
         if isinstance(node, ast.Import):
             wanted = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -156,8 +161,7 @@ def _parents(name: str) -> Iterator[str]:
 
 @cache
 def _data_files(path: Path) -> frozenset[Path]:
-    strings = {node.value for node in _nodes(path) if isinstance(node, ast.Constant)}
-    names = {text for text in strings if isinstance(text, str) and re.fullmatch(r"[\w./-]*\.\w+", text)}
+    names = {match[2] for match in FILE_NAME.finditer(_text(path))}
     named = {folder / name for folder in (ROOT, path.parent) for name in names}
     return frozenset(file.resolve() for file in named if file.suffix != ".py" and _inside(file))
 
@@ -166,12 +170,15 @@ def _inside(path: Path) -> bool:
     return path.is_file() and path.resolve().is_relative_to(ROOT)
 
 
-@cache
-def _nodes(path: Path) -> tuple[ast.AST, ...]:
-    """Those of the syntax tree that name something: imports and constants."""
-    return tuple(node for node in ast.walk(_tree(path)) if isinstance(node, ast.Import | ast.ImportFrom | ast.Constant))
+def _statements(path: Path) -> list[ast.stmt]:
+    """The imports of a module; to parse all of each would make every start of the workflow wait."""
+    found = (textwrap.dedent(match[0]) for match in IMPORT.finditer(_text(path)))
+    try:
+        return ast.parse("\n".join(found), filename=str(path)).body
+    except SyntaxError:  # a line that only looks like an import, or one that the pattern does not take whole
+        return [node for node in ast.walk(ast.parse(_text(path), filename=str(path))) if isinstance(node, ast.stmt)]
 
 
 @cache
-def _tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_bytes(), filename=str(path))
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
