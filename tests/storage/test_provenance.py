@@ -38,7 +38,7 @@ def package(tmp_path, monkeypatch):
 
 
 def forget():
-    for cached in (provenance._text, provenance._imports, provenance._data_files):
+    for cached in (provenance._file_of, provenance._text, provenance._imports, provenance._data_files):
         cached.cache_clear()
 
 

@@ -86,18 +86,20 @@ def answer(connection, python):
 
 
 def become(python, arguments, place, environment):
-    """Be the Python that is asked for, with `-m MODULE` or a script."""
+    """Be the Python that is asked for, with `-m MODULE`, `-c CODE` or a script."""
     import runpy
 
     os.chdir(place)
     os.environ.clear()
     os.environ.update(environment)
     sys.executable = python
-    module = arguments[0] == "-m"
-    sys.argv = arguments[module:]
-    sys.path[:1] = [place if module else os.path.dirname(sys.argv[0]), *environment["PYTHONPATH"].split(os.pathsep)]
-    if module:
+    option = arguments[0] if arguments[0] in ("-m", "-c") else ""
+    sys.argv = arguments[bool(option) :]
+    sys.path[:1] = [place if option else os.path.dirname(sys.argv[0]), *environment["PYTHONPATH"].split(os.pathsep)]
+    if option == "-m":
         runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    elif option == "-c":
+        exec(compile(sys.argv[0], "<string>", "exec"), {"__name__": "__main__"})
     else:
         runpy.run_path(sys.argv[0], run_name="__main__")
     sys.exit()

@@ -119,6 +119,7 @@ def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     return part
 
 
+@cache
 def _file_of(name: str) -> Path | None:
     place = ROOT.joinpath(*name.split(".")[1:])
     for path in (place / "__init__.py", place.with_suffix(".py")):
