@@ -9,6 +9,7 @@ comes from the event-driven solver, not from the one under test, and its curve a
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -177,7 +178,45 @@ def synthetic_record(
         "small enough not to overturn the wall [m s-2]",
     )
 
-    # RandomState's streams are frozen for good, a Generator's may change with NumPy: the shipped file must not.
+    made_by = {
+        "source": "event-driven solution under a table-shaped pulse, with noise and drift",
+        "generator_cracked_stiffness_ratio": f"{cracked_stiffness_ratio:g}",
+        "generator_plateau_ratio": f"{plateau_ratio:g}",
+        "generator_restitution": f"{restitution:g}",
+        "generator_pulse_peak_m_s2": f"{pulse_peak:.6g}",
+        "generator_pulse_width_s": f"{PULSE_WIDTH:g}",
+        "generator_pulse_side_lobe": f"{PULSE_SIDE_LOBE:g}",
+    }
+    return instrumented(elapsed, motion[::OVERSAMPLING], u_ins * history.displacement, seed, made_by, noise)
+
+
+def instrumented(
+    elapsed: Array,
+    ground_acceleration: Array,
+    displacement: Array,
+    seed: int,
+    made_by: Mapping[str, str],
+    noise: float = 1.0,
+) -> Record:
+    """Return what the instruments make of a motion and the wall's response: noise, drift, a zero, the logger's steps.
+
+    Parameters
+    ----------
+    elapsed, ground_acceleration, displacement : ndarray, shape (samples,)
+        At `SAMPLING`. [s], [m s-2], [m]
+    seed : int
+        Of the noise.
+    made_by : dict of str to str
+        What the header says of how the record was made: ``source`` and keys that begin with ``generator_``.
+    noise : float
+        As in `synthetic_record`. [-]
+
+    Returns
+    -------
+    Record
+        Labelled synthetic.
+    """
+    # RandomState's streams are frozen for good, a Generator's may change with NumPy: the shipped files must not.
     random = np.random.RandomState(seed)
     steps = random.standard_normal(elapsed.size) / np.sqrt(SAMPLING)
     drift = SENSOR_DRIFT * elapsed + SENSOR_WANDER * np.cumsum(steps)
@@ -185,29 +224,24 @@ def synthetic_record(
     accelerometer = ACCELEROMETER_NOISE * random.standard_normal(elapsed.size)
     columns = {
         "elapsed": elapsed,
-        "ground_acceleration": motion[::OVERSAMPLING] + noise * accelerometer,
-        "displacement": u_ins * history.displacement + SENSOR_ZERO + noise * (drift + sensor),
+        "ground_acceleration": ground_acceleration + noise * accelerometer,
+        "displacement": displacement + SENSOR_ZERO + noise * (drift + sensor),
     }
     # Adding 0.0 turns a rounded -0.0 into 0.0.
     rounded = {name: np.round(values, DECIMALS[name]) + 0.0 for name, values in columns.items()}
-    header = _header(seed, cracked_stiffness_ratio, plateau_ratio, restitution, pulse_peak, noise)
+    header = _header(seed, noise, **made_by)
     return Record(rounded["elapsed"], rounded["ground_acceleration"], rounded["displacement"], header)
 
 
-def _header(seed: int, a1: float, b1: float, e: float, peak: float, noise: float) -> dict[str, str]:
+def _header(seed: int, noise: float, *, source: str, **made_by: str) -> dict[str, str]:
     return {
         "specimen": "wall like SIN-03-00 of the paper's Fig. 8; computed, not tested",
-        "source": "event-driven solution under a table-shaped pulse, with noise and drift",
+        "source": source,
         "licence": "CC0-1.0",
         "units": "s, m s-2, m",
         "synthetic": "yes",
         "generator_seed": str(seed),
-        "generator_cracked_stiffness_ratio": f"{a1:g}",
-        "generator_plateau_ratio": f"{b1:g}",
-        "generator_restitution": f"{e:g}",
-        "generator_pulse_peak_m_s2": f"{peak:.6g}",
-        "generator_pulse_width_s": f"{PULSE_WIDTH:g}",
-        "generator_pulse_side_lobe": f"{PULSE_SIDE_LOBE:g}",
+        **made_by,
         "generator_accelerometer_noise_m_s2": f"{noise * ACCELEROMETER_NOISE:g}",
         "generator_sensor_noise_m": f"{noise * SENSOR_NOISE:g}",
         "generator_sensor_zero_m": f"{SENSOR_ZERO:g}",
