@@ -17,7 +17,7 @@ settings.load_profile("rockdamp")
 # These take minutes, so they go first: no process is left alone with one of them at the end.
 LONG = ("tests/workflow/", "tests/documents/test_howto")
 # The files of each of these folders go to one process: they share what takes long to make.
-TOGETHER = ("tests/workflow/pipeline/", "tests/figures/", "tests/studies/accuracy/")
+TOGETHER = ("tests/workflow/pipeline/", "tests/figures/", "tests/studies/accuracy/", "tests/report/browser/")
 
 
 def pytest_collection_modifyitems(items):

@@ -17,8 +17,8 @@ CURVE = TrilinearCurve(0.04, 0.85)
 
 
 @pytest.fixture
-def data(content):
-    return dict(content.datasets)
+def data(short):
+    return dict(short.datasets)
 
 
 def with_errors(data, **errors):
@@ -37,10 +37,10 @@ def test_the_errors_are_those_of_the_datasets_and_the_nearest_of_the_papers_damp
 
 
 @pytest.mark.parametrize(("own", "within"), [(0.09, True), (0.02, False)])
-def test_that_no_test_tells_them_apart_is_said_only_within_restitutions_own_sensitivity(content, data, own, within):
+def test_that_no_test_tells_them_apart_is_said_only_within_restitutions_own_sensitivity(short, data, own, within):
     data = with_errors(data, **{RECOMMENDED: 0.0473})
     data["comparison"]["varied_log_error"][:] = own
-    page = report.build(dataclasses.replace(content, datasets=data))
+    page = report.build(dataclasses.replace(short, datasets=data))
     assert ("no test could tell the two apart" in page) == within
 
 
@@ -70,9 +70,9 @@ def test_errors_under_pulses_are_those_of_the_slowest_and_the_quickest_that_stan
 
 
 @pytest.mark.parametrize("found", [RECOMMENDED_ORDER, 4, float("nan")])
-def test_a_study_that_finds_another_order_enough_says_so(content, data, found):
+def test_a_study_that_finds_another_order_enough_says_so(short, data, found):
     data["natural/orders"] = data["natural/orders"].assign(recommended_order=float(found))
-    page = report.build(dataclasses.replace(content, datasets=data))
+    page = report.build(dataclasses.replace(short, datasets=data))
     assert (f", not {RECOMMENDED_ORDER}.</p>" in page) == (found != RECOMMENDED_ORDER)
 
 

@@ -52,9 +52,9 @@ def test_a_script_cannot_end_early(html, page):
     assert "evidence 1 &lt;/script&gt;" in html
 
 
-def test_data_for_the_scripts_cannot_end_its_element(content, monkeypatch):
+def test_data_for_the_scripts_cannot_end_its_element(short, monkeypatch):
     monkeypatch.setitem(interactive.TITLES, "CR", "</script><b>")
-    data = Page(report.build(content)).by_id("explorer-data")["text"]
+    data = Page(report.build(short)).by_id("explorer-data")["text"]
     assert json.loads(data)["styles"]["CR"]["title"] == "</script><b>"
 
 
@@ -88,20 +88,19 @@ def test_every_claim_is_there_with_its_verdict_in_words(page, content):
         assert words(grouped[f"claim-{claim['id']}"]).split(" ", 1)[1].startswith(claim["verdict"])
 
 
-def test_what_fails_comes_first_and_no_empty_group_is_shown(page, content):
+def test_what_fails_comes_first_and_no_empty_group_is_shown(page, short):
     groups = [one["attrs"]["id"] for one in page.all("div") if one["attrs"].get("class") == "group"]
     assert groups == ["verdict-no", "verdict-partly", "verdict-unknown", "verdict-yes"]
-    less = dataclasses.replace(content, claims=[one for one in content.claims if one["verdict"] == "reproduced"])
+    less = dataclasses.replace(short, claims=[one for one in short.claims if one["verdict"] == "reproduced"])
     few = Page(report.build(less))
     assert [one["attrs"]["id"] for one in few.all("div") if one["attrs"].get("class") == "group"] == ["verdict-yes"]
     assert [one["attrs"]["data-verdict"] for one in few.all("button") if "data-verdict" in one["attrs"]] == ["yes"]
 
 
-def test_a_claim_links_to_the_figure_that_shows_it(page, content):
+def test_a_claim_links_to_the_figure_that_shows_it(page, short):
     links = [link for link in page.all("a") if "article" in link["within"]]
     assert [(link["attrs"]["href"], link["text"]) for link in links] == [("#fig5", "Fig. 5")] * 2
-    less = {name: png for name, png in content.figures.items() if name != "fig5"}
-    few = Page(report.build(dataclasses.replace(content, figures=less)))
+    few = Page(report.build(dataclasses.replace(short, figures={})))
     assert not [link for link in few.all("a") if "article" in link["within"]]
 
 

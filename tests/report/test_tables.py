@@ -52,15 +52,15 @@ def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
     assert tables.inline("-3% of u_ins, large-rotation, -a") == "−3&nbsp;% of u<sub>ins</sub>, large-rotation, -a"
 
 
-def test_an_unknown_verdict_is_refused(content):
-    claims = [{**content.claims[0], "verdict": "likely"}]
+def test_an_unknown_verdict_is_refused(short):
+    claims = [{**short.claims[0], "verdict": "likely"}]
     with pytest.raises(InputError, match="the verdict of claim-0 is 'likely'; it must be one of not reproduced, "):
-        report.build(dataclasses.replace(content, claims=claims))
+        report.build(dataclasses.replace(short, claims=claims))
 
 
-def test_a_figure_that_is_no_png_is_refused(content):
+def test_a_figure_that_is_no_png_is_refused(short):
     with pytest.raises(InputError, match="the PNG of .* cannot be read; delete it"):
-        report.build(dataclasses.replace(content, figures={"fig1": b"%PDF-1.7, or so it says here"}))
+        report.build(dataclasses.replace(short, figures={"fig1": b"%PDF-1.7, or so it says here"}))
 
 
 def test_prose_loses_its_title_its_links_into_the_tree_and_any_markup():

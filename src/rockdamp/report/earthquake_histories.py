@@ -83,19 +83,20 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
     again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
     named = []
     for index in np.argwhere((over.where(~again) > 1).values):
-        history = over[tuple(index)]
-        source = str(history["damping_ratio_source"].values)
+        at = {str(dim): over[dim].values[i] for dim, i in zip(over.dims, index, strict=True)}
+        model, source = str(at["damping_model"]), str(at["damping_ratio_source"])
+        bound = float(over.values[tuple(index)])
         named.append(
             {
-                "record": str(history["record"].values),
-                "wall": str(history["wall"].values),
-                "scale": known(history["scale"]),
-                "restitution": plain(history["restitution"]),
-                "model": str(history["damping_model"].values),
-                "source": DASH if history["damping_model"] == REFERENCE else names.get(source, source),
-                "peak": known(peak[tuple(index)], 2),
-                "bound": known(history, 2),
-                "order": -float(history),
+                "record": str(at["record"]),
+                "wall": str(at["wall"]),
+                "scale": known(at["scale"]),
+                "restitution": plain(at["restitution"]),
+                "model": model,
+                "source": DASH if model == REFERENCE else names.get(source, source),
+                "peak": known(peak.values[tuple(index)], 2),
+                "bound": known(bound, 2),
+                "order": -bound,
             }
         )
     return sorted(named, key=itemgetter("order"))

@@ -1,0 +1,121 @@
+"""What the explorer computes is what the package computes."""
+
+import numpy as np
+import pytest
+from report_browser import By, complaints, message, preset, put, ratios, shown, soften, value
+
+import rockdamp
+from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Wall
+from rockdamp.vocabulary import VISCOUS_MODELS
+
+SETTINGS = [
+    {"e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper", "x0": 0.5},
+    {"e": 0.7, "a1": 0.2, "b1": 0.5, "a3": 1.0, "softening": "steeper", "x0": 0.9},
+    {"e": 0.92, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "steeper", "x0": 0.3},
+    {"e": 0.8, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "translated", "x0": 0.61},
+    {"e": 0.975, "a1": 0.105, "b1": 0.6, "a3": 0.83, "softening": "translated", "x0": 0.05},
+]
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("given", SETTINGS)
+@pytest.mark.parametrize("kind", ["number", "slider"])
+def test_the_ratios_shown_are_those_of_the_command_line(browser, given, kind):
+    preset(browser, "study")
+    soften(browser, "steeper")
+    put(browser, "b1", 0.5)  # leaves room on the way for every a1 and a3
+    put(browser, "a1", 0.1)
+    for name in ("e", "a1", "a3"):
+        put(browser, name, given[name], kind)
+    put(browser, "b1", given["b1"], kind)
+    soften(browser, given["softening"])
+    put(browser, "x0", given["x0"], kind)
+    assert message(browser) == ""
+    assert {name: value(browser, name) for name in ("e", "a1", "b1", "a3", "x0")} == pytest.approx(
+        {name: given[name] for name in ("e", "a1", "b1", "a3", "x0")}, abs=1e-9
+    )
+    rows = rockdamp.equivalent(
+        given["e"], given["a1"], given["b1"], given["a3"], given["softening"], given["x0"], window=10
+    )
+    assert ratios(browser) == pytest.approx(
+        {row["damping_model"]: row["damping_ratio_energy"] for row in rows}, abs=1e-6
+    )
+    assert float(browser.find_element(By.ID, "xi-eq15").text) == pytest.approx(giannini_masiani(given["e"]), abs=1e-6)
+    assert complaints(browser) == []
+
+
+def random_settings(count):
+    """Settings over the whole range of the sliders, with whole numbers of their steps."""
+    random = np.random.default_rng(18)
+    while count:
+        a1, b1 = random.integers(1, 60) * 0.005, random.integers(10, 96) * 0.01
+        softening = str(random.choice(["steeper", "translated"]))
+        a3 = float(random.choice([1.0, round(random.uniform(0.4, 1.0), 2)]))
+        try:
+            curve = TrilinearCurve(a1, b1, a3, softening)
+        except InputError:
+            continue
+        x0 = round(random.uniform(0.02, a3 - 0.02), 2)
+        count -= 1
+        thickness = random.uniform(0.1, 0.4)
+        wall = Wall(thickness=thickness, height=thickness * random.uniform(6, 25), hinge_ratio=0.7)
+        yield curve, round(random.uniform(0.5, 1.0), 3), x0, int(random.integers(0, 33)), wall
+
+
+def visit(browser, setting):
+    """Follow a link to a setting, and read what the page then shows and says."""
+    browser.execute_async_script(
+        """
+        const [setting, done] = arguments;
+        addEventListener("hashchange", () => done(), { once: true });
+        location.hash = `explorer?${setting}`;
+        """,
+        setting,
+    )
+    return {**shown(browser), "message": message(browser)}
+
+
+@pytest.mark.peers
+def test_the_page_computes_what_the_package_computes(browser):
+    """50 settings, each opened by its address: decays, ratios, Err, and the wall's size and frequency."""
+    for curve, e, x0, order, wall in random_settings(50):
+        at = {"a1": curve.cracked_stiffness_ratio, "b1": curve.plateau_ratio, "a3": curve.ultimate_ratio}
+        at |= {"e": e, "x0": x0, "m": order, "t": wall.thickness, "h": wall.height}
+        words = [f"{name}={float(wanted)!r}" for name, wanted in at.items()]
+        found = visit(browser, "&".join([*words, f"softening={curve.softening}"]))
+        assert found["message"] == "", (curve, e, x0)
+        assert found["u_ins"] == pytest.approx(float(wall.instability_displacement), rel=1e-6)
+        assert found["frequency"] == pytest.approx(float(wall.frequency_parameter), rel=1e-6)
+        run = {"release_amplitude": x0, "step": 0.0025, "steps": 8000, "store_every": 1}
+        reference = rockdamp.solve(curve, Damping.cr(e), **run).displacement
+        np.testing.assert_allclose(found["reference"], reference[::100], rtol=0, atol=1e-6)
+        for model in VISCOUS_MODELS:
+            if model == "ECD":
+                damping = Damping.of_restitution(e, order=order)
+            else:
+                damping = Damping(model, damping_ratio_energy(curve, model, e, x0))
+            history = rockdamp.solve(curve, damping, **run).displacement
+            error = np.sqrt(np.mean((np.abs(reference[1:3201]) - np.abs(history[1:3201])) ** 2))
+            page = found["dampers"][model]
+            assert page["xi"] == pytest.approx(float(damping.damping_ratio), abs=1e-6)
+            assert page["error"] == pytest.approx(error, abs=1e-6)
+            np.testing.assert_allclose(page["x"], history[::100], rtol=0, atol=1e-6)
+    assert complaints(browser) == []
+
+
+@pytest.mark.peers
+def test_the_first_cards_slider_tells_the_ratios_of_the_package(browser):
+    for e in (0.6, 0.8, 0.95):
+        browser.execute_script(
+            "const slider = document.getElementById('answer-e'); slider.value = arguments[0];"
+            "slider.dispatchEvent(new Event('input'))",
+            e,
+        )
+        for model in VISCOUS_MODELS:
+            told = float(browser.find_element(By.ID, f"answer-{model}").text)
+            ratio = damping_ratio_energy(TrilinearCurve(0.04, 0.85), model, e, 0.5)
+            assert told == pytest.approx(100 * float(ratio), abs=0.5001e-2)
