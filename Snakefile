@@ -12,9 +12,11 @@ from rockdamp.pipeline import soundness
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.between_keys import validate, warn
+from rockdamp.config.command_line import values_of
 from rockdamp.config.merging import merged
-from rockdamp.config.results_folder import refuse_braces, require_own_folder, require_writable
+from rockdamp.config.results_folder import refuse_braces, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
+from rockdamp.storage import notes
 from rockdamp.storage.provenance import code_version, files_of, subset
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
@@ -22,14 +24,20 @@ from rockdamp.vocabulary import STUDIES
 min_version("9.8")
 
 
+# Bad input ends the run here, before anything is built or deleted. Snakemake reads the config by YAML 1.1, which loses the
+# first of two keys of one name, and ends in a traceback on what is no text; it is read here first.
+try:
+    files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
+    values = values_of(workflow.config_settings.config_args or ())
+    read = merged(files[workflow.config_settings.replace_workflow_config :], values)
+except InputError as error:
+    raise WorkflowError(str(error)) from None
+
+
 configfile: "config/default.yaml"
 
 
-# Bad input ends the run here, before anything is built or deleted. Snakemake has read the config by YAML 1.1, which loses
-# the first of two keys of one name; it is read again.
 try:
-    files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
-    read = merged(files[workflow.config_settings.replace_workflow_config :], workflow.config_settings.config)
     config.clear()
     config.update(read)
     validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
@@ -55,22 +63,29 @@ os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
 os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute()))
 
 
-# Snakemake would end in a traceback where it cannot take an old result away.
-onstart:
-    try:
-        require_writable(config["results"])
-    except InputError as error:
-        raise WorkflowError(str(error)) from None
-
-
 include: "workflow/rules/common.smk"
 
 
+# Snakemake would end in a traceback on a file where a folder must be, and where it cannot take an old result or log away.
 if workflow.is_main_process:
+    expected = list(soundness.results(config, count))
+    below = {os.path.dirname(file) for result in expected for file in result.files}
     try:
-        soundness.tell(RESULTS, STATES, config, list(soundness.results(config, count)))
+        for folder, what in FOLDERS.items():
+            require_folders(folder, below, what)
+        soundness.tell(RESULTS, STATES, config, expected)
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
     except OSError as error:
         raise WorkflowError(f"{error.filename} cannot be written ({error.strerror})") from None
+
+
+onstart:
+    try:
+        for folder, what in FOLDERS.items():
+            require_writable(folder, what)
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
 
 
 include: "workflow/rules/stages.smk"

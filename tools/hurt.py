@@ -321,14 +321,27 @@ PAGE = Path(__file__).resolve().parents[1] / "docs/robustness.md"
 BLOCK = re.compile(r"(?<=<!-- tools/hurt.py -->\n).*?(?=<!-- end -->)", re.DOTALL)
 
 
+def table() -> list[str]:
+    """The lines of the table so far."""
+    return [
+        f"| {row.part} | {row.done} | {row.expected} | {row.seen} | {'ok' if row.good else '**no**'} |" for row in ROWS
+    ]
+
+
 def write_page(lines: list[str]) -> None:
     """Put rows into the table of the page, in place of those of the same parts."""
     text = PAGE.read_text(encoding="utf-8")
     shown = [line for line in BLOCK.findall(text)[0].splitlines() if line.startswith("| ")][1:]
     done = {line.split(" | ")[0] for line in lines}
     kept = [line for line in shown if line.split(" | ")[0] not in done]
-    table = "\n".join([*HEAD, *kept, *lines])
-    PAGE.write_text(BLOCK.sub(lambda _: table + "\n", text), encoding="utf-8")
+    block = "\n".join([*HEAD, *kept, *lines, ""])
+    PAGE.write_text(BLOCK.sub(lambda _: block, text), encoding="utf-8")
+
+
+def done(page: bool) -> None:
+    """Keep what a part found: the next one may take long, or end the program."""
+    if page:
+        write_page(table())
 
 
 def main() -> int:
@@ -362,6 +375,7 @@ def main() -> int:
     for name in chosen:
         if name in without_build:
             without_build[name]()
+            done(given.page)
     if of_tree := [name for name in chosen if name in parts]:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             tree = Tree(Path(folder, "a träe"))
@@ -369,12 +383,8 @@ def main() -> int:
                 build(tree)
             for name in of_tree:
                 parts[name](tree)
-    lines = [
-        f"| {row.part} | {row.done} | {row.expected} | {row.seen} | {'ok' if row.good else '**no**'} |" for row in ROWS
-    ]
-    print("\n".join(["", *HEAD, *lines]))
-    if given.page:
-        write_page(lines)
+                done(given.page)
+    print("\n".join(["", *HEAD, *table()]))
     bad = sum(not row.good for row in ROWS)
     print(f"{len(ROWS) - bad} of {len(ROWS)} as expected, seed {given.seed}")
     return 1 if bad else 0

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from rockdamp.config.results_folder import PARTS, require_own_folder, require_writable
+from rockdamp.config.results_folder import PARTS, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError
 
 
@@ -77,9 +77,27 @@ def test_the_data_dictionary_alone_may_be_tracked(tree):
 
 def test_a_folder_that_is_there_or_can_be_made_is_writable(tmp_path):
     (tmp_path / "figures").mkdir()
-    require_writable(tmp_path)
-    require_writable(tmp_path / "of/a/new/one")
+    require_writable(tmp_path, "the results")
+    require_writable(tmp_path / "of/a/new/one", "the results")
+    require_folders(tmp_path / "of/a/new/one", ["", "match"], "the results")
     assert os.listdir(tmp_path) == ["figures"]
+
+
+@pytest.mark.parametrize("at", ["logs", "logs/minimal", "logs/minimal/match"])
+@pytest.mark.parametrize("broken", [False, True], ids=["file", "link"])
+def test_a_file_or_a_broken_link_where_a_folder_must_be_is_named(at, broken, tmp_path):
+    path = tmp_path / at
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if broken:
+        path.symlink_to(tmp_path / "nowhere")
+    else:
+        path.touch()
+    with pytest.raises(InputError, match=rf"{at} cannot be written; the logs need a folder"):
+        require_folders(tmp_path / "logs/minimal", ["match", "figures"], "the logs")
+    path.unlink()
+    (tmp_path / "elsewhere").mkdir()
+    path.symlink_to(tmp_path / "elsewhere")
+    require_folders(tmp_path / "logs/minimal", ["match", "figures"], "the logs")
 
 
 @pytest.mark.parametrize("folder", ["", "new/one"])
@@ -87,7 +105,7 @@ def test_below_a_file_nothing_can_be_written(folder, tmp_path):
     path = tmp_path / "taken"
     path.touch()
     with pytest.raises(InputError, match=r"taken cannot be written; .* a folder in which files can be made"):
-        require_writable(path / folder)
+        require_writable(path / folder, "the results")
 
 
 def test_a_folder_below_without_permission_is_named(tmp_path, monkeypatch):
@@ -96,4 +114,4 @@ def test_a_folder_below_without_permission_is_named(tmp_path, monkeypatch):
     # As on a disk that is read-only; permissions alone do not stop root.
     monkeypatch.setattr(os, "access", lambda path, mode: path.name != "figures")
     with pytest.raises(InputError, match="figures cannot be written"):
-        require_writable(tmp_path)
+        require_writable(tmp_path, "the results")

@@ -122,6 +122,20 @@ def test_every_registered_variable_has_a_unit_and_a_meaning():
             assert entry["units"] and entry["long_name"], (kind, name)
 
 
+TWO_UNITS = {  # over u_ins, and in metres once the wall has a size
+    "displacement",
+    "velocity",
+    "peak_displacement",  # of natural.nc, peak_ratio under its old name for this release
+}
+
+
+def test_a_name_has_one_unit_in_every_dataset_and_scale_one_meaning():
+    every = [entry for kind in dataset.kinds() for entry in dataset.variables(kind, "slenderness").items()]
+    units = {name: {entry["units"] for own, entry in every if own == name} for name, _ in every}
+    assert {name for name, own in units.items() if len(own) > 1} == TWO_UNITS
+    assert {entry["symbol"] for name, entry in every if name == "scale"} == {"lambda PGV/(p u_ins)"}
+
+
 def test_a_study_dataset_needs_its_dimension():
     with pytest.raises(dataset.DatasetError, match="dimension of a study"):
         dataset.variables("decay")

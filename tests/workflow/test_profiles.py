@@ -9,7 +9,8 @@ PROFILES = ("default", "slurm")
 
 
 def stated(name):
-    return yaml.safe_load((ROOT / f"profiles/{name}/config.yaml").read_text(encoding="utf-8"))
+    read = yaml.safe_load((ROOT / f"profiles/{name}/config.yaml").read_text(encoding="utf-8"))
+    return {key: value for key, value in read.items() if not key.startswith("__")}  # what Snakemake is not handed
 
 
 @pytest.mark.parametrize("name", PROFILES)

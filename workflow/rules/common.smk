@@ -4,6 +4,7 @@ RESULTS = config["results"]
 TAG = soundness.tag(RESULTS)
 LOGS = f"logs/{TAG}"
 STATES = soundness.STATES / TAG
+FOLDERS = {RESULTS: "the results", f"{RESULTS}/{notes.FOLDER}": "the notes on the results", LOGS: "the logs"}
 
 
 def code(*modules):

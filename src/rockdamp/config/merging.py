@@ -28,8 +28,8 @@ def merged(files: Iterable[str | Path], stated: Mapping[str, Any]) -> dict[str, 
         document = _read(file)
         if not isinstance(document, Mapping):
             raise InputError(f"{file}: is not a mapping of keys to values; a config must be one")
-        _update(config, document)
-    _update(config, stated)
+        update(config, document)
+    update(config, stated)
     return config
 
 
@@ -45,11 +45,12 @@ def _read(path: str | Path) -> Any:
         raise InputError(f"{path}{line}: {said}; it must be YAML") from None
 
 
-def _update(config: dict[str, Any], other: Mapping[str, Any]) -> None:
+def update(config: dict[str, Any], other: Mapping[str, Any]) -> None:
+    """Put the values of `other` into `config`, section by section, as Snakemake does."""
     for key, value in other.items():
         if isinstance(value, Mapping):
             inner = config.get(key)
             config[key] = inner = dict(inner) if isinstance(inner, Mapping) else {}
-            _update(inner, value)
+            update(inner, value)
         else:
             config[key] = value

@@ -61,8 +61,35 @@ def _tracked(folder: Path) -> list[str]:
     return [os.fsdecode(name) for name in run.stdout.split(b"\0") if name] if run.returncode == 0 else []
 
 
-def require_writable(folder: str | os.PathLike[str]) -> None:
+def require_folders(folder: str | os.PathLike[str], below: Iterable[str], what: str) -> None:
+    """Check that `folder` and those that it needs are folders, or can be made: that none is a file or a broken link.
+
+    Parameters
+    ----------
+    folder : path
+    below : iterable of str
+        The folders in it that are needed, whether they are there or not.
+    what : str
+        Is kept there, for errors.
+
+    Raises
+    ------
+    InputError
+        If one, or a folder above it, is something else.
+    """
+    for name in ("", *below):
+        place = _nearest(Path(folder, name))
+        if not place.is_dir():
+            raise _unfit(place, what)
+
+
+def require_writable(folder: str | os.PathLike[str], what: str) -> None:
     """Check that files may be made in `folder` and in every folder below it, or that it can be made.
+
+    Parameters
+    ----------
+    folder, what
+        As for `require_folders`.
 
     Raises
     ------
@@ -70,7 +97,15 @@ def require_writable(folder: str | os.PathLike[str]) -> None:
         If one cannot be written, as on a disk that is read-only.
     """
     top = Path(folder)
-    there = next(place for place in (top, *top.absolute().parents) if place.exists())
-    for place in (there, *(path for path in top.rglob("*") if path.is_dir())):
+    for place in (_nearest(top), *(path for path in top.rglob("*") if path.is_dir())):
         if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-            raise InputError(f"{place} cannot be written; the results need a folder in which files can be made")
+            raise _unfit(place, what)
+
+
+def _nearest(folder: Path) -> Path:
+    """The folder itself, or what is there of those above it."""
+    return next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
+
+
+def _unfit(place: Path, what: str) -> InputError:
+    return InputError(f"{place} cannot be written; {what} need a folder in which files can be made")

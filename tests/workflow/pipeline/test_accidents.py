@@ -13,11 +13,21 @@ pytestmark = pytest.mark.workflow
 
 
 def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):
-    run = tree.snakemake("mechanism", overlay="results: LICENSE/results\n")
+    run = tree.snakemake("fig1", overlay="results: LICENSE/results\n")
     assert run.returncode != 0
     assert "Traceback" not in run.stdout + run.stderr
     assert "LICENSE cannot be written; the results need a folder in which files can be made\n" in run.stderr
-    assert "Job stats:" in run.stderr and "Execute 1 jobs" not in run.stderr
+    assert "Execute 1 jobs" not in run.stderr
+
+
+def test_logs_that_cannot_be_written_stop_the_run_before_any_job(tree):
+    (tree.place / "logs/folder").write_text("no folder", encoding="utf-8")
+    run = tree.snakemake("fig1", overlay="results: results/folder\n")
+    (tree.place / "logs/folder").unlink()
+    assert run.returncode != 0
+    assert "Traceback" not in run.stdout + run.stderr
+    assert "logs/folder cannot be written; the logs need a folder in which files can be made\n" in run.stderr
+    assert not (tree.place / "results/folder").exists()
 
 
 def test_a_truncated_dataset_counts_as_missing_and_is_built_again(tree):

@@ -35,6 +35,17 @@ def test_a_section_that_stands_there_twice_stops_the_run(tree):
     assert "overlay.yaml, line 2: key 'wall' stands there more than once, first on line 1; it must be YAML\n" in said
 
 
+def test_a_config_that_is_nested_without_end_stops_the_run(tree):
+    said = refused(tree, f"wall: {'[' * 5000}{']' * 5000}\n")
+    assert "Error: overlay.yaml: it is nested too deep; it must be YAML\n" in said
+
+
+def test_a_number_on_the_command_line_is_that_of_yaml_1_2_too(tree):
+    run = tree.snakemake("--dry-run", "--config", "release_amplitude=0_5", "solver={step: 0.2}")
+    assert run.returncode != 0 and "Traceback" not in run.stderr
+    assert "the command line: release_amplitude is '0_5'; it must be a number greater than 0\n" in run.stderr
+
+
 def test_a_number_is_that_of_yaml_1_2_and_not_ninety(tree):
     said = refused(tree, "convergence: {lanes: 1:30}\n")
     assert "overlay.yaml, line 1: convergence.lanes is '1:30'; it must be a whole number at least 1\n" in said
