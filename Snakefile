@@ -50,6 +50,7 @@ try:
     with warnings_as_lines():
         if workflow.is_main_process:
             warn(config, files)
+            catalogue.warn_of_left_out([*config["records"], *config["population"]["records"]])
             catalogue.from_file(config["validation"]["record"])
         for path in catalogue.files_of(config["records"]):
             if workflow.is_main_process:

@@ -22,6 +22,7 @@ from attacks import Attack, ended  # noqa: E402
 from command_attacks import command_attacks  # noqa: E402
 from config_attacks import config_attacks  # noqa: E402
 from record_attacks import record_attacks  # noqa: E402
+from table_attacks import table_attacks  # noqa: E402
 
 Report = Callable[[str, str, str, str, bool], None]
 WARM = 50  # calls before what is held is measured
@@ -36,6 +37,7 @@ def inputs(report: Report, seed: int, count: int) -> None:
         "records": record_attacks,
         "configs": config_attacks,
         "command lines": command_attacks,
+        "tables of walls": table_attacks,
     }.items():
         found: Counter[str] = Counter()
         for attack in islice(attacks(seed), count):

@@ -99,3 +99,15 @@ def test_imperial_units_are_those_of_the_handbooks():
     assert imperial["units"]["rigid_stiffness"] == "lbf in-1" and imperial["units"]["displacement"] == "in"
     assert imperial["periods"][0]["displacement"] * 0.0254 == pytest.approx(si["periods"][0]["displacement"])
     assert imperial["restitutions"] == si["restitutions"] and imperial["rocking_onset_g"] == si["rocking_onset_g"]
+
+
+@pytest.mark.parametrize("text", ["1_0", "١", "1e-1_0"])
+def test_what_python_alone_takes_for_a_number_is_none(text):
+    for command in (
+        ["wall", "--thickness", text, "--height", "30"],
+        ["wall", "--thickness", "1", "--height", "30", "--overburden-ratio", text],
+        ["equivalent", "--restitution", f"0.8:0.9:{text}", "--a1", "0.04", "--b1", "0.85"],
+        ["equivalent", "--restitution", text, "--a1", "0.04", "--b1", "0.85"],
+    ):
+        result = run(*command)
+        assert result.exit_code == 2 and text in result.stderr.splitlines()[-1], command

@@ -163,6 +163,51 @@ def test_a_folder_names_its_records_but_not_those_below_nor_what_peer_puts_besid
     assert files_of(["near"]) == [Path("near/RSN9_Z.at2"), Path("near/first.csv")]
 
 
+VERTICALS = ["RSN68_SFERN_PEL-UP", "RSN1244_CHICHI_CHY101-V", "RSN5618_IWATE_IWT010UD", "RSN1787_HECTOR_HECVER"]
+VERTICALS += ["RSN1633_MANJIL_ABBAR--V", "RSN6890_DARFIELD_CMHSV", "RSN1_KOCAELI_ARE-DWN", "pel-up", "site_DWN"]
+HORIZONTALS = ["RSN68_SFERN_PEL090", "RSN5618_IWATE_IWT010NS", "RSN6890_DARFIELD_CMHSN10E", "RSN1_CHICHI_TCU045-N"]
+HORIZONTALS += ["RSN9_SETUP", "RSNX_V", "pickup", "motion_v"]
+
+
+@pytest.mark.parametrize("given", ["near", "near/*", "**/*.AT2"])
+def test_vertical_components_by_peers_names_are_left_out_of_folders_and_patterns_and_named(given, folder):
+    for name in VERTICALS + HORIZONTALS:
+        Path(f"near/{name}.AT2").write_text(AT2, encoding="utf-8")
+    Path("near/first-UP.csv").write_text(CSV, encoding="utf-8")  # by no name of PEER's
+    with pytest.warns(RecordWarning) as told:
+        taken = {motion.name for motion in load_records(given)}
+    assert taken - {"first", "first-UP", "second"} == set(HORIZONTALS)
+    assert [str(path) for path in catalogue.left_out([given])] == sorted(f"near/{name}.AT2" for name in VERTICALS)
+    (line,) = [str(each.message) for each in told]
+    assert line.startswith("records: 9 vertical components left out, as walls rock under horizontal motion: RSN1244_CH")
+    assert line.count(".AT2") == 5 and ", ...; one that is named by its own path is taken" in line
+
+
+def test_a_vertical_component_that_is_named_by_its_path_is_taken_with_a_warning(folder):
+    Path("near/PEL-UP.AT2").write_text(AT2, encoding="utf-8")
+    with pytest.warns(RecordWarning, match=r"^near/PEL-UP\.AT2: is a vertical component, by its name; a wall rocks"):
+        assert [motion.name for motion in load_records("near/PEL-UP.AT2")] == ["PEL-UP"]
+    message = said(listing, ["near/*UP.AT2"])
+    assert message.startswith("records: 'near/*UP.AT2' names vertical components alone, seen from")
+
+
+@pytest.mark.parametrize(("component", "vertical"), [("UP", True), ("V (USGS 5)", True), ("090", False), ("N", False)])
+def test_a_component_that_an_at2_file_states_is_believed(component, vertical, folder):
+    Path("near/a.AT2").write_text(AT2.replace("Somewhere", f"Here, 1/1/2020, Hill, {component}"), encoding="utf-8")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        load_records("near/a.AT2")
+    expected = f"near/a.AT2: is a vertical component, by its second line ({component!r}); a wall rocks under"
+    assert [str(each.message).startswith(expected) for each in told] == [True] * vertical
+
+
+def test_peers_series_of_velocity_and_displacement_are_refused_by_name(folder):
+    for suffix, what in ((".VT2", "velocities"), (".dt2", "displacements")):
+        Path(f"near/a{suffix}").write_text(AT2, encoding="utf-8")
+        expected = f"near/a{suffix}: has PEER's suffix for {what}; the accelerations are in the file .AT2"
+        assert said(load_records, [f"near/a{suffix}"]) == expected
+
+
 def test_one_name_or_path_may_stand_alone(folder):
     for records in ("near/first.csv", Path("near/first.csv"), ["near/first.csv"]):
         assert [motion.name for motion in load_records(records)] == ["first"]

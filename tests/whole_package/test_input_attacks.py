@@ -1,5 +1,6 @@
 """What is read from outside, attacked at random; the writer with a fault at each of its calls; what many calls hold."""
 
+import random
 import re
 import time
 from collections import Counter
@@ -10,6 +11,7 @@ import faults
 import numpy as np
 import pytest
 import record_attacks
+import table_attacks
 from attacks import ANSWER, REFUSED, Attack, ended
 from command_attacks import command_attacks
 from config_attacks import config_attacks
@@ -19,7 +21,10 @@ from repository import ROOT
 SEED, COUNT = 23, 150
 
 
-@pytest.mark.parametrize("endless", [record_attacks.record_attacks, config_attacks, command_attacks])
+ENDLESS = [record_attacks.record_attacks, config_attacks, command_attacks, table_attacks.table_attacks]
+
+
+@pytest.mark.parametrize("endless", ENDLESS)
 def test_an_attack_ends_in_the_right_answer_or_in_a_refusal(tmp_path, endless):
     found = Counter()
     for number, attack in enumerate(islice(endless(SEED), COUNT)):
@@ -42,6 +47,30 @@ def test_a_record_that_is_read_as_another_is_found_out(tmp_path):
     assert judged(1.001 * right) == judged(right[:-1]) == "another motion than the file's"
     assert judged(None) == "an answer to what means nothing"
     assert judged(right, synthetic=False) == "another label than the file's"
+
+
+def test_a_table_that_is_read_as_another_is_found_out(tmp_path, monkeypatch):
+    walls = [{"id": name, "thickness": "0.3", "height": "3", "preset": "new", "restitution": "0.8"} for name in "ab"]
+    text = table_attacks._text(random.Random(SEED), walls).encode()
+
+    def judged(rows):
+        return table_attacks._judge(table_attacks.Meant(text, rows), False)(tmp_path)
+
+    first, second = table_attacks._means(walls)
+    assert judged([first, second]) == ANSWER
+    assert judged(None) == "an answer to what is no table"
+    assert judged([first]) == judged([second, first]) == "other rows than the table's"
+    assert judged([first, ("b", None)]) == "an answer to a row that makes no wall"
+    for other in (
+        {"thickness": "0.31"},
+        {"preset": "severe"},
+        {"restitution": "0.81"},
+        {"parapet": "yes"},
+        {"a1": "0.2"},
+    ):
+        assert judged([first, ("b", walls[1] | other)]) == "another wall than the row's"
+    monkeypatch.setattr(table_attacks, "THICKEST", 0.2)
+    assert judged([first, second]) == "a wall of another unit passes"
 
 
 def test_a_hang_and_an_exception_of_another_package_are_found_out(tmp_path, monkeypatch):

@@ -32,7 +32,7 @@ from rockdamp.cli.options import (
     refuse_unused,
     wall_options,
 )
-from rockdamp.cli.types import Numbers, OutputFile, Quantities, Quantity
+from rockdamp.cli.types import Number, Numbers, OutputFile, Quantities, Quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Length(click.ParamType):
 )
 @curve_options
 @damping_options
-@click.option("--release", type=float, default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
+@click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
 @click.option(
     "--length",
     type=Length(),

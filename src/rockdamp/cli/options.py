@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from rockdamp.cli.types import Quantity
+from rockdamp.cli.types import Number, Quantity
 from rockdamp.vocabulary import MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
@@ -47,13 +47,13 @@ def wall_options(required: bool = True) -> Decorator:
         ),
         click.option(
             "--hinge-ratio",
-            type=float,
+            type=Number(),
             default=0.7,
             show_default=True,
             help="Hinge's height over h; a parapet has none.",
         ),
         click.option(
-            "--overburden-ratio", type=float, default=0.0, show_default=True, help="Overburden over weight, O/W."
+            "--overburden-ratio", type=Number(), default=0.0, show_default=True, help="Overburden over weight, O/W."
         ),
         click.option(
             "--eccentricity",
@@ -67,7 +67,7 @@ def wall_options(required: bool = True) -> Decorator:
 
 
 softening_options = _all(
-    click.option("--a3", type=float, default=1.0, show_default=True, help="Ultimate ratio u3/u_ins."),
+    click.option("--a3", type=Number(), default=1.0, show_default=True, help="Ultimate ratio u3/u_ins."),
     click.option(
         "--softening",
         type=click.Choice(SOFTENING),
@@ -78,19 +78,21 @@ softening_options = _all(
 )
 
 curve_options = _all(
-    click.option("--a1", type=float, help="Cracked stiffness ratio u1/u_ins."),
-    click.option("--b1", type=float, help="Plateau ratio F_y/F0."),
+    click.option("--a1", type=Number(), help="Cracked stiffness ratio u1/u_ins."),
+    click.option("--b1", type=Number(), help="Plateau ratio F_y/F0."),
     click.option("--preset", type=click.Choice(list(PRESETS)), help="A named curve in place of --a1 and --b1."),
     softening_options,
 )
 
 damping_options = _all(
     click.option("--damping-model", type=Model(MODELS), help="One model alone.  [default: CR, with --restitution]"),
-    click.option("--damping-ratio", type=float, help="xi of a viscous model."),
+    click.option("--damping-ratio", type=Number(), help="xi of a viscous model."),
     click.option(
-        "--restitution", type=float, help="Coefficient of restitution e of CR, of ECD of any order, and for --compare."
+        "--restitution",
+        type=Number(),
+        help="Coefficient of restitution e of CR, of ECD of any order, and for --compare.",
     ),
-    click.option("--order", type=float, help="Order m of ECD: the larger, the nearer to CR.  [default: 0]"),
+    click.option("--order", type=Number(), help="Order m of ECD: the larger, the nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="CR and every viscous model at its equivalent damping ratio."),
 )
 

@@ -9,7 +9,7 @@ import click
 
 from rockdamp.cli.command import Command, print_json, print_table, print_values
 from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
-from rockdamp.cli.types import Numbers
+from rockdamp.cli.types import Number, Numbers
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -170,8 +170,8 @@ def _periods(
 )
 @click.option("--restitution", type=Numbers(), required=True, help="Coefficient of restitution e.")
 @curve_options
-@click.option("--release", type=float, default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
-@click.option("--window", type=float, default=None, help="Length of the response in tau = p t.  [default: 8]")
+@click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
+@click.option("--window", type=Number(), default=None, help="Length of the response in tau = p t.  [default: 8]")
 @json_option
 def equivalent(
     restitution: list[float],

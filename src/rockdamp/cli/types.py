@@ -16,6 +16,8 @@ from typing import Any
 
 import click
 
+from rockdamp.text import number as text_number
+
 MOST_VALUES = 1000  # of a range
 UNITS = {
     "m": "102mm, 0.102m, 4in",
@@ -25,9 +27,21 @@ UNITS = {
     "m s-2": "0.3g, 3m/s^2, 300cm/s^2",
 }
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<units>[^\s\d.].*)", re.DOTALL)
 _FACTOR = re.compile(r"(?P<slash>[*/·]?)\s*(?P<name>[^\W\d_]+)\s*(?:(?:\*\*|\^)?(?P<power>[-+]?\d))?\s*")
+
+
+class Number(click.ParamType):
+    """A number, as other programs read it: click takes 1_0 and digits of any script."""
+
+    name = "float"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return value if isinstance(value, float) else text_number(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a valid float.", param, ctx)
 
 
 class Quantity(click.ParamType):
@@ -49,7 +63,7 @@ class Quantity(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         try:
-            number = float(value)
+            number = value if isinstance(value, float) else text_number(value)
         except ValueError:
             number = self._with_unit(value, param, ctx)
         if not math.isfinite(number):
@@ -163,9 +177,9 @@ class _RangeError(ValueError):
 def _range(text: str) -> list[float]:
     """Return the numbers of one part, computed in decimals: 0.8, 0.81, ... without noise."""
     if ":" not in text:
-        return [float(text)]
-    numbers = [Decimal(part.strip()) for part in text.split(":")]
-    if len(numbers) != 3 or not all(number.is_finite() for number in numbers):
+        return [text_number(text)]
+    numbers = [Decimal(part.strip()) for part in text.split(":") if math.isfinite(text_number(part))]
+    if len(numbers) != 3:
         raise _RangeError(f"{text!r} is no range of three finite numbers")
     start, stop, step = numbers
     if not (step > 0 and stop >= start):

