@@ -71,9 +71,9 @@ def test_samples_solved_event_by_event_are_told_by_stratum_where_there_are_any()
     assert "event by event" not in told()
     text = told(**{"natural/check": sample()}).replace("\u202f", " ")
     assert "Histories of the study, solved again event by event" in text and "of the population" not in text
-    assert "stands, peak below 0.5 u_ins 12 345 40 0 % 2.5 % 0.040 % 1.1 %" in text
+    assert "stands, peak below 0.5 u ins 12 345 40 0 % 2.5 % 0.040 % 1.1 %" in text
     assert "outcome depends on the step 20 20 5 % – 0.20 % 13 %" in text
-    assert "stands, 0.5 to 0.8 u_ins" not in text
+    assert "stands, 0.5 to 0.8 u ins" not in text
     text = told(**{"population/check": sample().drop_vars("beyond_bound_share")})
     assert "Histories of the population" in text and "40 0 % – 0.040 % 1.1 %" in text
 

@@ -17,6 +17,8 @@ from rockdamp.storage.provenance import files_of
 
 REFERENCES = ("src", "href", "srcset", "action", "poster", "data", "xlink:href", "background", "cite")
 
+LATER = ("explorer-message", "explorer-size")  # filled by the explorer
+
 
 # --- self-contained, the same each time ------------------------------------------------------------------------------
 
@@ -102,6 +104,12 @@ def test_a_claim_links_to_the_figure_that_shows_it(page, short):
     assert [(link["attrs"]["href"], link["text"]) for link in links] == [("#fig5", "Fig. 5")] * 2
     few = Page(report.build(dataclasses.replace(short, figures={})))
     assert not [link for link in few.all("a") if "article" in link["within"]]
+
+
+def test_nothing_stands_without_its_text(page):
+    """A claim without a condition has no line for one."""
+    for name in ("dt", "dd", "li", "p", "h3", "caption", "figcaption"):
+        assert all(words(one["text"]) for one in page.all(name) if one["attrs"].get("id") not in LATER), name
 
 
 def test_verdicts_are_counted_at_the_top(page):

@@ -63,13 +63,15 @@ def test_a_figure_that_is_no_png_is_refused(short):
         report.build(dataclasses.replace(short, figures={"fig1": b"%PDF-1.7, or so it says here"}))
 
 
-def test_prose_loses_its_title_its_links_into_the_tree_and_any_markup():
+def test_prose_loses_its_title_its_links_into_the_tree_its_comments_and_any_markup():
     html = tables.prose(
         "# Title\n\n## Part\n\nSee [this file](other.md), [that page](https://example.org) <b>now</b>.\n"
+        "\n<!-- what a tool writes -->\n| a | b |\n|---|---|\n| 1 | 2 |\n<!-- end -->\n"
     )
     assert "Title" not in html and "<h3>Part</h3>" in html
     assert "See this file, " in html and '<a href="https://example.org">that page</a>' in html
     assert "&lt;b&gt;now" in html
+    assert "what a tool" not in html and "end" not in html and html.count("<tr>") == 2
 
 
 def test_quantities_are_told_by_model_or_by_their_extremes(content):

@@ -143,7 +143,7 @@ def _figures(content: Content) -> list[dict[str, Any]]:
             "image": f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}",
             "width": sizes[name][0],
             "height": sizes[name][1],
-            "share": round(100 * sizes[name][0] / widest, 1),
+            "share": round(sizes[name][0] / widest, 3),
             "caption": caption(name, content.datasets),
         }
         for name, png in content.figures.items()

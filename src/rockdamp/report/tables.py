@@ -101,7 +101,7 @@ def _shown(claim: Mapping[str, str], figures: Mapping[str, str]) -> dict[str, An
             for words in claim[column].split("; ")
             if words
         ],
-        "reasons": [text for text in claim["condition"].split("; ") if not text.startswith(_LABELS)],
+        "reasons": [text for text in claim["condition"].split("; ") if text and not text.startswith(_LABELS)],
         "measured": [text for text in pieces if not text.startswith(BY_HALF_CYCLE)],
         "half_cycles": [_by_half_cycle(text) for text in pieces if text.startswith(BY_HALF_CYCLE)],
     }
@@ -162,8 +162,9 @@ def _told(variable: xr.DataArray) -> Markup:
 
 
 def prose(markdown: str) -> str:
-    """Return a document as HTML for a section: without its title, headings a level lower, no links into the tree."""
-    tokens = MarkdownIt("commonmark", {"html": False}).enable("table").parse(markdown)
+    """Return a document as HTML for a section: headings a level lower, no title, comments and links into the tree."""
+    without_comments = re.sub(r"<!--.*?-->", "", markdown, flags=re.DOTALL)
+    tokens = MarkdownIt("commonmark", {"html": False}).enable("table").parse(without_comments)
     kept: list[Token] = []
     skipping = False
     for token in tokens:

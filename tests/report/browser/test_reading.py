@@ -16,6 +16,12 @@ def test_the_page_opens_without_a_word_on_the_console_and_nothing_sticks_out(
         "const root = document.documentElement; return [root.scrollWidth, root.clientWidth]"
     )
     assert wide <= room <= width  # what is wide scrolls by itself
+    # Double-column figures are as wide as their text needs: they scroll by themselves where the screen is narrower.
+    widest, body = chromium.execute_script(
+        "const all = [...document.querySelectorAll('figure img')].map((image) => image.clientWidth);"
+        " return [Math.max(...all), document.body.clientWidth]"
+    )
+    assert widest >= 600 and (widest <= body or phone)
     ground = chromium.execute_script("return getComputedStyle(document.body).backgroundColor")
     assert (ground == "rgb(255, 255, 255)") == (not features)
 
