@@ -178,6 +178,7 @@ def ensemble(softening: str, count: int = 8) -> TrilinearCurve:
     return TrilinearCurve(*np.transpose(parameters), softening=softening)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
 @pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
 def test_kernel_converges_to_the_exact_history_at_second_order(forced, damper):

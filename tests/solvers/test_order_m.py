@@ -36,6 +36,7 @@ def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order, curve):
         np.testing.assert_allclose(peaks, event_driven.cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("order", [1, 8, 32])
 @pytest.mark.parametrize("excitation", ["free", "forced"])
 def test_the_stepper_tends_to_the_event_driven_solution_with_the_square_of_the_step(order, excitation):

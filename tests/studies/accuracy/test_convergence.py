@@ -106,6 +106,7 @@ def order_of(substeps, error):
 excited = pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
 
 
+@pytest.mark.no_cover
 @excited
 @pytest.mark.parametrize("model", CASES)
 def test_explicit_newmark_converges_to_the_exact_solution_at_second_order_for_every_damper(model, forced):

@@ -152,6 +152,7 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     assert compared >= 4
 
 
+@pytest.mark.no_cover
 def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_population_s_own_step(
     config, walls, shares
 ):
