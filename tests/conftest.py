@@ -1,5 +1,6 @@
 """Settings and high-precision values that several tests share."""
 
+import os
 from itertools import pairwise
 
 import mpmath as mp
@@ -13,6 +14,10 @@ from rockdamp.storage import yaml_file
 # the tree.
 settings.register_profile("rockdamp", derandomize=True, deadline=None, database=None)
 settings.load_profile("rockdamp")
+
+# Where several processes share the processors, further threads only wait for each other.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 # These take minutes, so they go first: no process is left alone with one of them at the end.
 LONG = ("tests/workflow/", "tests/documents/test_howto")

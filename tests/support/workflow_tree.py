@@ -24,6 +24,7 @@ class Tree:
             "SNAKEMAKE_PROFILE",
             "NUMBA_CACHE_DIR",
             "NUMBA_DISABLE_JIT",
+            "NUMBA_NUM_THREADS",
             "SOURCE_DATE_EPOCH",
             "COVERAGE_PROCESS_START",
         )
