@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -23,6 +25,11 @@ NAMES = {  # of the parameters, as the axes show them
     "cracked_stiffness_ratio": "cracked stiffness $a_1$",
     "plateau_ratio": "plateau $b_1$",
     "restitution": "restitution $e$",
+}
+HEIGHT = 0.38  # of a bar; a parameter has two
+BARS: dict[str, dict[str, Any]] = {  # of the indices under CR
+    "sensitivity": {"facecolor": BAND, "label": "CR, first-order index"},
+    "total_sensitivity": {"facecolor": "white", "hatch": "/////", "label": "CR, total-effect index"},
 }
 TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
@@ -57,6 +64,7 @@ def fig_population(population: xr.Dataset) -> Figure:
             color=style_of(REFERENCE).colour,
             label="CR, share of the runs",
         ),
+        *(Patch(edgecolor=GREY, linewidth=0.5, **look) for look in BARS.values()),
     ]
     walls, records = population.sizes["wall"], int(population["records"])
     figure.legend(
@@ -114,24 +122,30 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
 def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     names = [str(name) for name in population["parameter"].values]
     rows, cr = np.arange(len(names)), population.sel(damping_model=REFERENCE)
-    axes.barh(
-        rows,
-        cr["sensitivity"],
-        height=0.6,
-        color=BAND,
-        edgecolor=GREY,
-        linewidth=0.5,
-        xerr=cr["sensitivity_confidence"],
-        error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
-    )
+    for shift, (index, look) in zip((-0.5, 0.5), BARS.items(), strict=True):
+        axes.barh(
+            rows + shift * HEIGHT,
+            cr[index],
+            height=HEIGHT,
+            edgecolor=GREY,
+            linewidth=0.5,
+            xerr=cr[f"{index}_confidence"],
+            error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
+            **look,
+        )
     for model in dampers(population):
         of_model, style = population.sel(damping_model=model), style_of(model)
         axes.plot(
-            of_model["sensitivity"], rows, linestyle="none", marker=style.marker, markersize=2.6, color=style.colour
+            of_model["sensitivity"],
+            rows - 0.5 * HEIGHT,
+            linestyle="none",
+            marker=style.marker,
+            markersize=2.6,
+            color=style.colour,
         )
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
-    axes.set_xlabel("first-order index [-]")
+    axes.set_xlabel("share of the variance [-]")
     axes.set_ylabel("parameter [-]")
-    axes.set_title("sensitivity (bars: CR)")
+    axes.set_title("sensitivity")

@@ -117,7 +117,11 @@ def fig_population(data: Datasets) -> dict[str, Any]:
             ),
         ),
         "most": Markup(", ").join(
-            Markup("{} ({})").format(str(index["parameter"].values[i]).replace("_", " "), known(index[i], 2))
+            Markup("{} ({}, {})").format(
+                str(index["parameter"].values[i]).replace("_", " "),
+                known(index[i], 2),
+                known(population["total_sensitivity"][i], 2),
+            )
             for i in order
         ),
     }

@@ -89,6 +89,7 @@ def test_a_damper_of_the_population_that_collapses_with_restitution_has_a_median
         {
             "collapses": (("record", "intensity", "damping_model"), np.repeat(fell[..., None], len(MODELS), axis=-1)),
             "vulnerability": (("wall", "damping_model"), np.full((1, len(MODELS)), fell.mean())),
+            "redrawn_vulnerability": (("parameter", "wall"), np.full((len(population.PARAMETERS), 1), np.nan)),
         },
         coords={
             "record": np.arange(20),

@@ -6,7 +6,7 @@ same peak ground velocities. Jobs take shares of the walls; what they store is c
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -28,12 +28,13 @@ from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit_resampled, interval, resample
 from rockdamp.studies.earthquakes.settings import (
     PARAMETERS,
+    Bootstrap,
     Distribution,
     PopulationSettings,
     PopulationShareSettings,
     PopulationWallSettings,
 )
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 HARMONICS = 10  # of RBD-FAST, the usual number
 FEWEST = 100  # walls: of fewer the indices are noise
@@ -54,7 +55,7 @@ def walls(config: Config) -> xr.Dataset:
     -------
     xarray.Dataset
         The parameters (wall), what they make of the wall, and ``damping_ratio`` (wall, damping_model) of the closed
-        form; NaN for CR.
+        form, NaN for CR; ``redrawn`` (parameter, wall), another value of each parameter, NaN where it is not drawn.
     """
     given = PopulationWallSettings.of(config)
     values = sample(given)
@@ -72,8 +73,13 @@ def walls(config: Config) -> xr.Dataset:
         {
             **{name: ("wall", value) for name, value in of_wall.items()},
             "damping_ratio": (("wall", "damping_model"), ratio),
+            "redrawn": (("parameter", "wall"), redraw(given)),
         },
-        coords={"wall": np.arange(wall.thickness.size), "damping_model": list(MODELS)},
+        coords={
+            "wall": np.arange(wall.thickness.size),
+            "damping_model": list(MODELS),
+            "parameter": list(PARAMETERS),
+        },
     )
 
 
@@ -88,19 +94,46 @@ def sample(given: PopulationWallSettings) -> dict[str, Array]:
     InputError
         If the correlations contradict each other.
     """
-    drawn = qmc.LatinHypercube(len(PARAMETERS), rng=np.random.default_rng(given.seed)).random(given.count)
+    drawn, (_, factor) = _hypercube(given, given.seed), _correlation(given)
+    scores = stats.norm.ppf(drawn) @ factor.T
+    uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
+    return {name: _quantile(given.parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+
+
+def redraw(given: PopulationWallSettings) -> Array:
+    """Draw each parameter of some walls again, given all others; shape (parameters, walls), NaN of the other walls.
+
+    Under the copula a normal score, given the others z, is normal: with the inverse R of the correlations its mean is
+    z_i - (R z)_i/R_ii and its variance 1/R_ii.
+    """
+    correlation, factor = _correlation(given)
+    inverse = np.linalg.inv(correlation)
+    variance = 1 / np.diag(inverse)
+    scores = stats.norm.ppf(_hypercube(given, given.seed)) @ factor.T
+    fresh = stats.norm.ppf(_hypercube(given, [given.seed, 1]))
+    uniform = stats.norm.cdf(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
+    values = np.array([_quantile(given.parameters[name], uniform[:, i]) for i, name in enumerate(PARAMETERS)])
+    some = np.unique(np.linspace(0, given.count - 1, min(given.redrawn, given.count)).astype(int))
+    return np.where(np.isin(np.arange(given.count), some), values, np.nan)
+
+
+def _hypercube(given: PopulationWallSettings, seed: int | list[int]) -> Array:
+    """A Latin hypercube; shape (walls, parameters)."""
+    rng = np.random.default_rng(seed)
+    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(given.count))
+
+
+def _correlation(given: PopulationWallSettings) -> tuple[Array, Array]:
+    """The correlations of the normal scores, and the lower triangular factor of them."""
     correlation = np.eye(len(PARAMETERS))
     for pair, value in given.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
-        factor = np.linalg.cholesky(correlation)
+        return correlation, np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
         stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in given.correlations.items())
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
-    scores = stats.norm.ppf(drawn) @ factor.T
-    uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
-    return {name: _quantile(given.parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
 def _quantile(of: Distribution, probability: Array) -> Array:
@@ -148,7 +181,8 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         ``peak_ratio`` and ``collapsed`` (wall, record, intensity, damping_model), and their counts:
-        ``collapses`` (record, intensity, damping_model) and ``vulnerability`` (wall, damping_model).
+        ``collapses`` (record, intensity, damping_model) and ``vulnerability`` (wall, damping_model);
+        ``redrawn_vulnerability`` (parameter, wall) under CR with that parameter drawn again, NaN where it is not.
     """
     given = PopulationShareSettings.of(config)
     size = given.walls_per_job
@@ -159,6 +193,15 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
+    again = np.full((len(PARAMETERS), mine.sizes["wall"]), np.nan)
+    drawn = np.isfinite(mine["redrawn"].values).all(axis=0)
+    if drawn.any():
+        others = _with_one_redrawn(mine.isel(wall=drawn))
+        fell = [
+            run(motion, others, given.intensity, step=given.step, tail=given.tail, models=[REFERENCE])[1]
+            for motion in track(motions, f"Walls {int(number) + 1}, redrawn")
+        ]
+        again[:, drawn] = np.mean(fell, axis=(0, 2, 3)).reshape(len(PARAMETERS), -1)
     dims = ("wall", "record", "intensity", "damping_model")
     return xr.Dataset(
         {
@@ -166,8 +209,10 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
             "collapsed": (dims, collapsed.astype(np.int8)),
             "collapses": (dims[1:], collapsed.sum(axis=0)),
             "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),
+            "redrawn_vulnerability": (("parameter", "wall"), again),
         },
         coords={
+            "parameter": list(PARAMETERS),
             "wall": mine["wall"].values,
             "intensity": given.intensity,
             "damping_model": list(MODELS),
@@ -177,8 +222,22 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     )
 
 
+def _with_one_redrawn(walls: xr.Dataset) -> xr.Dataset:
+    """All walls once for each parameter, with that parameter as it was drawn again."""
+    values = {name: np.tile(walls[name].values, (len(PARAMETERS), 1)) for name in PARAMETERS}
+    for row, name in enumerate(PARAMETERS):
+        values[name][row] = walls["redrawn"].values[row]
+    return xr.Dataset({name: ("wall", value.ravel()) for name, value in values.items()})
+
+
 def run(
-    motion: catalogue.GroundMotion, walls: xr.Dataset, intensity: Array, *, step: float, tail: float
+    motion: catalogue.GroundMotion,
+    walls: xr.Dataset,
+    intensity: Array,
+    *,
+    step: float,
+    tail: float,
+    models: Sequence[str] = MODELS,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Run walls under one record at every intensity; peaks and collapses, shape (walls, intensities, models).
 
@@ -193,13 +252,17 @@ def run(
         The longest, times the angular frequency of the first branch. [-]
     tail : float
         Rest after the record. [s]
+    models : sequence of str
+        Those that are run; of all but CR the walls have a ``damping_ratio``.
     """
     values = {name: walls[name].values for name in PARAMETERS}
     wall, curve = mechanics(values)
     factor = intensity / intensity_measures(motion.record).pgv
     dampings = [
-        Damping.of(model, restitution=values["restitution"], damping_ratio=walls["damping_ratio"].values[:, column])
-        for column, model in enumerate(MODELS)
+        Damping.cr(values["restitution"])
+        if model == REFERENCE
+        else Damping(model, walls["damping_ratio"].sel(damping_model=model).values)
+        for model in models
     ]
     return ends(motion.record, wall, curve, dampings, factor, step=step, tail=tail)
 
@@ -222,8 +285,8 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     xarray.Dataset
         ``collapse_fraction`` (intensity, damping_model), ``median_intensity``, ``dispersion`` and the ratio of the
         medians to CR's (damping_model) with intervals over the stations; ``vulnerability`` (wall, damping_model), the
-        share of records and intensities that collapse the wall, and its first-order ``sensitivity`` (parameter,
-        damping_model), NaN of fewer than `FEWEST` walls.
+        share of records and intensities that collapse the wall, its first-order ``sensitivity`` (parameter,
+        damping_model) and, under CR, its ``total_sensitivity`` (parameter), NaN of fewer than `FEWEST` walls.
     """
     bootstrap = PopulationSettings.of(config).bootstrap
     collapses = sum_of(share["collapses"] for share in shares)
@@ -234,6 +297,8 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     weights = resample(first["station"].values, bootstrap.replicates, bootstrap.seed)
     whole, drawn = fit_resampled(intensity, by_model, count, weights)
     sensitivity, confidence = _sensitivity(walls, vulnerability, bootstrap.seed)
+    redrawn = np.concatenate([share["redrawn_vulnerability"].values for share in shares], axis=1)
+    total, total_confidence = total_effects(vulnerability[:, MODELS.index(REFERENCE)], redrawn, bootstrap)
     fraction = collapses.sum("record").transpose("intensity", "damping_model") / (count * len(by_model))
     model = ("damping_model",)
     return xr.Dataset(
@@ -248,6 +313,8 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
             "vulnerability": (("wall", *model), vulnerability),
             "sensitivity": (("parameter", *model), sensitivity),
             "sensitivity_confidence": (("parameter", *model), confidence),
+            "total_sensitivity": ("parameter", total),
+            "total_sensitivity_confidence": ("parameter", total_confidence),
             "records": len(by_model),
             **{name: walls[name] for name in PARAMETERS},
         },
@@ -290,3 +357,35 @@ def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Ar
         indices = rbd_fast.analyze(problem, x, y, M=HARMONICS, num_resamples=100, seed=seed)
         columns.append((indices["S1"], indices["S1_conf"]))
     return np.column_stack([index for index, _ in columns]), np.column_stack([bound for _, bound in columns])
+
+
+def total_effects(result: Array, redrawn: Array, bootstrap: Bootstrap) -> tuple[Array, Array]:
+    """Return total-effect indices, the part of the variance left when all other parameters are known.
+
+    Jansen's estimator (1999, doi:10.1016/S0010-4655(98)00154-4), half the mean square that drawing one parameter again
+    changes. It is drawn given the others (Kucherenko et al. 2012, doi:10.1016/j.cpc.2011.12.020): of a correlated
+    parameter the index leaves out what the others tell of it, and it may be less than the first-order one.
+
+    Parameters
+    ----------
+    result : ndarray, shape (walls,)
+    redrawn : ndarray, shape (parameters, walls)
+        The same with one parameter drawn again; NaN where it was not.
+    bootstrap : Bootstrap
+        Of the walls.
+
+    Returns
+    -------
+    total, confidence : ndarray, shape (parameters,)
+        The indices and half widths of their 95 % intervals; NaN of fewer than `FEWEST` walls. [-]
+    """
+    some = np.flatnonzero(np.isfinite(redrawn).all(axis=0))
+    if len(result) < FEWEST or some.size < 2 or np.ptp(result) == 0:
+        return (np.full(len(redrawn), np.nan),) * 2
+    halves = (result[some] - redrawn[:, some]) ** 2 / 2
+    rng = np.random.default_rng(bootstrap.seed)
+    replicates = np.empty((bootstrap.replicates, len(redrawn)))
+    for replicate in replicates:
+        variance = rng.choice(result, result.size).var(ddof=1)
+        replicate[:] = halves[:, rng.integers(some.size, size=some.size)].mean(axis=1) / variance
+    return halves.mean(axis=1) / result.var(ddof=1), stats.norm.ppf(0.975) * replicates.std(axis=0, ddof=1)
