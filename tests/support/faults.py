@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import gc
 import os
+import secrets
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,16 +14,18 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
 import rockdamp as rd
 from rockdamp.figures import output
-from rockdamp.storage.atomic import replacing
+from rockdamp.storage import dataset
 
+TIME = 0.01 * np.arange(200)
 CALLS = [(os, name) for name in ("open", "close", "chmod", "fsync", "replace", "lstat")]
-CALLS += [(Path, name) for name in ("write_bytes", "write_text", "unlink")]
-CALLS += [(xr.Dataset, "to_netcdf"), (Figure, "savefig")]
+CALLS += [(Path, name) for name in ("mkdir", "write_bytes", "write_text", "unlink")]
+CALLS += [(secrets, "token_hex"), (xr.Dataset, "to_netcdf"), (pd.DataFrame, "to_csv"), (Figure, "savefig")]
 FAULTS: dict[str, Callable[[], BaseException]] = {
     "the disk is full": lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)),
     "the disk fails": lambda: OSError(errno.EIO, os.strerror(errno.EIO)),
@@ -32,8 +35,13 @@ FAULTS: dict[str, Callable[[], BaseException]] = {
 
 
 def _dataset(path: Path, number: float) -> None:
-    with replacing(path) as temporary:
-        xr.Dataset({"number": ("x", np.full(1000, number))}).to_netcdf(temporary)
+    dims = ("scheme", "excitation", "damping_model")
+    errors, orders = np.full((1, 1, 1, 500), number), np.full((1, 1, 1), number)
+    made = xr.Dataset(
+        {"solver_error": ((*dims, "step"), errors), "order": (dims, orders), "finest_order": (dims, orders)},
+        {"scheme": ["newmark"], "excitation": ["free"], "damping_model": ["CR"], "step": np.arange(1.0, 501.0)},
+    )
+    dataset.write(made, path, "orders", config={}, code_version="0")
 
 
 def _figure(path: Path, number: float) -> None:
@@ -42,12 +50,16 @@ def _figure(path: Path, number: float) -> None:
     output.save(figure, path.with_suffix(""), ["png"], 50)
 
 
-def _text(path: Path, number: float) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(f"{number}\n", encoding="utf-8")
+def _record(path: Path, number: float) -> None:
+    rd.write_record(path, rd.Record(TIME, np.full(TIME.size, number), header={"synthetic": "yes"}))
 
 
-WRITERS: dict[str, Callable[[Path, float], None]] = {"result.nc": _dataset, "result.png": _figure, "result.csv": _text}
+WRITERS: dict[str, Callable[[Path, float], None]] = {
+    "result.nc": _dataset,
+    "result.png": _figure,
+    "result.csv": _record,
+}
+TOLD = (OSError, dataset.DatasetError, rd.InputError, MemoryError, KeyboardInterrupt)
 
 
 def writer_attacks() -> Iterator[tuple[str, Callable[[Path], str]]]:
@@ -79,7 +91,7 @@ def _run(
         try:
             with _failing(*where, at, error, hit):
                 write(path, 2.0)
-        except (OSError, MemoryError, KeyboardInterrupt) as raised:
+        except TOLD as raised:
             told = raised
         else:
             told = None
@@ -116,8 +128,6 @@ def _failing(owner: Any, name: str, at: int, error: Callable[[], BaseException],
 
 
 # --- what is held ----------------------------------------------------------------------------------------------------
-
-TIME = 0.01 * np.arange(200)
 
 
 def held() -> dict[str, float]:
