@@ -43,8 +43,9 @@ try:
     validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
     if workflow.is_main_process:  # once, not for every job
         require_own_folder(config["results"], tree=workflow.basedir)
-    read_record(config["validation"]["record"])
-    refuse_braces([config["validation"]["record"]])
+    for path in (config["validation"]["record"], *config["validation"]["ladder"]):
+        read_record(path)
+        refuse_braces([path])
     for entries in (config["records"], config["population"]["records"]):
         refuse_braces(catalogue.files_of(entries))
     with warnings_as_lines():

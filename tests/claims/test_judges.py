@@ -30,7 +30,7 @@ from made_up_claims import (
 
 from rockdamp import claims
 from rockdamp.claims import verdicts
-from rockdamp.claims.verdicts import CONDITIONAL, NOT_REPRODUCED, NOT_TESTABLE, REPRODUCED, Limits, Part
+from rockdamp.claims.verdicts import CONDITIONAL, NOT_REPRODUCED, NOT_JUDGED, REPRODUCED, Limits, Part
 
 # --- changes to them -------------------------------------------------------------------------------------------------
 
@@ -161,7 +161,7 @@ CASES = [
     ),
     ("fit-order", NOT_REPRODUCED, scaled("equivalence", f"{XI}_fit", 0.5, damping_model=["SDR"]), ""),
     ("fig8-sdr", REPRODUCED, nothing, ""),
-    ("fig8-sdr", NOT_TESTABLE, synthetic, "made by a coefficient of restitution"),
+    ("fig8-sdr", NOT_JUDGED, synthetic, "made by a coefficient of restitution"),
     ("fig8-sdr", CONDITIONAL, scaled("validation", "log_decrement", 2.0, damping_model=["SDR"]), "by little"),
     ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "decay_peak_misfit", 9.0, damping_model=["SDR"]), ""),
     ("fig8-sdr", NOT_REPRODUCED, scaled("validation", "log_decrement", 0.9, damping_model=["SDR"]), ""),
@@ -187,13 +187,13 @@ def test_a_judgement_gives_the_verdict_that_made_up_data_call_for(listed, data, 
     found = row(listed, data, name)
     assert found["verdict"] == verdict, found
     assert condition in found["condition"]
-    assert bool(found["condition"]) == (verdict in (CONDITIONAL, NOT_TESTABLE))
+    assert bool(found["condition"]) == (verdict in (CONDITIONAL, NOT_JUDGED))
 
 
 def test_every_claim_is_made_to_give_every_verdict_that_it_can():
     cannot = {name: {REPRODUCED} for name in ("a1-sign", "err-range", "best-cdr")}
     for name in IDS:
-        given = {verdict for one, verdict, _, _ in CASES if one == name} - {NOT_TESTABLE}
+        given = {verdict for one, verdict, _, _ in CASES if one == name} - {NOT_JUDGED}
         assert given == {REPRODUCED, CONDITIONAL, NOT_REPRODUCED} - cannot.get(name, set()), name
 
 
@@ -210,7 +210,7 @@ def test_a_synthetic_record_tests_no_claim_whatever_it_shows(listed, data, facto
     synthetic(data)
     scaled("validation", "decay_peak_misfit", factor, damping_model=["SDR"])(data)
     found = row(listed, data, "fig8-sdr")
-    assert found["verdict"] == NOT_TESTABLE
+    assert found["verdict"] == NOT_JUDGED
     assert found["measured"].endswith("the record is synthetic")
 
 
@@ -218,7 +218,7 @@ def test_a_record_without_a_free_decay_says_so_and_shows_no_number(listed, data)
     for name in ("log_decrement", "decay_peak_misfit", "measured_log_decrement"):
         data["validation"][name] = data["validation"][name] * np.nan
     found = row(listed, data, "fig8-sdr")
-    assert found["verdict"] == NOT_TESTABLE
+    assert found["verdict"] == NOT_JUDGED
     assert found["measured"] == found["condition"] == "the record holds no free decay"
 
 

@@ -114,7 +114,10 @@ def test_nothing_stands_without_its_text(page):
 
 def test_verdicts_are_counted_at_the_top(page):
     (short,) = [one for one in page.all("ul") if one["attrs"].get("class") == "counts"]
-    assert words(short["text"]) == "2 ✗ not reproduced 1 ◐ reproduced under conditions 1 – not testable 1 ✓ reproduced"
+    assert (
+        words(short["text"])
+        == "2 ✗ not reproduced 1 ◐ reproduced under conditions 1 – not judged: no measurement 1 ✓ reproduced"
+    )
 
 
 def test_the_answer_comes_first_then_the_bridge_the_explorer_earthquakes_figures_and_claims(page):

@@ -14,6 +14,7 @@ for stage in STAGES.values():
                 stage.rule
             input:
                 record=[stated(stage.record)] if stage.record else [],
+                ladder=stated(stage.ladder) if stage.ladder else [],
                 datasets=built(stage.inputs, stage),
                 watched=motions(stage),
                 state=state(stage.dataset),
@@ -27,6 +28,7 @@ for stage in STAGES.values():
                 function=stage.function,
                 kind=stage.name,
                 lazy=stage.lazy,
+                ladder=bool(stage.ladder),
                 version=version(*soundness.modules_of(stage)),
                 config=part(*stage.config),
             message:

@@ -1,5 +1,7 @@
 """A stage's dataset: one function of the package, called with the wildcards, the config and the inputs."""
 
+from pathlib import Path
+
 from boundary import about, call, job
 
 with job(snakemake) as given:
@@ -7,6 +9,8 @@ with job(snakemake) as given:
     from rockdamp.storage import dataset
 
     inputs = [read_record(path) for path in snakemake.input.record]
+    if snakemake.params.ladder:
+        inputs.append({Path(path).stem: read_record(path) for path in snakemake.input.ladder})
     inputs += [given.open(path, lazily=snakemake.params.lazy) for path in snakemake.input.datasets]
     config = snakemake.params.config
     with about(snakemake.input.record, snakemake.input.datasets):

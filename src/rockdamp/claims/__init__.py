@@ -13,7 +13,7 @@ import pandas as pd
 
 from rockdamp.claims import histories, misfits, ratios
 from rockdamp.claims.reading import read_list
-from rockdamp.claims.verdicts import NOT_TESTABLE, Claim, Judge, Limits, combine, found, sorted_out
+from rockdamp.claims.verdicts import NOT_JUDGED, Claim, Judge, Limits, combine, found, sorted_out
 from rockdamp.errors import InputError
 from rockdamp.storage.dataset import Datasets
 
@@ -82,11 +82,11 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
     measured = [part.measured for part in parts.values() if part.measured] + ["the record is synthetic"] * synthetic
     missing = [part.measured for part in parts.values() if not part.testable]
     if synthetic or missing:  # a record that a model made tells of that model alone
-        verdict, condition = NOT_TESTABLE, "; ".join([claim["condition"]] * synthetic + missing)
+        verdict, condition = NOT_JUDGED, "; ".join([claim["condition"]] * synthetic + missing)
     else:
         verdict, condition = combine(claim, parts, capped=bool(claim.get("inferred")))
     # What cannot be told has parts that neither hold nor fail.
-    sorted_parts = sorted_out(claim, {} if verdict == NOT_TESTABLE else parts)
+    sorted_parts = sorted_out(claim, {} if verdict == NOT_JUDGED else parts)
     return {
         "id": claim["id"],
         "section": claim["section"],

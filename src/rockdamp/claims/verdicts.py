@@ -16,7 +16,7 @@ from rockdamp.storage.dataset import Datasets
 REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
-NOT_TESTABLE = "not testable"
+NOT_JUDGED = "not judged: no measurement"
 HOLDS, PARTLY, FAILS = "holds", "holds in part", "does not hold"  # what a part does
 
 Claim = Mapping[str, Any]

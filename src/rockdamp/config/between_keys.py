@@ -117,13 +117,20 @@ def problems(config: Config) -> list[Problem]:
     if "png" not in config["figures"]["formats"]:
         text = f"is {config['figures']['formats']}; png must be among them, as the report shows it"
         wrong.append(Problem(("figures", "formats"), text))
-    scan, record = config["matching"]["scan"], config["validation"]["record"]
+    scan, test = config["matching"]["scan"], config["validation"]
     if not scan["smallest"] < scan["largest"]:
         text = f"is {scan['largest']}; it must be greater than matching.scan.smallest, {scan['smallest']}"
         wrong.append(Problem(("matching", "scan", "largest"), text))
-    if not Path(record).is_file():
-        text = f"is {record!r}; it must be a file, seen from the folder of the run"
-        wrong.append(Problem(("validation", "record"), text))
+    records: list[tuple[KeyPath, str]] = [(("validation", "record"), test["record"])]
+    records += [(("validation", "ladder", index), record) for index, record in enumerate(test["ladder"])]
+    for path, record in records:
+        if not Path(record).is_file():
+            wrong.append(Problem(path, f"is {record!r}; it must be a file, seen from the folder of the run"))
+    names = [Path(record).stem for record in test["ladder"]]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            text = f"is named {name!r}, as one before it; each must have a name of its own"
+            wrong.append(Problem(("validation", "ladder", index), text))
     return list(dict.fromkeys(wrong)) or cost_problems(config)
 
 

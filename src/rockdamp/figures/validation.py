@@ -1,4 +1,4 @@
-"""Fig. 8: the response measured on a shaking table and that of each damping model."""
+"""Fig. 8: the response measured on a shaking table and that of each damping model; of one record, or of a ladder."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rockdamp.figures.ladder import draw_ladder
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, plain, style_of, styled, title_of
 from rockdamp.vocabulary import REFERENCE
 
@@ -24,12 +25,22 @@ MEASURED: dict[str, Any] = {"color": "#9A9A9A", "linewidth": 2.2}
 def fig8(validation: xr.Dataset) -> Figure:
     """Draw the table's motion, and the measured displacement against each model's, with the peaks of the decay.
 
+    Of several records: each model on every rung, and how its peak and decrement compare with the measured ones.
+
     Parameters
     ----------
     validation : xarray.Dataset
-        ``displacement`` (damping_model, elapsed), ``measured`` and ``ground_acceleration`` (elapsed), the decay's peaks
-        and the attribute ``record_synthetic``.
+        ``displacement`` (record, damping_model, elapsed), ``measured`` and ``ground_acceleration`` (record, elapsed),
+        the decay's peaks and the attribute ``record_synthetic``.
     """
+    specimen = validation.attrs.get("record_specimen", "specimen not stated")
+    kind = "SYNTHETIC record" if is_synthetic(validation) else "Record"
+    if validation.sizes["record"] > 1:
+        return draw_ladder(validation, f"{kind}s: {specimen}", measured_name(validation))
+    return _draw_one(validation.isel(record=0), f"{kind}: {specimen}")
+
+
+def _draw_one(validation: xr.Dataset, heading: str) -> Figure:
     models = [str(model) for model in validation["damping_model"].values]
     rows = -(-(1 + len(models)) // 2)
     figure = new_figure(DOUBLE_COLUMN, 155.0 / 3 * rows)
@@ -48,9 +59,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     low, high = float(validation["measured"].min()), float(validation["measured"].max())
     largest = MILLIMETRES * max(-low, high, float(np.abs(validation["displacement"]).max()))
     panels[1].set_ylim(-1.1 * largest, 1.1 * largest)
-    kind = "SYNTHETIC record" if is_synthetic(validation) else "Record"
-    specimen = validation.attrs.get("record_specimen", "specimen not stated")
-    figure.suptitle(fill(plain(f"{kind}: {specimen}"), 120), fontsize=8)
+    figure.suptitle(fill(plain(heading), 120), fontsize=8)
     _legend(figure, measured_name(validation))
     return figure
 

@@ -29,6 +29,7 @@ class Stage:
     per_share: str = ""
     threads: int = 1
     record: str = ""
+    ladder: str = ""
     motions: str = ""
     lazy: bool = False
     intermediate: bool = False

@@ -10,11 +10,12 @@ import xarray as xr
 from markupsafe import Markup
 
 from rockdamp.figures.equivalence import PAPER_AMPLITUDES, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS
+from rockdamp.figures.ladder import RIGHT, amplitudes, ladders, off
 from rockdamp.figures.style import nearest, numbers, present
 from rockdamp.figures.validation import is_synthetic
 from rockdamp.report.numbers import listed, number, of_models, percent, plain, ranges
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS
+from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 
 def _per_model(values: xr.DataArray, show: Callable[[Any], str] = number) -> Markup:
@@ -182,15 +183,50 @@ def _by_range(errors: xr.DataArray) -> Markup:
 
 def fig8(data: Datasets) -> dict[str, Any]:
     test = data["validation"]
-    return {
+    about = {
         "synthetic": is_synthetic(test),
         "specimen": str(test.attrs.get("record_specimen", "not stated")),
         "restitution": plain(test["restitution"]),
+        "ladder": test.sizes["record"] > 1,
+    }
+    if about["ladder"]:
+        return {**about, **_ladder(test)}
+    test = test.isel(record=0)
+    return {
+        **about,
         "peak": number(1000 * test["measured_peak_displacement"]),
         "peak_ratios": _per_model(test["peak_ratio_to_measured"], lambda value: number(value, 2)),
         "half_cycles": int((test["half_cycle_free"] == 1).sum()),
         "decay_misfits": _per_model(1000 * test["decay_peak_misfit"], lambda value: number(value, 2)),
     }
+
+
+def _ladder(test: xr.Dataset) -> dict[str, Any]:
+    """What is right of each model on which rung of the first ladder, and how far it hangs on what made the records."""
+    (maker, first), *others = ladders(test).items()
+    of_reference = {name: off(rungs, "peak").sel(damping_model=REFERENCE) for name, rungs in ((maker, first), *others)}
+    return {
+        "maker": maker,
+        "amplitudes": listed(f"{amplitude:.2f}" for amplitude in amplitudes(first)),
+        "right": percent(RIGHT),
+        "peaks": _right_at(first, "peak"),
+        "decrements": _right_at(first, "decrement"),
+        "reference": REFERENCE,
+        "reference_peaks": listed(f"{value:.2f}" for value in of_reference.pop(maker).values),
+        "other_peaks": listed(
+            f"{float(values.min()):.2f} to {float(values.max()):.2f} ({name})" for name, values in of_reference.items()
+        ),
+    }
+
+
+def _right_at(rungs: xr.Dataset, quantity: str) -> Markup:
+    """Name each model with the amplitudes at which a quantity of it is right: "CR at 0.50 and 0.88, CDC at none"."""
+    near = abs(off(rungs, quantity) - 1) <= RIGHT
+    reached = amplitudes(rungs)
+    return listed(
+        Markup("{} at {}").format(model, listed(f"{value:.2f}" for value in reached[right]) or "none")
+        for model, right in zip(near["damping_model"].values, near.transpose("damping_model", ...).values, strict=True)
+    )
 
 
 def fig_orders(data: Datasets) -> dict[str, Any]:

@@ -30,7 +30,7 @@ ERRATA = ("id", "where", "printed", "used", "evidence")
 VERDICTS = {
     "not reproduced": ("no", "✗"),
     "reproduced under conditions": ("partly", "◐"),
-    "not testable": ("unknown", "–"),
+    "not judged: no measurement": ("unknown", "–"),
     "reproduced": ("yes", "✓"),
 }
 # How the parts of a claim are marked.

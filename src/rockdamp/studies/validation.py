@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,8 @@ from rockdamp.studies.settings import ValidationSettings
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 
-def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Dataset:
-    """Compare the response to the record's measured motion, under each damping model, with the measured response.
+def validate(config: Config, record: Record, ladder: Mapping[str, Record], equivalence: xr.Dataset) -> xr.Dataset:
+    """Compare the responses to measured motions, under each damping model, with the measured responses.
 
     Parameters
     ----------
@@ -38,25 +38,81 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
         Has the keys of `ValidationSettings`.
     record : Record
         With a measured displacement, at rest before the motion.
+    ladder : dict of str to Record
+        Such records of the same wall, by name, all sampled alike. They are compared in place of `record`, unless it is
+        measured and one of them is not.
     equivalence : xarray.Dataset
         With ``coefficient`` (damping_model, cracked_stiffness_ratio, degree) of the polynomials xi(e).
 
     Returns
     -------
     xarray.Dataset
-        Histories, the matched half cycles of the decay, which of them are free of the motion (``half_cycle_free``),
-        and the misfits of each model. Those of the decay, with its decrements, are over the free half cycles alone,
-        and NaN where there is none.
+        For each record: histories, the matched half cycles of the decay, which of them are free of the motion
+        (``half_cycle_free``), and the misfits of each model. Those of the decay, with its decrements, are over the free
+        half cycles alone, and NaN where there is none. What a record has less of than another is NaN.
 
     Raises
     ------
     InputError
-        If the record has no measured displacement, no rest before the motion or no decay after it, or the polynomials
-        do not reach the config's e or a1.
+        If a record has no measured displacement, no rest before the motion or no decay after it, the records are not
+        sampled alike, or the polynomials do not reach the config's e or a1.
     """
     given = ValidationSettings.of(config)
+    ratios = damping_ratios(equivalence, given.restitution, given.fit_cracked_stiffness_ratios)
+    records = compared(record, ladder)
+    parts = []
+    for name, one in records.items():
+        try:
+            parts.append(_of_record(given, ratios, one, len(records) == 1).expand_dims(record=[name]))
+        except InputError as error:
+            raise InputError(f"{name}: {error}" if len(records) > 1 else str(error)) from None
+    joined = xr.concat(parts, "record", join="outer", fill_value={"half_cycle_free": np.int8(0)}, combine_attrs="drop")
+    alone: dict[str, Any] = {
+        "damping_ratio": ("damping_model", np.array([ratios.get(model, np.nan) for model in MODELS])),
+        "restitution": given.restitution,
+        "instability_displacement": float(given.wall.instability_displacement),
+    }
+    return joined.assign(alone).assign_attrs(_attributes(list(records.values())))
+
+
+def compared(record: Record, ladder: Mapping[str, Record]) -> dict[str, Record]:
+    """Return the records that are compared: the ladder, or the record alone where it is measured and the ladder is not.
+
+    Raises
+    ------
+    InputError
+        If those of the ladder are not sampled alike.
+    """
+    if not ladder or (not record.synthetic and any(one.synthetic for one in ladder.values())):
+        return {"record": record}
+    first = next(iter(ladder.values()))
+    for name, one in ladder.items():
+        if (one.elapsed[0], one.step) != (first.elapsed[0], first.step):
+            raise InputError(
+                f"{name} begins at {one.elapsed[0]:g} s with a step of {one.step:g} s; it must begin and be sampled as "
+                f"the first of the ladder, at {first.elapsed[0]:g} s with {first.step:g} s"
+            )
+    return dict(ladder)
+
+
+def _attributes(records: Sequence[Record]) -> dict[str, str]:
+    """What the records say of themselves, each saying once; synthetic if any of them is."""
+    stated = [record_attributes(one) for one in records]
+    said = {key: "; ".join(dict.fromkeys(each[key] for each in stated)) for key in stated[0]}
+    return {**said, "record_synthetic": "yes" if any(one.synthetic for one in records) else "no"}
+
+
+def _made_by(record: Record) -> str:
+    """What lost the energy of a record, as its header says; "measured" where it is no synthetic one."""
+    if not record.synthetic:
+        return "measured"
+    degrading = float(record.header.get("generator_cracked_stiffness_growth", "0")) > 0
+    return record.header.get("generator_damping_model", "CR") + ", degrading" * degrading
+
+
+def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: Record, alone: bool) -> xr.Dataset:
+    """Every model against one record; that of a wall which hardly rocks may lack a decay if it is not `alone`."""
     wall, curve, e = given.wall, given.curve, given.restitution
-    ratios = damping_ratios(equivalence, e, given.fit_cracked_stiffness_ratios)
     rest = rest_samples(record)
     measured, zero = measured_displacement(record)
     u_ins = float(wall.instability_displacement)
@@ -64,11 +120,11 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
     threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
     decay = half_cycles(record.elapsed, measured, threshold)
     first = np.flatnonzero(decay.start >= after)
-    if not first.size:
+    if alone and not first.size:
         raise InputError(
             f"the record has no half cycle beyond {threshold:.3g} m after {after:.3g} s; it must hold a decay"
         )
-    decay = decay[slice(int(first[0]), None)]
+    decay = decay[slice(int(first[0]) if first.size else decay.peak.size, None)]
     free_start = free_phase_start(record, wall, curve)
     free = decay.start >= free_start
 
@@ -83,7 +139,6 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
         {
             **{name: (("damping_model", *dims), values) for name, (dims, values) in per_model.items()},
             "peak_ratio_to_measured": ("damping_model", per_model["peak_displacement"][1] / peak),
-            "damping_ratio": ("damping_model", np.array([ratios.get(model, np.nan) for model in MODELS])),
             "measured": ("elapsed", measured),
             "ground_acceleration": ("elapsed", record.ground_acceleration),
             "measured_decay_peak": ("half_cycle", np.abs(decay.peak)),
@@ -92,17 +147,15 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset) -> xr.Data
             "half_cycle_free": ("half_cycle", free.astype(np.int8)),
             "measured_log_decrement": _log_decrement(np.abs(decay.peak[free])),
             "measured_peak_displacement": peak,
-            "restitution": e,
-            "instability_displacement": u_ins,
             "free_phase_start": free_start,
             "sensor_zero": zero,
+            "record_made_by": _made_by(record),
         },
         coords={
             "damping_model": list(MODELS),
             "elapsed": record.elapsed,
             "half_cycle": np.arange(1, decay.peak.size + 1),
         },
-        attrs=record_attributes(record),
     )
 
 
@@ -172,8 +225,8 @@ def _log_decrement(peaks: Array) -> float:
 
 def _match(computed: HalfCycles, measured: HalfCycles) -> HalfCycles:
     """Match successive half cycles, from the computed one on the first's side whose peak is nearest to it in time."""
-    same_side = np.flatnonzero(np.sign(computed.peak) == np.sign(measured.peak[0]))
-    if not same_side.size:
+    same_side = np.flatnonzero(np.sign(computed.peak) == np.sign(measured.peak[0])) if measured.peak.size else []
+    if not len(same_side):
         return computed[slice(0, 0)]
     nearest = np.argmin(np.abs(computed.peak_elapsed[same_side] - measured.peak_elapsed[0]))
     start = int(same_side[nearest])
