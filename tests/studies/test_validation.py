@@ -19,12 +19,17 @@ from rockdamp.motions.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMP
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.response import Histories
-from rockdamp.studies.validation import _compare, damping_ratios, validate
+from rockdamp.studies.validation import _compare, compared, damping_ratios, validate
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
 RICKER_PEAK = 14.0  # [m s-2]; near the strength of the wall, which peaks at 0.36 u_ins
 NOMINAL = {"cracked_stiffness_ratio": 0.03, "plateau_ratio": 0.80, "restitution": 0.835}
+
+
+def validated(config, record, equivalence):
+    """Of one record, without the dimension that holds several."""
+    return validate(config, record, {}, equivalence).isel(record=0)
 
 
 @pytest.fixture(scope="module")
@@ -85,13 +90,13 @@ def ricker_motion():
 
 @pytest.fixture(scope="module")
 def result(config, record, equivalence):
-    return validate(config, record, equivalence)
+    return validated(config, record, equivalence)
 
 
 @pytest.fixture(scope="module")
 def free_result(config, ricker_motion, equivalence):
     """Of a record that holds a free decay."""
-    return validate(config, record_of(ricker_motion[1]), equivalence)
+    return validated(config, record_of(ricker_motion[1]), equivalence)
 
 
 # --- damping ratios
@@ -152,7 +157,7 @@ def test_a_step_that_is_no_number_above_zero_is_refused(record):
 
 
 def test_the_model_that_made_a_record_fits_it(config, nominal_record, equivalence):
-    result = validate(config, nominal_record, equivalence).sel(damping_model="CR")
+    result = validated(config, nominal_record, equivalence).sel(damping_model="CR")
     # The record was made with the smooth motion; between its samples the model takes a straight line, which lowers the
     # pulse by up to 2.4e-4 of its peak, and near its strength the wall responds ten times as strongly to that.
     assert float(result["peak_ratio_to_measured"]) == pytest.approx(1, abs=5e-3)
@@ -170,7 +175,7 @@ def test_decrements_and_misfits_of_peaks_do_not_depend_on_what_is_left_of_the_mo
     free = float(whole["free_phase_start"])
     assert free == pytest.approx(PULSE_CENTRE + 0.45, abs=0.06)
     assert int(whole["half_cycle_free"].sum()) >= 5
-    cut = validate(config, record_of(np.where(fine < free, motion, 0.0)), equivalence)
+    cut = validated(config, record_of(np.where(fine < free, motion, 0.0)), equivalence)
     assert int(cut["half_cycle_free"].sum()) == int(whole["half_cycle_free"].sum())
     for name in ("log_decrement", "measured_log_decrement"):
         np.testing.assert_allclose(whole[name], cut[name], rtol=0.01, err_msg=name)
@@ -226,7 +231,7 @@ def test_misfits_of_peaks_are_those_of_the_free_half_cycles(free_result):
 
 
 def test_the_sensors_zero_does_not_matter(config, record, equivalence, result):
-    moved = validate(config, replace(record, displacement=record.displacement + 0.01), equivalence)
+    moved = validated(config, replace(record, displacement=record.displacement + 0.01), equivalence)
     assert float(moved["sensor_zero"] - result["sensor_zero"]) == pytest.approx(0.01, rel=1e-9)
     np.testing.assert_allclose(moved["measured"], result["measured"], atol=1e-15)
     np.testing.assert_allclose(moved["rms_misfit"], result["rms_misfit"], rtol=1e-9)
@@ -236,7 +241,7 @@ def test_more_damping_lowers_the_peak_of_every_viscous_model_and_steepens_the_de
     config, ricker_motion, equivalence, free_result
 ):
     result, more = free_result, equivalence.assign(coefficient=1.5 * equivalence["coefficient"])
-    damped = validate(config, record_of(ricker_motion[1]), more)
+    damped = validated(config, record_of(ricker_motion[1]), more)
     viscous = {"damping_model": list(VISCOUS_MODELS)}
     assert np.all(damped["peak_displacement"].sel(viscous) < result["peak_displacement"].sel(viscous))
     # Of a force that goes with the velocity squared, the decrement at small amplitudes hardly depends on xi.
@@ -267,7 +272,7 @@ def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_abo
 def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equivalence):
     weak = {**config, "validation": {**config["validation"], "curve": {**config["validation"]["curve"]}}}
     weak["validation"]["curve"]["plateau_ratio"] = 0.76
-    one = validate(weak, record, equivalence).sel(damping_model="CR")
+    one = validated(weak, record, equivalence).sel(damping_model="CR")
     assert int(one["collapsed"]) == 1
     assert float(one["peak_displacement"]) >= U_INS
     assert int(one["matched_half_cycles"]) == 0
@@ -278,7 +283,7 @@ def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equiva
 
 def test_a_record_that_cannot_be_compared_says_why(config, record, equivalence):
     with pytest.raises(InputError, match="no column displacement_m"):
-        validate(config, replace(record, displacement=None), equivalence)
+        validated(config, replace(record, displacement=None), equivalence)
 
     def part(start, stop):
         return Record(
@@ -286,8 +291,57 @@ def test_a_record_that_cannot_be_compared_says_why(config, record, equivalence):
         )
 
     with pytest.raises(InputError, match="samples at rest before the motion is 0; it must be at least 10"):
-        validate(config, part(300, None), equivalence)
+        validated(config, part(300, None), equivalence)
     with pytest.raises(InputError, match="still strong at the end of the record"):
-        validate(config, part(None, int(PULSE_CENTRE * SAMPLING)), equivalence)
+        validated(config, part(None, int(PULSE_CENTRE * SAMPLING)), equivalence)
     with pytest.raises(InputError, match="no half cycle beyond .* it must hold a decay"):
-        validate(config, replace(record, displacement=0.001 * record.displacement), equivalence)
+        validated(config, replace(record, displacement=0.001 * record.displacement), equivalence)
+
+
+# --- a ladder of records
+
+
+@pytest.fixture(scope="module")
+def rungs(config):
+    paths = [ROOT / path for path in config["validation"]["ladder"] if "/cr-" in path]
+    return {path.stem: read_record(path) for path in paths}
+
+
+def test_a_ladder_is_compared_record_by_record_in_place_of_a_synthetic_one(config, record, rungs, equivalence):
+    whole = validate(config, record, rungs, equivalence)
+    assert list(whole["record"].values) == list(rungs)
+    assert set(whole["record_made_by"].values) == {"CR"}
+    name = "cr-half"
+    one = validated(config, rungs[name], equivalence)
+    of_one = whole.sel(record=name).isel(half_cycle=slice(one.sizes["half_cycle"]))
+    xr.testing.assert_identical(of_one.drop_attrs().drop_vars("record"), one.drop_attrs().drop_vars("record"))
+    # The higher rungs hold a free decay, with decrements; the lowest hardly rocks.
+    free = whole["half_cycle_free"].sum("half_cycle").values
+    assert free[0] == 0 and np.all(free[1:] >= 8)
+    for name in ("log_decrement", "measured_log_decrement", "decay_peak_misfit", "period_drift"):
+        assert np.all(whole[name].isel(record=slice(1, None)).notnull()), name
+        assert np.all(whole[name].isel(record=0).isnull()), name
+    assert np.all(np.diff(whole["measured_peak_displacement"]) > 0)
+
+
+def test_a_measured_record_is_not_mixed_with_a_synthetic_ladder(config, record, rungs, equivalence):
+    measured = replace(record, header={**record.header, "synthetic": "no"})
+    alone = validate(config, measured, rungs, equivalence)
+    assert alone.sizes["record"] == 1
+    assert alone.attrs["record_synthetic"] == "no"
+    assert list(alone["record_made_by"].values) == ["measured"]
+    own = {name: replace(one, header={**one.header, "synthetic": "no"}) for name, one in rungs.items()}
+    assert list(compared(measured, own)) == list(own)
+    assert list(compared(record, {})) == ["record"]
+
+
+def test_records_of_a_ladder_must_be_sampled_alike(record, rungs):
+    with pytest.raises(InputError, match="other begins at 0 s with a step of 0.01 s; .* at 0 s with 0.00390625 s"):
+        compared(
+            record, {**rungs, "other": Record(0.01 * np.arange(9), np.zeros(9), np.zeros(9), {"synthetic": "yes"})}
+        )
+
+
+def test_what_is_wrong_with_a_record_of_a_ladder_names_it(config, record, rungs, equivalence):
+    with pytest.raises(InputError, match="cr-half: the record has no column displacement_m"):
+        validate(config, record, {**rungs, "cr-half": replace(rungs["cr-half"], displacement=None)}, equivalence)

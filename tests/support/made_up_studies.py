@@ -150,6 +150,29 @@ def equivalence():
     return complete(data, "equivalence")
 
 
+RUNGS, LADDERS = (0.06, 0.25, 0.5, 0.88), ("CR", "ECD", "CR, degrading")
+ONCE = ("damping_ratio", "restitution", "instability_displacement")  # whatever the record
+
+
+def ladder():
+    """The same record on four rungs, three times: the higher the rung, the less each model is off."""
+    one, u_ins = validation(), 0.075
+    rungs = []
+    for number, maker in enumerate(LADDERS):
+        for height in RUNGS:
+            rung = one.assign_coords(record=[f"{number} at {height}"]).copy(deep=True)
+            factor = height * u_ins / float(one["measured_peak_displacement"].item())
+            for name in ("displacement", "measured", "measured_peak_displacement", "decay_peak", "measured_decay_peak"):
+                rung[name] = rung[name] * factor
+            rung["peak_ratio_to_measured"] = 1 - (1 - rung["peak_ratio_to_measured"]) * (1 - height) * (number + 1)
+            rung["record_made_by"] = ("record", [maker])
+            if height == RUNGS[0]:
+                rung["measured_log_decrement"][:] = np.nan
+            rungs.append(rung)
+    joined = xr.concat(rungs, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+    return complete(joined, "validation")
+
+
 def validation(**attributes):
     elapsed = np.linspace(0, 4, 401)
     motion = 9.0 * np.exp(-(((elapsed - 1.5) / 0.1) ** 2))
@@ -176,6 +199,11 @@ def validation(**attributes):
             "decay_peak_elapsed": (("damping_model", "half_cycle"), np.tile(peaks_at, (len(ALL), 1))),
             "measured_decay_peak": ("half_cycle", np.abs(np.interp(peaks_at, elapsed, measured))),
             "measured_decay_peak_elapsed": ("half_cycle", peaks_at),
+            "log_decrement": ("damping_model", 0.3 * share),
+            "measured_log_decrement": 0.3,
+            "measured_peak_displacement": float(np.abs(measured).max()),
+            "instability_displacement": 0.075,
+            "record_made_by": "CR",
             "restitution": 0.835,
             "free_phase_start": 1.7,
             "half_cycle_free": ("half_cycle", np.ones(4, dtype=np.int8)),
@@ -183,7 +211,8 @@ def validation(**attributes):
         coords={"damping_model": ALL, "elapsed": elapsed, "half_cycle": [1, 2, 3, 4]},
         attrs={"record_synthetic": "yes", "record_specimen": "a wall", **attributes},
     )
-    return complete(data, "validation")
+    once = data[list(ONCE)]
+    return complete(data.drop_vars(ONCE).expand_dims(record=["a test"]).assign(once), "validation")
 
 
 def orders():

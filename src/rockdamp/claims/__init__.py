@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from rockdamp.claims import histories, misfits, ratios
+from rockdamp.claims import histories, mechanics, misfits, ratios
 from rockdamp.claims.reading import read_list
 from rockdamp.claims.verdicts import NOT_JUDGED, Claim, Judge, Limits, combine, found, sorted_out
 from rockdamp.errors import InputError
@@ -21,7 +21,7 @@ COLUMNS = (
     *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
     *("finding", "holds", "holds_in_part", "does_not_hold", "figure"),
 )
-JUDGES: dict[str, Judge] = {**histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}
+JUDGES: dict[str, Judge] = {**mechanics.JUDGES, **histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -79,7 +79,7 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
             raise InputError(f"claim {claim['id']} has {problem}: {', '.join(sorted(names))}")
     parts = {name: judgements[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
-    measured = [part.measured for part in parts.values() if part.measured] + ["the record is synthetic"] * synthetic
+    measured = [part.measured for part in parts.values() if part.measured] + ["the records are synthetic"] * synthetic
     missing = [part.measured for part in parts.values() if not part.testable]
     if synthetic or missing:  # a record that a model made tells of that model alone
         verdict, condition = NOT_JUDGED, "; ".join([claim["condition"]] * synthetic + missing)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Wall
+from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
 from rockdamp.studies.settings import ForceCurveSettings
 from rockdamp.vocabulary import PRESETS
 
@@ -41,6 +42,7 @@ def mechanism(config: Config) -> xr.Dataset:
     parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
     plateau = np.array([np.nan, *(float(curve.plateau_ratio) for curve in curves.values())])
     walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
+    mass = effective_mass_ratio(HINGE_RATIOS[:, None], SLENDERNESSES)
     return xr.Dataset(
         {
             "force": (("curve_name", "displacement"), force),
@@ -54,6 +56,10 @@ def mechanism(config: Config) -> xr.Dataset:
             "instability_displacement": float(given.wall.instability_displacement),
             "restitution_analytical": (("hinge_height_ratio", "slenderness"), walls.restitution),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
+            "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
+            "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
+            "tested_restitution_analytical": float(given.tested_wall.restitution),
+            "tested_restitution_impulsive": float(given.tested_wall.restitution_impulsive),
         },
         coords={
             "curve_name": ["bi-linear", *curves],
@@ -62,6 +68,23 @@ def mechanism(config: Config) -> xr.Dataset:
             "slenderness": SLENDERNESSES,
         },
     )
+
+
+def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
+    r"""Effective mass at u = 0 over the wall's mass, of bodies with a thickness; lambda is its inverse.
+
+    .. math:: \frac{m_\mathrm{eff}}{m} = \frac{2}{3} \left[1 + \frac{t^2}{h^2} \frac{3 - 2r}{r^2 (1 - r)}\right]
+
+    The first term is Eq. (2), of slender bodies, which do not rise as they turn.
+
+    Parameters
+    ----------
+    hinge_ratio, slenderness : float or ndarray
+        r = h1/h and h/t. [-]
+    """
+    r, h_t = np.asarray(hinge_ratio, dtype=float), np.asarray(slenderness, dtype=float)
+    ratio: Array = (1 + (3 - 2 * r) / (r**2 * (1 - r) * h_t**2)) / EXCITATION_FACTOR
+    return ratio
 
 
 def drawn_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:

@@ -181,6 +181,19 @@ class LoopSettings(Settings):
 class ForceCurveSettings(Settings):
     wall: Strip
     curve: Curve
+    tested_wall: Annotated[Strip, "validation.wall"]
+
+
+@dataclass(frozen=True)
+class BilinearSettings(Settings):
+    wall: Strip
+    curve: Curve
+    loops: Loops
+    pulses: Pulses
+    records: tuple[str, ...]
+    scale: Annotated[Array, "natural.scale", geometric]
+    step: Annotated[float, "natural.step"]
+    tail: Annotated[float, "natural.tail"]
 
 
 @dataclass(frozen=True)

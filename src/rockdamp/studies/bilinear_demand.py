@@ -1,0 +1,103 @@
+"""What the bi-linear curve makes of the displacement demand: section 3, in pairs with the tri-linear curve.
+
+The same wall with the same e is put under the same pulses and earthquake records. The nearly rigid curve of Fig. 4a
+stands for the bi-linear law.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.histories.at_intensities import ends
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import EXCITATION_FACTOR
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.records import followed_by_rest
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COLLAPSED
+from rockdamp.studies.pulses import PULSES, pulse
+from rockdamp.studies.settings import BilinearSettings
+
+CURVES = ("tri-linear", "bi-linear")
+PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio")
+
+
+def demand(config: Config) -> xr.Dataset:
+    """Run the reference wall with both curves under restitution, under every pulse and every record.
+
+    Parameters
+    ----------
+    config : dict
+        Has the keys of `BilinearSettings`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``pulse_peak`` and ``pulse_collapsed`` (force_curve, pulse, pulse_frequency, load_ratio); ``record_peak`` and
+        ``record_collapsed`` (force_curve, record, scale). The loads are over the tri-linear plateau for both.
+    """
+    given = BilinearSettings.of(config)
+    pair = [given.curve, given.loops.rigid.curve]
+    curves = TrilinearCurve(*(np.array([float(getattr(one, name)) for one in pair]) for name in PARAMETERS))
+    e = Damping.cr(np.full(len(pair), given.loops.restitution))
+    pulses = np.stack([_under_pulses(given, curves, e, name) for name in PULSES], axis=2)
+    names, records = _under_records(given, curves, e)
+    by_pulse, by_record = ("force_curve", "pulse", "pulse_frequency", "load_ratio"), ("force_curve", "record", "scale")
+    return xr.Dataset(
+        {
+            "pulse_peak": (by_pulse, pulses[0]),
+            "pulse_collapsed": (by_pulse, pulses[1].astype(np.int8)),
+            "record_peak": (by_record, records[0]),
+            "record_collapsed": (by_record, records[1].astype(np.int8)),
+            "cracked_stiffness_ratio": ("force_curve", curves.cracked_stiffness_ratio),
+            "plateau_ratio": ("force_curve", curves.plateau_ratio),
+            "restitution": given.loops.restitution,
+        },
+        coords={
+            "force_curve": list(CURVES),
+            "pulse": list(PULSES),
+            "pulse_frequency": given.pulses.frequency,
+            "load_ratio": given.pulses.load,
+            "record": names,
+            "scale": given.scale,
+        },
+    )
+
+
+def _under_pulses(given: BilinearSettings, curves: TrilinearCurve, e: Damping, name: str) -> Array:
+    """Peaks and collapses under one pulse, shape (2, curves, frequencies, loads)."""
+    found = np.empty((2, *curves.shape, given.pulses.frequency.size, given.pulses.load.size))
+    each = curves.map(lambda parameter: parameter[:, None])
+    for column, frequency in enumerate(given.pulses.frequency):
+        ground = followed_by_rest(
+            pulse(name, float(frequency), given.pulses.step), given.pulses.step, given.pulses.tail
+        )
+        response = solve(
+            each,
+            e.map(lambda parameter: parameter[:, None]),
+            load_factor=float(given.curve.plateau_ratio) * given.pulses.load,
+            ground_acceleration=ground,
+            step=given.pulses.step,
+            steps=ground.size - 1,
+        )
+        found[:, :, column] = response.peak, response.outcome == COLLAPSED
+    return found
+
+
+def _under_records(given: BilinearSettings, curves: TrilinearCurve, e: Damping) -> tuple[list[str], Array]:
+    """Names of the records; peaks and collapses, shape (2, curves, records, scales)."""
+    unit = float(given.wall.frequency_parameter * given.wall.instability_displacement) / EXCITATION_FACTOR
+    names, found = [], []
+    for entry in track(catalogue.listing(given.records), "Bi-linear and tri-linear curve"):
+        motion = catalogue.read(entry)
+        factor = given.scale * unit / intensity_measures(motion.record).pgv
+        ended = ends(motion.record, given.wall, curves, [e], factor, step=given.step, tail=given.tail)
+        names.append(motion.name)
+        found.append(np.stack(ended)[..., 0])
+    return names, np.stack(found, axis=2)
