@@ -4,6 +4,7 @@ import pytest
 from made_up_claims import (
     FILE,
     amplitude_study,
+    bilinear,
     equivalence,
     indifferent,
     loops,
@@ -20,6 +21,7 @@ from rockdamp import claims
 def made_up():
     return {
         "mechanism": mechanism(),
+        "bilinear": bilinear(),
         "loops": loops(),
         "windows": windows(),
         "equivalence": equivalence(),

@@ -98,7 +98,7 @@ def test_a_missing_file_is_refused(tmp_path):
 
 
 def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, data):
-    with pytest.raises(InputError, match="claim good-sdr is judged, but not in the data file"):
+    with pytest.raises(InputError, match="claim e-measured is judged, but not in the data file"):
         claims.judge(listed[:-1], data)
     with pytest.raises(InputError, match="claim new has no judge"):
         claims.judge([*listed, {**listed[0], "id": "new"}], data)

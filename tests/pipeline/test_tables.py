@@ -45,7 +45,7 @@ def test_a_stage_takes_its_wildcards_the_config_its_record_and_its_inputs(name):
     stage = STAGES[name]
     own = [key for key in ("study", "share") if f"{{{key}}}" in stage.file]
     several = [one for one in stage.inputs if "{" in one and not own]
-    given = [*own, "config", *([stage.record] if stage.record else []), *stage.inputs]
+    given = [*own, "config", *filter(None, (stage.record, stage.ladder)), *stage.inputs]
     taken = inspect.signature(function_of(stage)).parameters
     rest = [name for name, one in taken.items() if one.kind is inspect.Parameter.VAR_POSITIONAL]
     assert len(taken) - len(rest) == len(given) - len(several)

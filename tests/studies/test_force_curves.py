@@ -3,8 +3,11 @@
 import pytest
 
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.rigid_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.studies import force_curves
+from rockdamp.studies.force_curves import effective_mass_ratio
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 
 def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config):
@@ -29,3 +32,12 @@ def test_the_stage_of_fig_1_tabulates_what_the_wall_gives(paper):
     wall = Wall(0.4, 4.0, hinge_ratio=0.5)
     assert float(stored["restitution_analytical"]) == pytest.approx(float(wall.restitution), rel=1e-14)
     assert float(stored["restitution_impulsive"]) == pytest.approx(float(wall.restitution_impulsive), rel=1e-14)
+
+
+def test_the_effective_mass_at_rest_is_that_of_two_bodies_and_tends_to_the_papers():
+    for r, h_t in ((0.5, 10.0), (0.7, 10.0), (0.6, 25.0)):
+        wall = Wall(1.0, h_t, hinge_ratio=r)
+        mass = float(wall.weight) / STANDARD_GRAVITY
+        assert effective_mass_ratio(r, h_t) == pytest.approx(2 * TwoBodies(wall).inertia(0.0) / mass, rel=1e-12)
+    assert effective_mass_ratio(0.5, 10.0) == pytest.approx(2 / 3 * 1.16, rel=1e-12)  # 16 % more, at h/t = 10
+    assert effective_mass_ratio(0.7, 1e6) == pytest.approx(2 / 3, rel=1e-9)

@@ -30,6 +30,9 @@ IDS = [
     "low-amp",
     "best-cdr",
     "good-sdr",
+    "hinge-mass",
+    "bilinear-demand",
+    "e-measured",
 ]
 VISCOUS = ["CDC", "CDR", "SDR", "ECD"]
 MODELS = ["CR", *VISCOUS]
@@ -48,8 +51,40 @@ def mechanism():
     e = 1 - 1 / slenderness * np.array([[1.0], [0.8]])
     dims = ("hinge_height_ratio", "slenderness")
     return xr.Dataset(
-        {"restitution_analytical": (dims, e), "restitution_impulsive": (dims, e - 0.1)},
+        {
+            "restitution_analytical": (dims, e),
+            "restitution_impulsive": (dims, e - 0.1),
+            "effective_mass_ratio": (dims, [[0.8, 0.75, 0.7], [0.76, 0.73, 0.69]]),
+            "excitation_factor": (dims, [[1.25, 1.33, 1.43], [1.32, 1.37, 1.45]]),
+            "tested_restitution_analytical": 0.96,
+            "tested_restitution_impulsive": 0.94,
+        },
         coords={"hinge_height_ratio": hinge, "slenderness": slenderness},
+    )
+
+
+def bilinear():
+    """Every peak of the bi-linear curve is larger, but where no wall rocks, and one more of its runs collapses."""
+    small, large = np.array([[0.03, 0.2, 0.4]] * 2), np.array([[0.001, 0.3, 0.5]] * 2)
+    fell = np.array([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 0, 1]]], dtype=np.int8)
+    pulse, record = ("force_curve", "pulse", "pulse_frequency", "load_ratio"), ("force_curve", "record", "scale")
+    peak = np.stack([small, large])
+    return xr.Dataset(
+        {
+            "pulse_peak": (pulse, peak[:, None]),
+            "pulse_collapsed": (pulse, fell[:, None]),
+            "record_peak": (record, peak),
+            "record_collapsed": (record, 0 * fell),
+            "cracked_stiffness_ratio": ("force_curve", [0.04, 0.005]),
+        },
+        coords={
+            "force_curve": ["tri-linear", "bi-linear"],
+            "pulse": ["Ricker"],
+            "pulse_frequency": [1.0, 2.0],
+            "load_ratio": [1.0, 2.0, 3.0],
+            "record": ["one", "two"],
+            "scale": [0.5, 1.0, 2.0],
+        },
     )
 
 

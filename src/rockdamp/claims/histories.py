@@ -169,20 +169,21 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Decay after the pulse: decrement and peaks of each model, over the records that hold a free decay."""
-    validation = data["validation"].sel(damping_model=["CR", *PAPER_MODELS])
+    validation, little = data["validation"].sel(damping_model=["CR", *PAPER_MODELS]), limits["slight"]
     validation = validation.isel(record=np.flatnonzero(np.isfinite(validation["measured_log_decrement"])))
-    decrement = validation["log_decrement"].mean("record", skipna=False)
-    misfit = np.sqrt((validation["decay_peak_misfit"] ** 2).mean("record", skipna=False))
-    sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
-    more = float(sdr / others.mean(skipna=False)) - 1
-    slight = bool(more > 0) & bool(more <= limits["slight"])
-    missing, measured = "no record holds a free decay", validation["measured_log_decrement"].mean()
     if not validation.sizes["record"]:
+        missing = "no record holds a free decay"
         return {
             "more": Part(False, missing, testable=False, told={"decay": "there is no free decay to judge by"}),
             "slightly": Part(False, ""),
             "peaks": Part(False, ""),
         }
+    measured = float(validation["measured_log_decrement"].mean())
+    decrement = validation["log_decrement"].mean("record", skipna=False)
+    misfit = np.sqrt((validation["decay_peak_misfit"] ** 2).mean("record", skipna=False))
+    sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
+    more = float(sdr / others.mean(skipna=False)) - 1
+    slight = bool(more > 0) & bool(more <= little)
     return {
         "more": Part(
             bool((sdr > others).all()),

@@ -87,7 +87,7 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
         others = [dim for dim in ratio.dims if dim != case]
         median = ratio.median(others).dropna(case)
         middle = number(ratio.median())
-        measured = f"{name}s: median ratio {middle}, {between(median, number)} from {noun} to {noun}"
+        measured = f"{name}s: median ratio {middle}, {between(median, times)} from {noun} to {noun}"
         part = judged(median > limits["more"], measured, noun, limits["enough"])
         parts[f"{name}s"] = replace(part, told={f"{name}_ratio": middle})
         for curve in collapses:
@@ -97,6 +97,11 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
     words = "; ".join(f"{count} of {runs} collapse with the {curve} curve" for curve, count in collapses.items())
     parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], words, told=counts)
     return parts
+
+
+def times(ratio: float) -> str:
+    """A ratio of peaks in words."""
+    return "a collapse alone" if np.isinf(ratio) else number(ratio)
 
 
 def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
