@@ -180,7 +180,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         }
     measured = float(validation["measured_log_decrement"].mean())
     decrement = validation["log_decrement"].mean("record", skipna=False)
-    misfit = np.sqrt((validation["decay_peak_misfit"] ** 2).mean("record", skipna=False))
+    misfit = (validation["decay_peak_misfit"] ** 2).mean("record", skipna=False) ** 0.5
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
     more = float(sdr / others.mean(skipna=False)) - 1
     slight = bool(more > 0) & bool(more <= little)

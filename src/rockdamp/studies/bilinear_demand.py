@@ -25,7 +25,6 @@ from rockdamp.studies.pulses import PULSES, pulse
 from rockdamp.studies.settings import BilinearSettings
 
 CURVES = ("tri-linear", "bi-linear")
-PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio")
 
 
 def demand(config: Config) -> xr.Dataset:
@@ -43,11 +42,13 @@ def demand(config: Config) -> xr.Dataset:
         ``record_collapsed`` (force_curve, record, scale). The loads are over the tri-linear plateau for both.
     """
     given = BilinearSettings.of(config)
-    pair = [given.curve, given.loops.rigid.curve]
-    curves = TrilinearCurve(*(np.array([float(getattr(one, name)) for one in pair]) for name in PARAMETERS))
+    pair = (given.curve, given.loops.rigid.curve)
+    names = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
+    a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in names)
+    curves = TrilinearCurve(a1, b1, a3, given.curve.softening)
     e = Damping.cr(np.full(len(pair), given.loops.restitution))
     pulses = np.stack([_under_pulses(given, curves, e, name) for name in PULSES], axis=2)
-    names, records = _under_records(given, curves, e)
+    motions, records = _under_records(given, curves, e)
     by_pulse, by_record = ("force_curve", "pulse", "pulse_frequency", "load_ratio"), ("force_curve", "record", "scale")
     return xr.Dataset(
         {
@@ -55,8 +56,8 @@ def demand(config: Config) -> xr.Dataset:
             "pulse_collapsed": (by_pulse, pulses[1].astype(np.int8)),
             "record_peak": (by_record, records[0]),
             "record_collapsed": (by_record, records[1].astype(np.int8)),
-            "cracked_stiffness_ratio": ("force_curve", curves.cracked_stiffness_ratio),
-            "plateau_ratio": ("force_curve", curves.plateau_ratio),
+            "cracked_stiffness_ratio": ("force_curve", a1),
+            "plateau_ratio": ("force_curve", b1),
             "restitution": given.loops.restitution,
         },
         coords={
@@ -64,7 +65,7 @@ def demand(config: Config) -> xr.Dataset:
             "pulse": list(PULSES),
             "pulse_frequency": given.pulses.frequency,
             "load_ratio": given.pulses.load,
-            "record": names,
+            "record": motions,
             "scale": given.scale,
         },
     )

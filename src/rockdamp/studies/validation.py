@@ -225,8 +225,10 @@ def _log_decrement(peaks: Array) -> float:
 
 def _match(computed: HalfCycles, measured: HalfCycles) -> HalfCycles:
     """Match successive half cycles, from the computed one on the first's side whose peak is nearest to it in time."""
-    same_side = np.flatnonzero(np.sign(computed.peak) == np.sign(measured.peak[0])) if measured.peak.size else []
-    if not len(same_side):
+    if not measured.peak.size:
+        return computed[slice(0, 0)]
+    same_side = np.flatnonzero(np.sign(computed.peak) == np.sign(measured.peak[0]))
+    if not same_side.size:
         return computed[slice(0, 0)]
     nearest = np.argmin(np.abs(computed.peak_elapsed[same_side] - measured.peak_elapsed[0]))
     start = int(same_side[nearest])
