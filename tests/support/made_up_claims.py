@@ -109,7 +109,12 @@ def amplitude_study():
         "SDR": [r * grow for r in (0.10, 0.12, 0.16, 0.2)],
         "ECD": [0.0 * E] * 4,
     }
-    return matched("release_amplitude", AMPLITUDES, relative)
+    study = matched("release_amplitude", AMPLITUDES, relative)
+    change = (
+        xr.DataArray([0.02, 0.01, -0.03, 0.0], coords={"damping_model": VISCOUS}) * (1 - study["restitution"]) / 0.3
+    )
+    absolute = study["damping_ratio"].sel(release_amplitude=RELEASE, drop=True) * (1 + change)
+    return study.assign(damping_ratio_absolute=absolute)
 
 
 def stiffness_study():

@@ -162,6 +162,21 @@ def a1_of_section_7(_: Datasets) -> dict[str, str]:
 # --- datasets ------------------------------------------------------------------------------------------------------
 
 
+def eq_17(data: Datasets) -> dict[str, str]:
+    """Damping ratios by the words of Eq. (17) over those by its formula, less one."""
+    match = data["match/amplitude"].sortby("restitution")
+    release = float(data["loops"]["release_amplitude"])
+    squares = match["damping_ratio"].sel(release_amplitude=release, method="nearest")
+    change = (match["damping_ratio_absolute"] / squares - 1).sel(damping_model=MODELS)
+    ends = {model: (float(of.min()), float(of.max())) for model, of in zip(MODELS, change, strict=True)}
+    return {
+        "release": number(release),
+        "low": number(match["restitution"][0]),
+        "high": number(match["restitution"][-1]),
+        **{model.lower(): f"{percent(least)} to {percent(most)}" for model, (least, most) in ends.items()},
+    }
+
+
 def sdr_and_a1(data: Datasets) -> dict[str, str]:
     """Direction of the change of SDR's damping ratio with a1."""
     dim = "cracked_stiffness_ratio"
@@ -209,6 +224,7 @@ EVIDENCE: dict[str, Evidence] = {
     "eq-7": eq_7,
     "restitution-of-fig-4": restitution_of_fig_4,
     "energy-of-eq-13-and-14": energy_of_eq_13_and_14,
+    "eq-17": eq_17,
     "hinge-ratio-of-fig-6": hinge_ratio_of_fig_6,
     "lambda-of-captions": lambda_of_captions,
     "a1-of-section-7": a1_of_section_7,

@@ -259,7 +259,9 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     figure.legend(loc="outside upper center", ncols=len(models) if len(models) <= 4 else 2)
     few_ticks(axes, 6)
     length = f"$\\tau = {float(study['window']):g}$ in $k = {int(study['steps'])}$ steps"
-    axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {length}")
+    axes.set_title(
+        f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {length},\na length that was inferred from this figure"
+    )
     return figure
 
 

@@ -95,6 +95,27 @@ def fig5(data: Datasets) -> dict[str, Any]:
         "high": plain(chosen[-1]),
         "changes": of_models({model: Markup(text) for model, text in changes.items()}),
         "window": plain(data["match/amplitude"]["window"]),
+        **_bends(data["match/amplitude"]),
+    }
+
+
+JUMP = 0.1  # of ξ/δ from one e to the next: further than a minimum moves on the grids of the studies
+
+
+def _bends(study: xr.Dataset) -> dict[str, Any]:
+    """The largest step of ξ/δ from one e to the next, which would be a jump where another minimum of Err took over."""
+    study = study.sortby("restitution")
+    share = study["damping_ratio"] / -np.log(study["restitution"])
+    steps = abs(share.diff("restitution") / share)
+    bend = abs(share.diff("restitution", 2) / share)
+    bend = bend.assign_coords(restitution=study["restitution"].values[1:-1])  # the middle of three
+    at = bend.isel(bend.argmax(...))
+    return {
+        "largest_step": percent(steps.max()),
+        "jumps": float(steps.max()) > JUMP,
+        "bend_model": str(at["damping_model"].item()),
+        "bend_release": plain(at["release_amplitude"]),
+        "bend_restitution": plain(at["restitution"]),
     }
 
 

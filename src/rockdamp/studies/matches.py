@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
+from rockdamp.equivalence.absolute_minima import least_absolute
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Matched, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
@@ -90,11 +91,28 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         {key: (dims, np.stack([values[key] for values in of_model.values()]).reshape(shape)) for key in names},
         coords={"damping_model": list(of_model), "restitution": restitution},
     )
+    if name == "amplitude":
+        dataset["damping_ratio_absolute"] = _least_absolute(given, cases, matched, steps, restitution)
     kept = {
         key: decays[key] for key in (study.parameter, "frequency_parameter", "plateau_ratio") if key in decays.coords
     }
     finest = matched[VISCOUS_MODELS[0]]
     return dataset.assign_coords(kept).assign_coords(window=window, step=finest.step, steps=finest.steps)
+
+
+def _least_absolute(
+    given: MatchSettings, cases: Cases, matched: Mapping[str, Matched], steps: int, restitution: Array
+) -> xr.DataArray:
+    """Damping ratios by the words under Eq. (17) in place of its formula, from the reference amplitude."""
+    at = np.flatnonzero(cases.release_amplitude == given.release_amplitude)
+
+    def of_model(model: str) -> Array:
+        squares = matched[model].damping_ratio[at]
+        return least_absolute(cases.take(at), model, squares, steps, given.solver.scheme)
+
+    ratios = of_each(of_model, VISCOUS_MODELS, "match by absolute differences")
+    coords = {"damping_model": list(ratios), "restitution": restitution}
+    return xr.DataArray(np.stack(list(ratios.values())), coords=coords, dims=("damping_model", "restitution"))
 
 
 def match_decays(
