@@ -99,7 +99,7 @@ def fig5(data: Datasets) -> dict[str, Any]:
     }
 
 
-JUMP = 0.1  # of ξ/δ from one e to the next: further than a minimum moves on the grids of the studies
+JUMP = 10.0  # of ln(ξ/δ) over that of e: faster than a minimum moves
 
 
 def _bends(study: xr.Dataset) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def _bends(study: xr.Dataset) -> dict[str, Any]:
     at = bend.isel(bend.argmax(...))
     return {
         "largest_step": percent(steps.max()),
-        "jumps": float(steps.max()) > JUMP,
+        "jumps": float((steps / study["restitution"].diff("restitution")).max()) > JUMP,
         "bend_model": str(at["damping_model"].item()),
         "bend_release": plain(at["release_amplitude"]),
         "bend_restitution": plain(at["restitution"]),
