@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from rockdamp.claims.verdicts import spans
@@ -20,13 +21,14 @@ from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
 from rockdamp.report.numbers import number
+from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
-PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md")
+PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md", "README.md")
 PICTURES = ("fig_order.png",)
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
@@ -266,9 +268,15 @@ def response_length(data: Data) -> str:
     )
 
 
+def verdicts(data: Data) -> str:
+    """How many claims of the paper got each verdict."""
+    given = data["claims"]["verdict"].values
+    return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
+
+
 TABLES: dict[str, Callable[[Data], str]] = {
     function.__name__: function
-    for function in (solver, ratios, fits, rotations, energy, earthquakes, checks, orders, response_length)
+    for function in (solver, ratios, fits, rotations, energy, earthquakes, checks, orders, response_length, verdicts)
 }
 
 
@@ -281,7 +289,8 @@ def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = ("accuracy", "comparison", "natural/check", "natural/orders", "population/check", "equivalence", "windows")
     names += tuple(f"match/{study}" for study in STUDIES)
-    return {name: dataset.open(results / f"{name}.nc") for name in names}
+    opened = {name: dataset.open(results / f"{name}.nc") for name in names}
+    return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
 
 if __name__ == "__main__":

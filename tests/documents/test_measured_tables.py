@@ -9,6 +9,7 @@ import measured_tables
 import numpy as np
 import pytest
 import report_content
+import xarray as xr
 import yaml
 from published_models import PUBLISHED
 from repository import ROOT
@@ -63,6 +64,7 @@ def made_up():
         "natural/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
         "windows": windows,
+        "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }
 
@@ -107,6 +109,12 @@ def test_the_pages_hold_the_numbers_of_the_built_datasets():
         assert NUMBER.sub("x", shown) == NUMBER.sub("x", written)
         # Another processor's rounding may turn a last digit.
         np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1)
+
+
+def test_claims_are_counted_by_their_verdicts_those_that_were_not_judged_apart(made_up):
+    lines = measured_tables.TABLES["verdicts"](made_up).splitlines()[2:]
+    assert lines[0] == "| not reproduced | 1 |" and lines[-1] == "| reproduced | 2 |"
+    assert "| not judged: no measurement | 0 |" in lines
 
 
 def row(name, model, data):
