@@ -89,7 +89,7 @@ def test_of_several_records_peaks_and_decrements_stand_over_amplitude_for_whatev
     data, figure = ladder(), drawn(LADDER)
     for number, maker in enumerate(LADDERS):
         of_maker = data.isel(record=slice(4 * number, 4 * number + 4))
-        (above,) = (axes for axes in figure.axes if axes.get_title() == f"records made by {maker}")
+        (above,) = (axes for axes in figure.axes if axes.get_title() == f"made by {maker}")
         assert shows(above, RUNGS, of_maker["peak_ratio_to_measured"].sel(damping_model="SDR"))
         decrement = of_maker["log_decrement"] / of_maker["measured_log_decrement"]
         below = figure.axes[figure.axes.index(above) + 1]

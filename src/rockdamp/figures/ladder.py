@@ -97,13 +97,13 @@ def draw_ladder(validation: xr.Dataset, heading: str, measured_name: str) -> Fig
             axes = figure.add_subplot(grid[len(models) + 1 + row, column], sharey=left[row] if column else None)
             _right(axes, ladder, quantity, models)
             if not column:
-                axes.set_ylabel(f"{quantity}\nover measured [-]")
+                axes.set_ylabel(f"{quantity} over\nmeasured [-]")
                 left.append(axes)
             axes.tick_params(labelleft=not column, labelbottom=bool(row))
             if row:
                 axes.set_xlabel(f"measured peak {DISPLACEMENT}")
             else:
-                axes.set_title(plain("measured" if name == "measured" else f"records made by {name}"))
+                axes.set_title(plain("measured" if name == "measured" else f"made by {name}"))
     for axes in left:
         axes.set_ylim(0, 1.75)
     figure.suptitle(fill(plain(f"{heading}; above, those made by {maker}"), 120), fontsize=8)
