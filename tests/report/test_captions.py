@@ -4,7 +4,7 @@ import dataclasses
 import re
 
 import pytest
-from made_up_studies import made_up
+from made_up_studies import ladder, made_up
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import captions, earthquake_captions, further_captions, numbers, paper_captions
@@ -117,3 +117,17 @@ def test_the_lowest_error_is_told_with_its_range_of_restitution(content):
 def test_text_of_a_dataset_is_escaped_in_a_caption(content):
     test = content.datasets["validation"].assign_attrs(record_specimen="<b>wall</b>")
     assert "&lt;b&gt;wall" in captions.caption("fig8", {**content.datasets, "validation": test}).text
+
+
+def test_a_ladder_is_told_by_model_and_amplitude_and_what_hangs_on_what_made_it(content):
+    """Made up: CR is off by 5 % at rest and by nothing at collapse, SDR by 30 %; each ladder by once more."""
+    text = captions.caption("fig8", {**content.datasets, "validation": ladder()}).text
+    assert "to 0.06, 0.25, 0.50 and 0.88&nbsp;u<sub>ins</sub>" in text
+    assert "right within 10&nbsp;% under CR at 0.06, 0.25, 0.50 and 0.88, CDC at 0.06, 0.25, 0.50 and 0.88" in text
+    assert "SDR at 0.88" in text
+    assert (
+        "the decrement of the free decay, under CR at 0.25, 0.50 and 0.88, CDC at 0.25, 0.50 and 0.88, CDR at none"
+        in text
+    )
+    assert "0.91 to 0.99 (ECD) and 0.86 to 0.98 (CR, degrading)" in text
+    assert "leaves CR at 0.95 of the measured peak" in text

@@ -224,8 +224,10 @@ def fig8(data: Datasets) -> dict[str, Any]:
 
 def _ladder(test: xr.Dataset) -> dict[str, Any]:
     """What is right of each model on which rung of the first ladder, and how far it hangs on what made the records."""
-    (maker, first), *others = ladders(test).items()
-    of_reference = {name: off(rungs, "peak").sel(damping_model=REFERENCE) for name, rungs in ((maker, first), *others)}
+    test_ladders = ladders(test)
+    (maker, first), *_ = test_ladders.items()
+    of_reference = {name: off(rungs, "peak").sel(damping_model=REFERENCE) for name, rungs in test_ladders.items()}
+    own = [f"{value:.2f}" for value in of_reference.pop(maker).values]
     return {
         "maker": maker,
         "amplitudes": listed(f"{amplitude:.2f}" for amplitude in amplitudes(first)),
@@ -233,7 +235,8 @@ def _ladder(test: xr.Dataset) -> dict[str, Any]:
         "peaks": _right_at(first, "peak"),
         "decrements": _right_at(first, "decrement"),
         "reference": REFERENCE,
-        "reference_peaks": listed(f"{value:.2f}" for value in of_reference.pop(maker).values),
+        "reference_peaks": listed(own),
+        "lowest": own[0],
         "other_peaks": listed(
             f"{float(values.min()):.2f} to {float(values.max()):.2f} ({name})" for name, values in of_reference.items()
         ),
