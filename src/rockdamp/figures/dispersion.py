@@ -183,21 +183,23 @@ def _exponents(axes: Axes, dispersion: xr.Dataset, a1: list[float], b1: list[flo
         Line2D([], [], color=GREY, linestyle=VARIANT_LINES[variant], label=VARIANTS[variant])
         for variant in map(str, dispersion["map_softening"].values)
     ]
-    axes.legend(handles=variants, loc="upper left", bbox_to_anchor=(0.0, 0.92))
+    axes.legend(handles=variants, loc="upper left", bbox_to_anchor=(0.0, 0.9))
     best = dispersion["map_best_exponent"]
     low, high = float(best.min()), float(best.max())
     axes.set_ylim(min(0.98, low - 0.05), max(2.02, high + 0.05))
     for order, model in ((1.0, "CDR"), (2.0, "SDR")):
         axes.axhline(order, color=style_of(model).colour, linewidth=0.8, linestyle=style_of(model).linestyle)
-        axes.text(
-            0.02,
-            order,
+        inside = -1 if order > 1.5 else 1  # of the two lines
+        axes.annotate(
             f"{model}, $n = {order:g}$",
-            transform=axes.get_yaxis_transform(),
+            (0.02, order),
+            xytext=(0, 3 * inside),
+            textcoords="offset points",
+            xycoords=axes.get_yaxis_transform(),
             color=style_of(model).colour,
             fontsize=7,
             ha="left",
-            va="top" if order > 1.5 else "bottom",
+            va="top" if inside < 0 else "bottom",
         )
     axes.set_ylabel(r"exponent $n$ with the least spread [-]")
 
