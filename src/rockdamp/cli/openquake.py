@@ -22,8 +22,12 @@ def nrml(dataset: Path, output: Path) -> None:
     run. `assess` and `batch` write the same of your own walls with --nrml.
     """
     from rockdamp.assessment.openquake import of_population
+    from rockdamp.errors import InputError
     from rockdamp.storage import dataset as storage
 
     population = storage.open(dataset)
-    storage.check(population, "population")
+    try:
+        storage.check(population, "population")
+    except storage.DatasetError as error:
+        raise InputError(f"{dataset}: is no dataset of the population, as results/population.nc is ({error})") from None
     write_nrml(of_population(population), "PGV", output)
