@@ -45,12 +45,13 @@ CHOSEN = {
 }
 # Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ. Lines differ in the
 # order of their dots, short and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
-SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A", "#8B5A2B")
+SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A", "#8B5A2B", "#3B5BA5")
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (3.0, 4.0)),
     (0, (1.0, 3.5)),
     (0, (8.0, 1.4, 1.0, 1.4, 1.0, 1.4, 1.0, 1.4)),
     (0, (3.0, 1.4, 3.0, 1.4, 1.0, 1.4)),
+    (0, (1.0, 1.4, 1.0, 4.0)),
 )
 SPARE_MARKERS = ("*", "<", ">", "p", "h", "d", "H")
 GREY, PALE = "#6E6E6E", "#B5B5B5"
