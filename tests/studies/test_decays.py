@@ -27,6 +27,16 @@ def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
                 assert float(curve.energy(u[peaks[2]])) == pytest.approx(expected, rel=0.02)
 
 
+def test_decays_run_to_the_longest_response_that_is_matched_to_them(decays, config):
+    """The length is inferred from amplitudes, up to windows.stop; the others last 8, or its seconds on another wall."""
+    frequency = decays["slenderness"]["frequency_parameter"]
+    own = frequency.sel(slenderness=config["wall"]["slenderness"])
+    ends = {name: float(decays[name]["tau"][-1]) for name in STUDIES}
+    assert ends["amplitude"] == pytest.approx(16) and ends["cracked_stiffness"] == pytest.approx(8)
+    assert ends["slenderness"] == pytest.approx(8 * float(frequency.max() / own), abs=0.01)
+    assert 8.5 < ends["slenderness"] < 16
+
+
 def test_walls_of_the_same_curve_decay_alike_in_tau(decays):
     for name in ("slenderness", "overburden"):
         values = decays[name]["displacement"].values

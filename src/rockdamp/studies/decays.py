@@ -7,10 +7,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.settings import DecaySettings
+from rockdamp.studies.walls import Study
+
+INFERS = "amplitude"  # the study from whose decays the length of the response is inferred
 
 
 def step_count(length: float, step: float) -> int:
@@ -18,8 +23,23 @@ def step_count(length: float, step: float) -> int:
     return int(round(length / step))
 
 
+def windows_of_fixed_seconds(study: Study, wall: Wall, window: float) -> Array:
+    """Return the window of each wall of a study, in tau, when all have the length in seconds of `wall`'s."""
+    seconds = window / float(wall.frequency_parameter)
+    return seconds * study.frequency_parameter
+
+
+def longest_response(study: Study, wall: Wall, window: float) -> float:
+    """Return the longest response that is matched to the decays of a study, in tau."""
+    fixed = windows_of_fixed_seconds(study, wall, window) if study.of_wall else np.array([window])
+    return max(window, float(fixed.max()))
+
+
 def study(name: str, config: Config) -> xr.Dataset:
-    """Run the free decays of one study, to the longest window.
+    """Run the free decays of one study, to the longest response that is matched to them.
+
+    Those of `INFERS` run to the longest window from which the length of the response is inferred, the others to that of
+    the matching, in tau and in seconds.
 
     Parameters
     ----------
@@ -34,7 +54,8 @@ def study(name: str, config: Config) -> xr.Dataset:
     """
     given = DecaySettings.of(config)
     walls, restitution, step = given.study(name), given.restitution, given.solver.step
-    steps = step_count(given.length, step)
+    length = given.longest if name == INFERS else longest_response(walls, given.wall, given.window)
+    steps = step_count(length, step)
     response = solve(
         walls.curve.map(lambda parameter: parameter[:, None]),
         Damping.cr(restitution),

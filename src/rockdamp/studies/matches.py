@@ -15,8 +15,7 @@ from rockdamp.equivalence.matching import Matched, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Wall
-from rockdamp.studies.decays import step_count
+from rockdamp.studies.decays import longest_response, step_count, windows_of_fixed_seconds
 from rockdamp.studies.settings import Matching, MatchSettings
 from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import VISCOUS_MODELS
@@ -51,8 +50,8 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
     restitution, window, scan = decays["restitution"].values, given.matching.window, given.matching.scan
     steps = step_count(window, step)
-    fixed = _windows_of_fixed_seconds(study, given.wall, window) if study.of_wall else None
-    last = steps if fixed is None else max(steps, step_count(float(fixed.max()), step))
+    fixed = windows_of_fixed_seconds(study, given.wall, window) if study.of_wall else None
+    last = step_count(longest_response(study, given.wall, window), step)
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
     matched = solve(
@@ -173,12 +172,6 @@ def cases_of(study: Study, restitution: Array, displacement: Array, step: float)
         displacement.reshape(study.values.size * count, -1),
         step,
     )
-
-
-def _windows_of_fixed_seconds(study: Study, wall: Wall, window: float) -> Array:
-    """Window of each wall of a study, in tau, when all have the length in seconds of `wall`'s."""
-    seconds = window / float(wall.frequency_parameter)
-    return seconds * study.frequency_parameter
 
 
 def _match_each(cases: Cases, model: str, windows: Array, known: tuple[float, Array], scan: Scan, scheme: str) -> Array:

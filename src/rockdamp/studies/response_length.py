@@ -13,7 +13,7 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.minima import global_minima
 from rockdamp.progress import track
-from rockdamp.studies.decays import step_count
+from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import cases_of
 from rockdamp.studies.settings import ResponseLengthSettings
 from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
@@ -43,7 +43,7 @@ def windows(config: Config, decays: xr.Dataset) -> xr.Dataset:
         ``misclassified_of_release`` (release_amplitude).
     """
     given = ResponseLengthSettings.of(config)
-    study, lengths, step = given.study("amplitude"), given.windows, given.solver.step
+    study, lengths, step = given.study(INFERS), given.windows, given.solver.step
     restitution = decays["restitution"].values
     stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
     cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step)

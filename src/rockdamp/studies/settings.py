@@ -145,7 +145,8 @@ class Accuracy:
 class DecaySettings(StudySettings):
     solver: Solver
     restitution: Annotated[Array, arithmetic]
-    length: Annotated[float, "windows.stop"]
+    window: Annotated[Window, "matching.window"]
+    longest: Annotated[float, "windows.stop"]
 
 
 @dataclass(frozen=True)
