@@ -63,11 +63,15 @@ class Section:
     notes: list[str] = field(default_factory=list)
     series: dict[str, Any] = field(default_factory=dict)  # for the plots
 
-    def target(self, what: str, measured: float, limit: float, unit: str = "", least: bool = False) -> None:
-        """Judge a number that must be at most `limit`, or at least."""
+    def target(
+        self, what: str, measured: float, limit: float, unit: str = "", least: bool = False, reason: str = ""
+    ) -> None:
+        """Judge a number that must be at most `limit`, or at least; the reason is told where it is not."""
         met = bool(measured >= limit if least else measured <= limit)
         wanted = f"{'at least' if least else 'at most'} {number(limit)}{unit}"
         self.targets.append({"what": what, "target": wanted, "measured": f"{number(measured)}{unit}", "met": met})
+        if reason and not met:
+            self.notes.append(f"Not met: {what}. {reason}")
 
     def data(self) -> dict[str, Any]:
         """Return it as plain data."""
