@@ -1,0 +1,83 @@
+"""The damping models that a measured record is explained with: their parameters, and where these are looked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rockdamp.arguments import one_of
+from rockdamp.arrays import Array
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import MODELS
+
+ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too
+
+# ASSUME: where a masonry wall is looked for. a1 is searched as a1/a2, which keeps it below the plateau's end a2;
+# Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85. The
+# damping ratios span what ECD has of the coefficients of restitution.
+SEARCHED = {
+    "cracked_stiffness_ratio": "cracked_stiffness_ratio over the plateau's end (a1/a2)",
+    "plateau_ratio": "plateau_ratio (b1)",
+    "restitution": "restitution (e)",
+    "damping_ratio": "damping_ratio (xi)",
+}
+RANGE = {
+    "cracked_stiffness_ratio": (0.02, 0.90),
+    "plateau_ratio": (0.40, 0.95),
+    "restitution": (0.50, 1.00),
+    "damping_ratio": (0.00, 0.25),
+}
+GRID = {
+    "cracked_stiffness_ratio": np.geomspace(0.03, 0.65, 11),
+    "plateau_ratio": np.linspace(0.42, 0.94, 53),
+    "restitution": np.linspace(0.56, 1.00, 12),
+    "damping_ratio": np.linspace(0.002, 0.20, 12),
+}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A damping model with the parameters by which a record may be explained.
+
+    Parameters
+    ----------
+    name : str
+        One of `vocabulary.MODELS`, or `ANY_ORDER`.
+    order : float, optional
+        Of `ANY_ORDER`: fixed while the others are searched, and a parameter of the posterior.
+    """
+
+    name: str
+    order: float | None = None
+
+    @classmethod
+    def of(cls, name: str) -> Candidate:
+        """Return the candidate of a name."""
+        return cls(one_of("damping_model", name, CANDIDATES))
+
+    @property
+    def loss(self) -> str:
+        """Name of the parameter of what is lost: e of models that it describes exactly, else xi."""
+        return "restitution" if self.name == ANY_ORDER or self.name in Damping.exact_models() else "damping_ratio"
+
+    @property
+    def searched(self) -> tuple[str, str, str]:
+        """The three parameters that least squares fit."""
+        return "cracked_stiffness_ratio", "plateau_ratio", self.loss
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The parameters of wall and damper that a posterior has."""
+        return (*self.searched, "order") if self.name == ANY_ORDER else self.searched
+
+    def damping(self, loss: Array, order: Array | None = None) -> Damping:
+        """Return the damper of values of its parameters."""
+        if self.name == ANY_ORDER:
+            return Damping.of_restitution(loss, order=self.order if order is None else order)
+        if self.loss == "restitution":
+            return Damping.of_restitution(loss, self.name)
+        return Damping(self.name, loss)
+
+
+CANDIDATES = (*MODELS, ANY_ORDER)

@@ -1,0 +1,331 @@
+"""Least squares of a1, b1 and a damper's parameter to a measured record, from a scan of all there may be."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import minimum_filter
+from scipy.optimize import OptimizeResult, least_squares
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.histories.under_a_record import QUIET, measured_displacement, rest_samples
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.studies.candidates import GRID, RANGE, Candidate
+
+SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan
+# The misfit has long bent valleys, in which a descent gets stuck: the best points of the scan are refined together.
+KEPT, REFINEMENTS, ROUNDS = 64, 6, 4
+NEARBY = np.array([offset for offset in product((-1, 0, 1), repeat=3) if any(offset)])
+EXPLAINED = 1.5  # the residuals' deviation over the resting sensor's up to which no better minimum is looked for
+DESCENT = {"max_nfev": 100, "xtol": 1e-9, "ftol": 1e-10, "gtol": None}
+BATCH = 1024  # histories held at once
+DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
+DRAWS, DRAWS_SEED = 256, 0  # of the motion's noise
+DRAWN = 0.3  # of its size: small enough for the response to be linear, and large against the solver's roughness
+LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
+LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stands
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What is fitted, with what. A *point* is in the coordinates of the search, *parameters* are the candidate's."""
+
+    record: Record
+    wall: Wall | Parapet
+    ultimate_ratio: float
+    softening: str
+    step: float
+    candidate: Candidate
+    measured: Array  # from the level at rest [m]
+    sensor_zero: float  # that level [m]
+    rest_deviation: float  # of the measured displacement at rest [m]
+    trend: Array  # (samples, 2): offset and drift of the sensor
+    basis: Array  # the same, orthonormal
+    motion: Array  # the ground acceleration at the solver's steps [m s-2]
+
+    @classmethod
+    def of(
+        cls,
+        record: Record,
+        wall: Wall | Parapet,
+        candidate: Candidate,
+        *,
+        ultimate_ratio: float,
+        softening: str,
+        step: float,
+    ) -> Fit:
+        """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
+        measured, zero = measured_displacement(record)
+        elapsed = record.elapsed - record.elapsed[0]
+        trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
+        resting = float(np.std(measured[: rest_samples(record)]))
+        basis = np.linalg.qr(trend)[0]
+        motion = _at_steps(record, _substeps(record, wall, step))
+        return cls(
+            record,
+            wall,
+            ultimate_ratio,
+            softening,
+            step,
+            candidate,
+            measured,
+            zero,
+            resting,
+            trend,
+            basis,
+            motion,
+        )
+
+    def with_step(self, step: float) -> Fit:
+        """Return the same fit with another step of the solver."""
+        return replace(self, step=step, motion=_at_steps(self.record, _substeps(self.record, self.wall, step)))
+
+    @cached_property
+    def u_ins(self) -> float:
+        """Of the wall. [m]"""
+        return float(self.wall.instability_displacement)
+
+    @cached_property
+    def frequency(self) -> float:
+        """p of the wall. [rad s-1]"""
+        return float(self.wall.frequency_parameter)
+
+    @cached_property
+    def load_factor(self) -> float:
+        """Of the wall. [s2 m-1]"""
+        return float(self.wall.load_factor)
+
+    @cached_property
+    def range(self) -> tuple[Array, Array]:
+        """The lowest and the highest point."""
+        low, high = np.array([RANGE[name] for name in self.candidate.searched]).T
+        return low, high
+
+    @property
+    def width(self) -> Array:
+        """Of the range."""
+        return self.range[1] - self.range[0]
+
+    def physical(self, points: Array) -> Array:
+        """Turn points into parameters, or a batch of them, shape (..., 3)."""
+        end = (1.0 if self.softening == "steeper" else self.ultimate_ratio) - points[..., 1]
+        return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
+
+    def computed(self, parameters: Array, gain: Array | float = 1.0) -> Array:
+        """Displacement for parameters of shape (batch, 3 or more), under `gain` times the motion, shape (batch,).
+
+        Returns
+        -------
+        ndarray, shape (batch, samples)
+            [m]
+        """
+        damping = self.candidate.damping(*parameters[:, 2:].T)
+        curve = TrilinearCurve(parameters[:, 0], parameters[:, 1], self.ultimate_ratio, self.softening)
+        # Collapsed walls must stay comparable numbers, and lose.
+        return self.u_ins * np.nan_to_num(self._respond(curve, damping, gain), nan=LOST)
+
+    def _respond(self, curve: TrilinearCurve, damping: Damping, gain: Array | float) -> Array:
+        """Response to the motion, at the record's samples. [-]"""
+        substeps = (self.motion.size - 1) // (self.record.elapsed.size - 1)
+        return solve(
+            curve,
+            damping,
+            step=self.frequency * self.record.step / substeps,
+            steps=self.motion.size - 1,
+            load_factor=self.load_factor * gain,
+            ground_acceleration=self.motion,
+            store_every=substeps,
+        ).displacement
+
+    def without_trend(self, histories: Array) -> Array:
+        """What of histories, shape (..., samples), no offset and drift can explain."""
+        return histories - (histories @ self.basis) @ self.basis.T
+
+    def misfit(self, points: Array, description: str = "") -> Array:
+        """Sum of squares of each point's residual, shape (batch,); a description shows the progress. [m2]"""
+        batches = np.array_split(points, -(-len(points) // BATCH))
+        some = track(batches, description) if description else batches
+        residuals = (self.without_trend(self.measured - self.computed(self.physical(batch))) for batch in some)
+        return np.concatenate([np.einsum("ij,ij->i", residual, residual) for residual in residuals])
+
+    def derivative(self, parameters: Array, *, at_point: bool = False) -> Array:
+        """Derivative of the computed history by the parameters, or at a point by the point; shape (samples, 3)."""
+        h = DIFFERENCE * self.width
+        sides = np.concatenate([parameters + np.diag(h), parameters - np.diag(h)])
+        computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
+        return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
+
+    def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
+        """Draw what the accelerometer's noise alone adds to the computed history, to first order.
+
+        It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
+        hardly show it. Taken as white; its size is that of the differences between samples before and after the
+        motion.
+
+        Returns
+        -------
+        ndarray, shape (DRAWS, samples)
+            [m]
+        """
+        acceleration = self.record.ground_acceleration
+        size = DRAWN * motion_noise(self.record)
+        draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
+
+        def shift(noise: Array) -> Array:
+            record = replace(self.record, ground_acceleration=acceleration + noise)
+            moved = replace(self, motion=_at_steps(record, (self.motion.size - 1) // (acceleration.size - 1)))
+            return (moved.computed(parameters[None])[0] - computed) / DRAWN
+
+        with ThreadPoolExecutor(available_threads()) as pool:
+            return np.array(list(track(pool.map(shift, draws), "noise of the motion", DRAWS)))
+
+    def solution(self) -> Solution:
+        """Search the least squares, and say what surrounds it."""
+        point, local_minima = self.search()
+        estimate = self.physical(point)
+        computed = self.computed(estimate[None])[0]
+        return Solution(self, point, estimate, computed, local_minima)
+
+    def search(self) -> tuple[Array, int]:
+        """Return the point of least misfit, and how many local minima the scan found."""
+        axes = [GRID[name] for name in self.candidate.searched]
+        grid = np.array(list(product(*axes)))
+        coarse = self.with_step(max(SCAN_STEP, self.step))
+        misfit = coarse.misfit(grid, "scan of a1, b1 and the damper").reshape([len(axis) for axis in axes])
+        minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
+        points = grid[np.argsort(misfit, axis=None, kind="stable")[:KEPT]]
+        best = coarse._descend(coarse._refine(points))
+        for _ in range(ROUNDS - 1):
+            if np.sqrt(2 * best.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
+                break
+            again = coarse._descend(coarse._refine(best.x[None]))
+            if again.cost > 0.99 * best.cost:
+                break
+            best = again
+        return self._descend(best.x).x, minima.size
+
+    def _refine(self, points: Array) -> Array:
+        """Look around each point, keep the best of all, halve the distance, and so on; return the best."""
+        a1, *others = (GRID[name] for name in self.candidate.searched)
+        spacing = np.array([np.log(a1[1] / a1[0]), *(axis[1] - axis[0] for axis in others)])
+        misfit = self.misfit(points)
+        for _ in range(REFINEMENTS):
+            spacing = spacing / 2
+            around = np.stack([points] * len(NEARBY))
+            around[..., 0] *= np.exp(NEARBY[:, None, 0] * spacing[0])
+            around[..., 1:] += NEARBY[:, None, 1:] * spacing[1:]
+            around = np.clip(around.reshape(-1, 3), *self.range)
+            points, misfit = np.concatenate([points, around]), np.concatenate([misfit, self.misfit(around)])
+            best = np.argsort(misfit, kind="stable")[:KEPT]
+            points, misfit = points[best], misfit[best]
+        return points[0]
+
+    def _descend(self, start: Array) -> OptimizeResult:
+
+        def residual(point: Array) -> Array:
+            return self.without_trend(self.computed(self.physical(point)[None])[0] - self.measured)
+
+        def derivative(point: Array) -> Array:
+            # Central differences must not step over a bound: 1 is the largest e there is.
+            low, high = self.range
+            inside = DIFFERENCE * self.width
+            return self.derivative(np.clip(point, low + inside, high - inside), at_point=True)
+
+        return least_squares(
+            residual,
+            start,
+            derivative,
+            bounds=self.range,
+            x_scale=self.width,
+            **DESCENT,
+        )
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The least squares of a fit: its point and parameters, its history, and how many local minima the scan found."""
+
+    fit: Fit
+    point: Array
+    estimate: Array
+    computed: Array  # [m]
+    local_minima: int
+
+    @cached_property
+    def residual(self) -> Array:
+        """What is left, without the sensor's offset and drift. [m]"""
+        return self.fit.without_trend(self.fit.measured - self.computed)
+
+    @cached_property
+    def derivative(self) -> Array:
+        """Derivative of the history by the parameters, without offset and drift; shape (samples, 3)."""
+        return self.fit.derivative(self.estimate)
+
+    @cached_property
+    def shifts(self) -> Array:
+        """Draws of what the noise of the measured motion adds to the history, shape (DRAWS, samples). [m]"""
+        return self.fit.shifts_by_motion(self.estimate, self.computed)
+
+    @cached_property
+    def covariance_by_motion(self) -> Array:
+        """Covariance that the accelerometer's noise alone gives the estimates."""
+        estimates = np.linalg.lstsq(self.derivative, self.fit.without_trend(self.shifts).T, rcond=None)[0]
+        return estimates @ estimates.T / len(self.shifts)
+
+    @cached_property
+    def covariance_by_sensor(self) -> tuple[Array, int]:
+        """Covariance by the residuals, and the samples over which they are taken as correlated."""
+        return covariance_by_sensor(self.derivative, self.residual)
+
+
+def motion_noise(record: Record) -> float:
+    """Standard deviation of the accelerometer's noise, by the differences of samples before and after the motion."""
+    acceleration = record.ground_acceleration
+    moving = np.flatnonzero(np.abs(acceleration) >= QUIET * np.abs(acceleration).max())
+    steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
+    return float(np.sqrt(np.mean(steps**2) / 2))
+
+
+def _substeps(record: Record, wall: Wall | Parapet, step: float) -> int:
+    """Steps of the solver, of at most `step` in tau, between two samples of a record."""
+    return int(np.ceil(float(wall.frequency_parameter) * record.step / step * (1 - 1e-12)))
+
+
+def _at_steps(record: Record, substeps: int) -> Array:
+    """Ground acceleration at the solver's steps, by a cubic spline: straight lines would cut a pulse's peak off."""
+    index = np.arange(record.elapsed.size)
+    return CubicSpline(index, record.ground_acceleration)(np.arange((index.size - 1) * substeps + 1) / substeps)
+
+
+def covariance_by_sensor(derivative: Array, residual: Array) -> tuple[Array, int]:
+    """Covariance of the estimates under serially correlated residuals, and the bandwidth in samples that it took.
+
+    Derivative and residual are without offset and drift, so those two are accounted for (Frisch and Waugh).
+    """
+    scale = np.linalg.norm(derivative, axis=0)
+    if not scale.all() or np.linalg.cond(derivative / scale) > LARGEST_CONDITION:
+        raise InputError("the record does not determine a1, b1 and e; it must hold rocking beyond the first branch")
+    scores = (derivative / scale) * residual[:, None]
+    samples = residual.size
+    lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
+    rho = min(float(lag_one.max()), 0.99)
+    alpha = 4 * rho**2 / (1 - rho**2) ** 2
+    bandwidth = min(int(np.ceil(1.1447 * (alpha * samples) ** (1 / 3))), samples - 1)
+    meat = scores.T @ scores
+    for lag in range(1, bandwidth + 1):
+        product_ = scores[lag:].T @ scores[:-lag]
+        meat += (1 - lag / (bandwidth + 1)) * (product_ + product_.T)
+    meat *= samples / (samples - derivative.shape[1] - 2)
+    bread = np.linalg.inv((derivative / scale).T @ (derivative / scale))
+    return bread @ meat @ bread / np.outer(scale, scale), bandwidth
