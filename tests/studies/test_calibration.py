@@ -10,7 +10,7 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.motions.experimental_style import WALL, synthetic_record
 from rockdamp.motions.records import read_record
-from rockdamp.studies import calibration
+from rockdamp.studies import calibration, least_squares
 from rockdamp.studies.calibration import PARAMETERS, calibrate, study
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here
@@ -34,7 +34,7 @@ def result(record):
 @pytest.fixture
 def few_draws(monkeypatch):
     """For tests of the estimates alone: their standard errors then mean little."""
-    monkeypatch.setattr(calibration, "DRAWS", 4)
+    monkeypatch.setattr(least_squares, "DRAWS", 4)
 
 
 def test_the_shipped_record_gives_back_what_made_it(result):
@@ -122,7 +122,7 @@ def test_the_covariance_matches_theory_for_residuals_that_follow_each_other(rho)
         residual[0] = steps[0]
         for i in range(1, samples):
             residual[i] = rho * residual[i - 1] + np.sqrt(1 - rho**2) * steps[i]
-        found.append(np.diag(calibration._covariance(derivative, residual)[0]))
+        found.append(np.diag(least_squares.covariance_by_sensor(derivative, residual)[0]))
     # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for variance. A fifth.
     np.testing.assert_allclose(np.mean(found, axis=0), np.diag(exact), rtol=0.2)
     white = np.diag(bread)
@@ -135,7 +135,7 @@ def test_no_residuals_whatever_give_a_negative_variance():
     for period in (2.1, 3.0, 7.0, 20.0, 55.0):
         derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
         residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
-        covariance, bandwidth = calibration._covariance(derivative, residual)
+        covariance, bandwidth = least_squares.covariance_by_sensor(derivative, residual)
         scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
         assert bandwidth >= 1
         assert np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() > 0
@@ -153,9 +153,9 @@ def test_a_wall_that_does_not_rock_is_refused():
 def test_derivatives_that_tell_no_parameters_apart_are_refused():
     one = np.sin(np.arange(100.0))
     with pytest.raises(InputError, match="does not determine a1, b1 and e"):
-        calibration._covariance(np.stack([one, 2 * one, one**2], axis=1), one)
+        least_squares.covariance_by_sensor(np.stack([one, 2 * one, one**2], axis=1), one)
     with pytest.raises(InputError, match="does not determine a1, b1 and e"):
-        calibration._covariance(np.stack([one, 0 * one, one**2], axis=1), one)
+        least_squares.covariance_by_sensor(np.stack([one, 0 * one, one**2], axis=1), one)
 
 
 def test_a_best_fit_at_a_bound_is_an_error_that_says_so():

@@ -1,4 +1,4 @@
-"""`calibrate`: a curve and a coefficient of restitution from a measured record."""
+"""`calibrate`: a curve and a damper from a measured record, by least squares or as a posterior."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
-from rockdamp.cli.options import json_option, make_wall, record_option, softening_options, wall_options
+from rockdamp.cli.options import json_option, make_wall, record_option, refuse_unused, softening_options, wall_options
 from rockdamp.cli.types import OutputFile
+from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rockdamp.mechanics.wall import Parapet, Wall
 
 
 @click.command(
@@ -21,23 +24,53 @@ if TYPE_CHECKING:
     examples=[
         "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --output calibration.nc --plot calibration.png",
+        "rockdamp calibrate --posterior --damping-model CR --record data/sin-03-00-synthetic.csv --thickness 102mm"
+        " --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --plot posterior.png",
     ],
 )
 @record_option
 @wall_options()
 @softening_options
-@click.option("--output", type=OutputFile(".nc"), help="Estimates, covariance and both histories, as NetCDF.")
+@click.option("--posterior", is_flag=True, help="Draw from the posterior, with the sensors' errors as unknowns.")
+@click.option(
+    "--damping-model", type=click.Choice(CANDIDATES), help=f"Of --posterior.  [default: {ANY_ORDER}, m a parameter]"
+)
+@click.option("--evidence", is_flag=True, help="With --posterior, also compare all damping models.")
+@click.option(
+    "--priors", type=click.Path(path_type=Path), help="With --posterior, a YAML file of priors other than the usual."
+)
+@click.option("--seed", type=click.IntRange(0, 2**31), default=2017, show_default=True, help="Of --posterior.")
+@click.option("--output", type=OutputFile(".nc"), help="What was found, and both histories, as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture: measured against fitted.")
 @json_option
 def calibrate(
-    record: Path, a3: float, softening: str, output: Path | None, plot: Path | None, as_json: bool, **options: Any
+    record: Path,
+    a3: float,
+    softening: str,
+    posterior: bool,
+    damping_model: str | None,
+    evidence: bool,
+    priors: Path | None,
+    seed: int,
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Fit a1, b1 and e to a measured record.
 
-    By least squares, with a standard error for each. The record must hold the ground acceleration and the measured
-    displacement, with rest before the motion. The wall is taken as known.
+    By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
+    with the sensors' zero, drift and noise as unknowns. A posterior is refused where its walkers do not agree. The
+    record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
+    taken as known.
     """
     wall = make_wall(**options)
+    if posterior:
+        _posterior(
+            record, wall, damping_model or ANY_ORDER, evidence, priors, seed, a3, softening, output, plot, as_json
+        )
+        return
+    refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
     from rockdamp.motions.records import read_record
     from rockdamp.studies.calibration import calibrate as compute
 
@@ -54,9 +87,90 @@ def calibrate(
     if as_json:
         print_json(rows)
         return
-    if all(row["true_value"] is None for row in rows):
-        rows = [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
-    print_table(rows)
+    print_table(_without_unknown(rows))
+
+
+def _posterior(
+    record: Path,
+    wall: Wall | Parapet,
+    damping_model: str,
+    evidence: bool,
+    priors: Path | None,
+    seed: int,
+    a3: float,
+    softening: str,
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    from rockdamp.motions.records import read_record
+    from rockdamp.storage import yaml_file
+    from rockdamp.studies.identification import identify
+    from rockdamp.studies.identification.posterior import Sampler
+    from rockdamp.studies.identification.prior import Prior
+
+    prior = Prior()
+    if priors is not None:
+        with concerning(priors):
+            prior = Prior.of(yaml_file.load(priors.read_text(encoding="utf-8")))
+    measured = read_record(record)
+    with concerning(record):
+        found = identify.posterior(
+            measured,
+            wall,
+            damping_model,
+            compared=CANDIDATES if evidence else (),
+            ultimate_ratio=a3,
+            softening=softening,
+            prior=prior,
+            sampler=Sampler(seed=seed),
+        )
+    if output is not None:
+        write_dataset(found, output, "posterior", "rockdamp.studies.identification.identify", record=measured.digest)
+    if plot is not None:
+        from rockdamp.figures.identification import posterior_figure
+
+        write_figure(posterior_figure(found), plot)
+    rows = [_posterior_row(found.sel(parameter=name)) for name in map(str, found["parameter"].values)]
+    compared = [_evidence_row(found.sel(damping_model=name)) for name in map(str, found["damping_model"].values)]
+    if as_json:
+        log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
+        print_json({"damping_model": damping_model, "parameters": rows, "evidence": log_evidence})
+        return
+    click.echo(f"{damping_model}; {float(found['share_inside']):.1%} of the record in its band of 90 %\n")
+    plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
+    print_table(_without_unknown(plain))
+    if compared:
+        click.echo()
+        print_table(compared)
+
+
+def _posterior_row(found: xr.Dataset) -> dict[str, Any]:
+    true = float(found["true_value"])
+    return {
+        "parameter": str(found["parameter"].item()),
+        "mean": float(found["mean"]),
+        "standard_deviation": float(found["standard_deviation"]),
+        "interval_90": [float(bound) for bound in found["interval"].sel(level=0.9).values],
+        "r_hat": float(found["r_hat"]),
+        "effective_draws": float(found["effective_draws"]),
+        "true_value": None if math.isnan(true) else true,
+    }
+
+
+def _evidence_row(found: xr.Dataset) -> dict[str, Any]:
+    """One model; without numbers where the evidence could not be determined."""
+    names = ("log_evidence", "log_evidence_error", "probability")
+    values = {name: float(found[name]) for name in names}
+    known = math.isfinite(values["log_evidence"])
+    return {"damping_model": str(found["damping_model"].item()), **{n: v if known else None for n, v in values.items()}}
+
+
+def _without_unknown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Leave the true values out where none is known."""
+    if any(row["true_value"] is not None for row in rows):
+        return rows
+    return [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
 
 
 def _row(fitted: xr.Dataset) -> dict[str, Any]:

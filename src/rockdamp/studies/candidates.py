@@ -9,9 +9,9 @@ import numpy as np
 from rockdamp.arguments import one_of
 from rockdamp.arrays import Array
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import MODELS
+from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
-ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too
+SEARCHED_ORDER = 4.0  # of the damper of any order, while the others are searched
 
 # ASSUME: where a masonry wall is looked for. a1 is searched as a1/a2, which keeps it below the plateau's end a2;
 # Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85. The
@@ -43,7 +43,7 @@ class Candidate:
     Parameters
     ----------
     name : str
-        One of `vocabulary.MODELS`, or `ANY_ORDER`.
+        One of `vocabulary.CANDIDATES`.
     order : float, optional
         Of `ANY_ORDER`: fixed while the others are searched, and a parameter of the posterior.
     """
@@ -53,8 +53,9 @@ class Candidate:
 
     @classmethod
     def of(cls, name: str) -> Candidate:
-        """Return the candidate of a name."""
-        return cls(one_of("damping_model", name, CANDIDATES))
+        """Return the candidate of a name; where the order is free, the others are searched at one in between."""
+        name = one_of("damping_model", name, CANDIDATES)
+        return cls(name, SEARCHED_ORDER if name == ANY_ORDER else None)
 
     @property
     def loss(self) -> str:
@@ -78,6 +79,3 @@ class Candidate:
         if self.loss == "restitution":
             return Damping.of_restitution(loss, self.name)
         return Damping(self.name, loss)
-
-
-CANDIDATES = (*MODELS, ANY_ORDER)

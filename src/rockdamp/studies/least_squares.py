@@ -262,6 +262,10 @@ class Solution:
     computed: Array  # [m]
     local_minima: int
 
+    def about(self, estimate: Array) -> Solution:
+        """Return what surrounds other parameters."""
+        return replace(self, estimate=estimate, computed=self.fit.computed(estimate[None])[0])
+
     @cached_property
     def residual(self) -> Array:
         """What is left, without the sensor's offset and drift. [m]"""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import gammaln, logsumexp
 
 from rockdamp.arrays import Array
-from rockdamp.studies.identification.posterior import Draws, Problem
+from rockdamp.studies.identification.posterior import Draws, Problem, array_statistics
 
 POINTS, BATCH = 2048, 256  # of the importance sample; computed at once
 HEAVY = 5.0  # degrees of freedom of the sample's tails
@@ -32,8 +32,6 @@ class Evidence:
 
 def evidence(problem: Problem, draws: Draws, seed: int) -> Evidence:
     """Estimate the evidence, by importance sampling from a multivariate t about the draws of the posterior."""
-    from arviz_stats.base import array_stats
-
     random = np.random.RandomState(seed)
     flat = draws.flat
     dimensions = flat.shape[1]
@@ -46,7 +44,7 @@ def evidence(problem: Problem, draws: Draws, seed: int) -> Evidence:
     weights = density - _log_t(points - centre, lower)
     logarithm = float(logsumexp(weights) - np.log(POINTS))
     relative = np.exp(weights - logarithm)
-    k_hat = float(array_stats.pareto_khat(relative, chain_axis=None, r_eff=1.0, tail="right"))
+    k_hat = float(array_statistics().pareto_khat(relative, chain_axis=None, r_eff=1.0, tail="right"))
     return Evidence(logarithm, float(relative.std() / np.sqrt(POINTS)), k_hat)
 
 

@@ -69,7 +69,7 @@ class Noise:
         mean = np.linalg.solve(precision, projected[..., None])[..., 0]
         lower = np.linalg.cholesky(precision)
         normal = random.standard_normal(mean.shape)
-        return mean + np.linalg.solve(lower.swapaxes(1, 2), normal[..., None])[..., 0]
+        return np.asarray(mean + np.linalg.solve(lower.swapaxes(1, 2), normal[..., None])[..., 0], dtype=float)
 
     def _conditional(self, weighted: Array, variance: Array, phi: Array) -> tuple[Array, Array]:
         """Precision of z, and precision times mean, given residuals that were multiplied by the inverse of R."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from threading import Barrier
 from typing import Any
 
@@ -19,6 +20,7 @@ from rockdamp.studies.least_squares import LOST, Fit, Solution
 
 # The standard deviation and correlation of the displacement sensor's noise, and a factor on the measured motion.
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation", "motion_gain")
+NEAREST = 1e-3  # to an end of the prior, of its width, at the start
 GAIN_STEP = 1e-4  # of the central difference by the gain
 FARTHEST = 8.0  # the gain's deviations at most
 # What is asked of the draws, by Vehtari et al. (2021, doi:10.1214/20-BA1221); r-hat is that of many short chains,
@@ -94,22 +96,28 @@ class Problem:
     noise: Noise
     gain_deviation: float  # of a factor on the motion that acts as the motion's noise mostly does
     by_gain: Array  # derivative of the response by that factor [m]
-    beside_gain: Array  # what this noise adds, of the history, to the response under that factor [m]
+    beside_gain: Array  # what the noise changes beside that, in proportion to that factor [m]
 
     @classmethod
     def of(cls, fit: Fit, prior: Prior) -> Problem:
-        """Search the least squares, and find there what the noise of the measured motion does to the response.
-
-        Mostly it does what a slightly larger or smaller motion would do. This is far from linear against the sensor's
-        noise, and so a factor on the motion is sampled; what is left of it is small, and taken as linear.
+        """Search the least squares, step from there to where the posterior is expected, and say what surrounds that.
 
         Raises
         ------
         InputError
-            If the wall is so near to collapse that this noise decides on it.
+            If the wall is so near to collapse that the noise of the measured motion decides on it.
         """
         solution = fit.solution()
-        shifts = solution.shifts
+        return cls._about(solution.about(cls._about(solution, prior)._improved), prior)
+
+    @classmethod
+    def _about(cls, solution: Solution, prior: Prior) -> Problem:
+        """Find what the noise of the measured motion does to the response about some parameters.
+
+        Mostly it does what a slightly larger or smaller motion would do. This is far from linear against the sensor's
+        noise, and so a factor on the motion is sampled; what is left of it is small, and taken as linear.
+        """
+        fit, shifts = solution.fit, solution.shifts
         if np.abs(shifts).max() > LOST / 2 * fit.u_ins:
             raise InputError("the wall is so near to collapse that the noise of the measured motion decides on it")
         sides = fit.computed(np.stack([solution.estimate] * 2), 1 + GAIN_STEP * np.array([1.0, -1.0]))
@@ -151,7 +159,7 @@ class Problem:
         It is zero too where the wall collapses or does not go beyond its first branch: a record of that is refused.
         """
         low, high = self.bounds
-        inside = ((coordinates > low) & (coordinates < high)).all(axis=1)
+        inside = np.all((coordinates > low) & (coordinates < high), axis=1)
         values = self.values(np.where(inside[:, None], coordinates, (low + high) / 2))
         # 1 % of room: a plateau of no length at all is no curve.
         end = self.fit.physical(np.stack([np.ones(len(values)), values[:, 1], np.zeros(len(values))], axis=1))[:, 0]
@@ -177,28 +185,50 @@ class Problem:
             some = centre + SPREAD * random.standard_normal((4 * walkers, low.size)) @ spread.T
             flat = np.isnan(centre)
             some[:, flat] = random.uniform(low[flat], high[flat], (4 * walkers, int(flat.sum())))
-            margin = 1e-3 * (high - low)
+            margin = NEAREST * (high - low)
             some = np.clip(some, low + margin, high - margin)
             scattered = np.concatenate([scattered, some[np.isfinite(self.log_density(some))]])
         return scattered[:walkers]
 
     @cached_property
-    def _expected(self) -> tuple[Array, Array]:
-        """Where the posterior is expected, NaN where the prior alone says, and the root of its covariance."""
-        low, high = self.bounds
-        residual, estimate = self.solution.residual, self.solution.estimate
+    def _residual_noise(self) -> tuple[float, float]:
+        """Standard deviation and correlation of neighbours of what least squares leave."""
+        residual = self.solution.residual
         phi = float(np.clip(residual[1:] @ residual[:-1] / (residual @ residual), 0.01, 0.98))
-        deviation = float(np.sqrt(np.mean(residual**2)))
-        values = np.full((1, low.size - 1), np.nan)
-        values[0, :3], values[0, -2:] = estimate, (deviation, phi)
-        centre = np.append(self.prior.coordinates(self.names[:-1], values)[0], 0.0)
-        slope = estimate[0] if self.prior.cracked_stiffness_ratio.distribution == "loguniform" else 1.0
-        by_gain = self.fit.without_trend(self.beside_gain + self.by_gain) * self.gain_deviation
-        design = np.concatenate([self.solution.derivative.T * [[slope], [1.0], [1.0]], by_gain[None], self.noise.rows])
+        return float(np.sqrt(np.mean(residual**2))), phi
+
+    @cached_property
+    def _linear(self) -> tuple[Array, Array]:
+        """Expected change and covariance of the coordinates of a1, b1, the damper's parameter and the gain.
+
+        Of the linear problem, with the instruments' errors as unknowns beside them.
+        """
+        low, high = self.bounds
+        deviation, phi = self._residual_noise
+        by_gain = self.fit.without_trend(self.by_gain + self.beside_gain)[None] * self.gain_deviation
+        slope = self.solution.estimate[:1] if self.prior.cracked_stiffness_ratio.distribution == "loguniform" else [1.0]
+        design = np.concatenate([self.solution.derivative.T * [slope, [1.0], [1.0]], by_gain, self.noise.rows])
         variance = deviation**2 * (1 + phi) / (1 - phi)
         known = np.concatenate([1 / (high - low)[:3] ** 2, np.ones(1 + len(self.noise.rows))])
-        covariance = np.linalg.inv(np.einsum("it,jt->ij", design, design) / variance + np.diag(known))[:4, :4]
-        spread, lower = np.zeros((low.size, low.size)), np.linalg.cholesky(covariance)
+        covariance = np.linalg.inv(np.einsum("it,jt->ij", design, design) / variance + np.diag(known))
+        change = covariance @ np.einsum("it,t->i", design, self.solution.residual) / variance
+        return change[:4], covariance[:4, :4]
+
+    @property
+    def _improved(self) -> Array:
+        """The parameters after a step from the least squares to where the posterior is expected."""
+        names, (low, high) = self.names[:3], self.bounds
+        coordinates = self.prior.coordinates(names, self.solution.estimate[None])[0] + self._linear[0][:3]
+        margin = NEAREST * (high - low)[:3]
+        return self.prior.values(names, np.clip(coordinates, low[:3] + margin, high[:3] - margin)[None])[0]
+
+    @cached_property
+    def _expected(self) -> tuple[Array, Array]:
+        """Where the posterior is expected, NaN where the prior alone says, and the root of its covariance."""
+        values = np.full((1, len(self.names) - 1), np.nan)
+        values[0, :3], values[0, -2:] = self.solution.estimate, self._residual_noise
+        centre = np.append(self.prior.coordinates(self.names[:-1], values)[0], 0.0)
+        spread, lower = np.zeros((centre.size, centre.size)), np.linalg.cholesky(self._linear[1])
         spread[:3, :3], spread[-1, :3], spread[-1, -1] = lower[:3, :3], lower[3, :3], lower[3, 3]
         spread[-3, -3], spread[-2, -2] = 0.1, 0.05
         return centre, spread
@@ -234,7 +264,7 @@ def draw(problem: Problem, sampler: Sampler) -> Draws:
     Moves are those of differential evolution, which need no tuning. Ensembles run in step, so that the kernel meets all
     of them at once; the result does not depend on the number of threads.
     """
-    emcee = _emcee()
+    emcee = _needed("emcee")
     in_step = _InStep(problem.log_density, sampler.ensembles)
     running = []
     for number in range(sampler.ensembles):
@@ -262,15 +292,14 @@ def draw(problem: Problem, sampler: Sampler) -> Draws:
 
 def diagnosed(coordinates: Array, least_effective: float) -> Draws:
     """Return draws with their r-hat and effective sample size; shape (ensembles, steps, walkers, parameters)."""
-    from arviz_stats.base import array_stats
-
+    statistics = array_statistics()
     ensembles, steps, walkers, dimensions = coordinates.shape
     chains = coordinates.transpose(3, 0, 2, 1).reshape(dimensions, ensembles * walkers, steps)
     owner = np.repeat(np.arange(ensembles), walkers)
     with np.errstate(all="ignore"):
-        r_hat = np.array([array_stats.rhat_nested(chain, superchain_ids=owner) for chain in chains])
+        r_hat = np.array([statistics.rhat_nested(chain, superchain_ids=owner) for chain in chains])
         sizes = [
-            [array_stats.ess(chain, method="bulk"), *(array_stats.ess(chain, method="quantile", prob=q) for q in TAILS)]
+            [statistics.ess(chain, method="bulk"), *(statistics.ess(chain, method="quantile", prob=q) for q in TAILS)]
             for chain in chains
         ]
     return Draws(coordinates, r_hat.astype(float), np.min(np.array(sizes, dtype=float), axis=1), least_effective)
@@ -279,15 +308,17 @@ def diagnosed(coordinates: Array, least_effective: float) -> Draws:
 TAILS = (0.05, 0.95)
 
 
-def _emcee() -> Any:
-    """Return the sampler's package, which only those need who ask for a posterior."""
+def array_statistics() -> Any:
+    """Return the statistics of draws, of a package which only those need who ask for a posterior."""
+    return _needed("arviz_stats.base").array_stats
+
+
+def _needed(module: str) -> Any:
     try:
-        import emcee
+        return import_module(module)
     except ImportError:
-        raise InputError(
-            'a posterior needs the packages emcee and arviz-stats; pip install "rockdamp[posterior]"'
-        ) from None
-    return emcee
+        message = 'a posterior needs the packages emcee and arviz-stats; pip install "rockdamp[posterior]"'
+        raise InputError(message) from None
 
 
 def _directions(shifts: Array) -> Array:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from typing import Any, get_type_hints
 
 import numpy as np
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import section
+from rockdamp.config import Config
+from rockdamp.config.parsing import members, number, section
 from rockdamp.errors import InputError, require
 
 KINDS = ("uniform", "loguniform")
@@ -44,14 +45,6 @@ class Interval:
         return np.exp(coordinate) if self.distribution == "loguniform" else coordinate
 
 
-def _interval(value: Any, key: str) -> Interval:
-    made: Interval = section(Interval, value, key)
-    return made
-
-
-Bounds = Annotated[Interval, _interval]
-
-
 @dataclass(frozen=True)
 class Prior:
     """Independent distributions of all parameters; e and xi, m where a model has them.
@@ -68,15 +61,43 @@ class Prior:
         its drift [m s-1].
     """
 
-    cracked_stiffness_ratio: Bounds = field(default=Interval("loguniform", 0.005, 0.25))
-    plateau_ratio: Bounds = field(default=Interval("uniform", 0.40, 0.95))
-    restitution: Bounds = field(default=Interval("uniform", 0.60, 1.00))
-    damping_ratio: Bounds = field(default=Interval("uniform", 0.0, 0.20))
-    order: Bounds = field(default=Interval("loguniform", 0.25, 32.0))
-    sensor_deviation: Bounds = field(default=Interval("loguniform", 1e-6, 1e-1))
-    sensor_correlation: Bounds = field(default=Interval("uniform", 0.0, 0.999))
+    cracked_stiffness_ratio: Interval = Interval("loguniform", 0.015, 0.20)
+    plateau_ratio: Interval = Interval("uniform", 0.40, 0.95)
+    restitution: Interval = Interval("uniform", 0.60, 1.00)
+    damping_ratio: Interval = Interval("uniform", 0.0, 0.20)
+    order: Interval = Interval("loguniform", 0.25, 32.0)
+    sensor_deviation: Interval = Interval("loguniform", 1e-6, 1e-1)
+    sensor_correlation: Interval = Interval("uniform", 0.0, 0.999)
     sensor_zero: float = 2e-3
     sensor_drift: float = 1e-3
+
+    @classmethod
+    def of(cls, given: Config) -> Prior:
+        """Return the prior of masonry walls but for what is given: a section with the fields' names.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or a value is no distribution.
+        """
+        kinds = get_type_hints(cls)
+        parsed: dict[str, Any] = {}
+        for name, value in members(given, "prior", (), list(kinds)).items():
+            key = f"prior.{name}"
+            parsed[name] = number(value, key) if kinds[name] is float else section(Interval, value, key)
+        return replace(cls(), **parsed)
+
+    def __post_init__(self) -> None:
+        phi = self.sensor_correlation
+        require(-1 < phi.low and phi.high < 1, "sensor_correlation", [phi.low, phi.high], "between -1 and 1")
+        require(self.restitution.high <= 1, "restitution", self.restitution.high, "at most 1")
+        for name in ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation"):
+            require(getattr(self, name).low > 0, name, getattr(self, name).low, "greater than 0")
+        for name in ("damping_ratio", "order"):
+            require(getattr(self, name).low >= 0, name, getattr(self, name).low, "at least 0")
+        require(self.plateau_ratio.high < 1, "plateau_ratio", self.plateau_ratio.high, "less than 1")
+        require(self.sensor_zero > 0, "sensor_zero", self.sensor_zero, "greater than 0")
+        require(self.sensor_drift > 0, "sensor_drift", self.sensor_drift, "greater than 0")
 
     def bounds(self, names: tuple[str, ...]) -> tuple[Array, Array]:
         """Lowest and highest coordinates of parameters."""

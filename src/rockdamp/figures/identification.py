@@ -1,0 +1,126 @@
+"""A measured record identified: its posterior in pairs of parameters, the predictive band, and the models' evidence."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.ticker import MaxNLocator
+
+from rockdamp.figures.single import TIME, record_title
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, new_figure, styled
+from rockdamp.figures.validation import MILLIMETRES, measured_name
+from rockdamp.vocabulary import CANDIDATES
+
+SYMBOLS = {
+    "cracked_stiffness_ratio": "$a_1$",
+    "plateau_ratio": "$b_1$",
+    "restitution": "$e$",
+    "damping_ratio": r"$\xi$",
+    "order": "$m$",
+}
+BINS = 28
+INK, MARK = "#0072B2", "#D55E00"
+ROW, BAND = 40.0, 66.0  # heights [mm]
+
+
+@styled
+def posterior_figure(posterior: xr.Dataset) -> Figure:
+    """Draw the record in its predictive band, the posterior in pairs of parameters, and the evidence where it is there.
+
+    Parameters
+    ----------
+    posterior : xarray.Dataset
+        ``measured`` and ``predicted`` (elapsed), ``draws``, ``interval`` and ``true_value`` (parameter), and of models
+        that were compared ``log_evidence``.
+    """
+    names = [name for name in SYMBOLS if name in posterior["parameter"].values]
+    count = len(names)
+    figure = new_figure(DOUBLE_COLUMN, BAND + ROW * count)
+    parts = figure.add_gridspec(2, 1, height_ratios=[BAND, ROW * count])
+    record = parts[0].subgridspec(2, 1)
+    above = figure.add_subplot(record[0])
+    _band(above, figure.add_subplot(record[1], sharex=above), posterior)
+    cells = parts[1].subgridspec(count, count)
+    for row, name in enumerate(names):
+        for column, other in enumerate(names[: row + 1]):
+            axes = figure.add_subplot(cells[row, column])
+            _marginal(axes, posterior, name) if row == column else _pair(axes, posterior, other, name)
+            _label(axes, other, name, at_bottom=row == count - 1, at_left=0 == column < row)
+    if "log_evidence" in posterior:
+        _evidence(figure, cells[0, 1:], posterior)
+    figure.suptitle(f"{record_title(posterior)}; {posterior.attrs['identified_model']}", fontsize=8)
+    return figure
+
+
+def _band(above: Axes, below: Axes, posterior: xr.Dataset) -> None:
+    """Draw the record, and it and the band from the band's middle, where the two can be told apart."""
+    elapsed = posterior["elapsed"]
+    low, high = (MILLIMETRES * posterior["predicted"].sel(bound=bound).values for bound in ("low", "high"))
+    measured, middle = MILLIMETRES * posterior["measured"].values, (low + high) / 2
+    name = measured_name(posterior)
+    above.plot(elapsed, measured, color="black", linewidth=0.9)
+    below.fill_between(
+        elapsed, low - middle, high - middle, color=INK, alpha=0.45, linewidth=0, label="predicted, 90 %"
+    )
+    below.plot(elapsed, measured - middle, color="black", linewidth=0.5, label=name)
+    above.set_ylabel("$u$ [mm]")
+    below.set_ylabel("from middle [mm]")
+    below.set_xlabel(TIME)
+    above.tick_params(labelbottom=False)
+    above.set_title(f"{float(posterior['share_inside']):.1%} of the record inside the band")
+    above.figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+
+
+def _marginal(axes: Axes, posterior: xr.Dataset, name: str) -> None:
+    of_name = posterior.sel(parameter=name)
+    axes.hist(of_name["draws"].values, BINS, color=INK, alpha=0.6)
+    for bound in of_name["interval"].sel(level=0.9).values:
+        axes.axvline(float(bound), color=GREY, linewidth=0.8, linestyle="dashed")
+    _true(axes.axvline, of_name)
+    axes.set_yticks([])
+    axes.set_title(f"{SYMBOLS[name]} = {float(of_name['mean']):.4g} ± {float(of_name['standard_deviation']):.2g}")
+
+
+def _pair(axes: Axes, posterior: xr.Dataset, across: str, up: str) -> None:
+    x, y = (posterior["draws"].sel(parameter=name).values for name in (across, up))
+    axes.hist2d(x, y, BINS, cmap="Blues", rasterized=True)
+    _true(axes.axvline, posterior.sel(parameter=across))
+    _true(axes.axhline, posterior.sel(parameter=up))
+
+
+def _true(draw: object, of_name: xr.Dataset) -> None:
+    """Mark what made the record, where it says so."""
+    value = float(of_name["true_value"])
+    if np.isfinite(value):
+        draw(value, color=MARK, linewidth=0.9)  # type: ignore[operator]
+
+
+def _label(axes: Axes, across: str, up: str, *, at_bottom: bool, at_left: bool) -> None:
+    axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.tick_params(labelbottom=at_bottom)
+    if at_bottom:
+        axes.set_xlabel(SYMBOLS[across])
+        axes.ticklabel_format(axis="x", useOffset=False)
+    if at_left:
+        axes.yaxis.set_major_locator(MaxNLocator(4))
+        axes.set_ylabel(SYMBOLS[up])
+        axes.ticklabel_format(axis="y", useOffset=False)
+    elif across != up:
+        axes.tick_params(labelleft=False)
+
+
+def _evidence(figure: Figure, place: SubplotSpec, posterior: xr.Dataset) -> None:
+    """Draw by how much the logarithm of each model's evidence is below the best one's."""
+    axes = figure.add_subplot(place)
+    models = [name for name in CANDIDATES if name in posterior["damping_model"].values]
+    below = (posterior["log_evidence"].max() - posterior["log_evidence"]).sel(damping_model=models).values
+    axes.barh(models, np.nan_to_num(below), color=INK, alpha=0.6)
+    for place_of, value in enumerate(below):
+        text = f" {value:.1f}" if np.isfinite(value) else " not determined"
+        axes.text(float(np.nan_to_num(value)), place_of, text, va="center", fontsize=7)
+    axes.set_xlim(0, 1.25 * max(float(np.nanmax(below)), 1.0))
+    axes.invert_yaxis()
+    axes.set_title("logarithm of the evidence, below the best model's")

@@ -1,0 +1,210 @@
+"""A measured record identified: the posterior of its wall and damper, and which damping models it supports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.arguments import instance, number, one_of
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, require
+from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record
+from rockdamp.progress import track
+from rockdamp.studies.candidates import Candidate
+from rockdamp.studies.identification.evidence import Evidence, evidence
+from rockdamp.studies.identification.noise import correlated
+from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Problem, Sampler, draw
+from rockdamp.studies.identification.prior import Prior
+from rockdamp.studies.least_squares import Fit
+from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, SOFTENING
+
+SENSOR = "sensor_deviation"  # the one sampled parameter that has a unit
+STORED = 1000  # draws of a posterior
+DRAWN = 200  # of them histories, for the predictive band
+LEVELS = (0.5, 0.9)
+STEP = 0.01  # in tau, at most: at it the errors of the solver stay below those of the instruments
+UNDETERMINED = Evidence(np.nan, np.nan, np.nan)
+
+
+def posterior(
+    record: Record,
+    wall: Wall | Parapet,
+    damping_model: str = ANY_ORDER,
+    *,
+    compared: Sequence[str] = (),
+    ultimate_ratio: float = 1.0,
+    softening: str = "steeper",
+    step: float = STEP,
+    prior: Prior | None = None,
+    sampler: Sampler | None = None,
+) -> xr.Dataset:
+    r"""Return what a measured record says of a1, b1 and the damper, with the errors of the instruments as unknowns.
+
+    The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
+    and the accelerometer's white noise, to which the wall responds. Zero, drift and what of the motion's noise acts
+    linearly are integrated out in closed form. Ensembles of walkers draw from the posterior; their start is the least
+    squares of a scan of all parameters. The same seed gives the same draws.
+
+    Parameters
+    ----------
+    record : Record
+        With a measured displacement, at rest before the motion.
+    wall : Wall or Parapet
+        Its geometry and weights are taken as known.
+    damping_model : str
+        One of the damping models, or ``"ECD of order m"``, which has the order for a parameter too.
+    compared : sequence of str
+        Models of which the evidence is computed, the probability of the record averaged over the prior.
+    ultimate_ratio, softening : float and str
+        a3 and the variant of softening, taken as known.
+    step : float
+        Of the solver, in tau, at most. [-]
+    prior : Prior, optional
+        By default that of masonry walls.
+    sampler : Sampler, optional
+
+    Returns
+    -------
+    xarray.Dataset
+        ``mean``, ``standard_deviation``, ``interval`` (level, bound), ``r_hat``, ``effective_draws`` and ``draws`` of
+        each parameter, those of the sensor, the ``predicted`` band that holds 90 % of what the sensor would show, and
+        ``log_evidence`` of the models compared, NaN where it could not be determined.
+
+    Raises
+    ------
+    InputError
+        If the walkers do not agree (r-hat above 1.01, or too few effective draws), the record has no displacement, no
+        rest, or is so near to collapse that its noise decides, or the packages that this needs are missing.
+    """
+    instance("record", record, Record)
+    instance("wall", wall, Wall, Parapet)
+    require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
+    a3, longest = number("ultimate_ratio (a3)", ultimate_ratio), number("step", step)
+    require(0 < a3 <= 1, "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
+    require(longest > 0, "step", longest, "greater than 0")
+    kind = one_of("softening", softening, SOFTENING)
+    prior = instance("prior", prior or Prior(), Prior)
+    sampler = instance("sampler", sampler or Sampler(), Sampler)
+    names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
+
+    def problem(name: str) -> Problem:
+        fit = Fit.of(record, wall, Candidate.of(name), ultimate_ratio=a3, softening=kind, step=longest)
+        return Problem.of(fit, prior)
+
+    chosen = problem(names[0])
+    draws = draw(chosen, sampler)
+    require_good(draws, chosen.names)
+    found = {names[0]: evidence(chosen, draws, sampler.seed)}
+    for name in track([name for name in names[1:] if name not in found], "evidence of other models"):
+        found[name] = determined(partial(problem, name), sampler)
+    summary = _summary(chosen, draws, sampler).assign_attrs(**record_attributes(record), identified_model=names[0])
+    return summary.merge(_evidences({name: found[name] for name in names[1:]})) if compared else summary
+
+
+def require_good(draws: Draws, names: Sequence[str]) -> None:
+    """Raise `InputError` unless the walkers agree on each parameter and their draws suffice."""
+    for name, r_hat, effective in zip(names, draws.r_hat, draws.effective, strict=True):
+        if not r_hat <= HIGHEST_R_HAT:
+            allowed = f"it must be at most {HIGHEST_R_HAT}: the walkers do not agree, the record may not determine it"
+            raise InputError(f"r-hat of {name} is {r_hat:.3f}; {allowed}")
+        if not effective >= draws.least_effective:
+            raise InputError(
+                f"the effective sample size of {name} is {effective:.0f}; it must be at least {draws.least_effective:g}"
+            )
+
+
+def determined(problem: Callable[[], Problem], sampler: Sampler) -> Evidence:
+    """Return the evidence of a problem that is yet to be made; NaN where walkers or weights are not to be relied on."""
+    try:
+        made = problem()
+        draws = draw(made, sampler)
+    except InputError:
+        return UNDETERMINED
+    if not draws.good:
+        return UNDETERMINED
+    estimate = evidence(made, draws, sampler.seed)
+    return estimate if estimate.good else replace(UNDETERMINED, k_hat=estimate.k_hat)
+
+
+def _summary(problem: Problem, draws: Draws, sampler: Sampler) -> xr.Dataset:
+    values = problem.values(draws.flat)
+    random = np.random.RandomState(sampler.seed)
+    stored = values[random.permutation(len(values))[:STORED]]
+    plain = [index for index, name in enumerate(problem.names) if name != SENSOR]
+    names, sensor = [problem.names[index] for index in plain], problem.names.index(SENSOR)
+    trend, band, inside = _predicted(problem, stored[:DRAWN], random)
+    bounds = np.array([[0.5 - level / 2, 0.5 + level / 2] for level in LEVELS])
+    return xr.Dataset(
+        {
+            "mean": ("parameter", values[:, plain].mean(axis=0)),
+            "standard_deviation": ("parameter", values[:, plain].std(axis=0)),
+            "interval": (("level", "bound", "parameter"), np.quantile(values[:, plain], bounds, axis=0)),
+            "r_hat": ("parameter", draws.r_hat[plain]),
+            "effective_draws": ("parameter", draws.effective[plain]),
+            "true_value": ("parameter", _true_values(problem.fit.record, names)),
+            "draws": (("draw", "parameter"), stored[:, plain]),
+            "sensor_deviation": ("draw", stored[:, sensor]),
+            "sensor_deviation_r_hat": draws.r_hat[sensor],
+            "sensor_deviation_effective_draws": draws.effective[sensor],
+            "sensor_zero": problem.fit.sensor_zero + trend[0],
+            "sensor_drift": trend[1],
+            "measured": ("elapsed", problem.fit.measured - problem.fit.trend @ trend),
+            "predicted": (("bound", "elapsed"), band),
+            "share_inside": inside,
+        },
+        coords={
+            "parameter": names,
+            "level": list(LEVELS),
+            "bound": ["low", "high"],
+            "draw": np.arange(1, len(stored) + 1),
+            "elapsed": problem.fit.record.elapsed,
+        },
+    )
+
+
+def _predicted(problem: Problem, values: Array, random: np.random.RandomState) -> tuple[Array, Array, float]:
+    """Return the sensor's mean zero and drift, the band of what it would show less these, and the share in it."""
+    computed = problem.computed(values)
+    residuals = problem.residuals(values, computed)
+    linear = problem.noise.draw(residuals, values[:, -3], values[:, -2], random)
+    shown = problem.fit.measured - residuals + linear @ problem.noise.rows
+    shown += np.stack([_sensor_noise(row, random, shown.shape[1]) for row in values[:, -3:-1]])
+    trend = linear[:, :2].mean(axis=0) * [problem.prior.sensor_zero, problem.prior.sensor_drift]
+    low, high = np.quantile(shown, [0.5 - LEVELS[-1] / 2, 0.5 + LEVELS[-1] / 2], axis=0)
+    inside = float(np.mean((low <= problem.fit.measured) & (problem.fit.measured <= high)))
+    return trend, np.stack([low, high]) - problem.fit.trend @ trend, inside
+
+
+def _sensor_noise(row: Array, random: np.random.RandomState, samples: int) -> Array:
+    """Draw the sensor's noise of a standard deviation and a correlation. [m]"""
+    return correlated(float(row[0]), float(row[1]), random.standard_normal(samples))
+
+
+def _true_values(record: Record, names: Sequence[str]) -> Array:
+    """What a synthetic record says made it; NaN where it says nothing, or was measured."""
+    stated = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
+    try:
+        return np.array([float(value) for value in stated])
+    except ValueError:
+        raise InputError(f"the record's generator_* values are {stated}; they must be numbers") from None
+
+
+def _evidences(found: dict[str, Evidence]) -> xr.Dataset:
+    """Put evidences into a dataset, with the probability of each model of those that were determined."""
+    logarithm = np.array([one.logarithm for one in found.values()])
+    relative = np.exp(logarithm - np.nanmax(logarithm, initial=-np.inf)) if np.isfinite(logarithm).any() else logarithm
+    return xr.Dataset(
+        {
+            "log_evidence": ("damping_model", logarithm),
+            "log_evidence_error": ("damping_model", np.array([one.standard_error for one in found.values()])),
+            "k_hat": ("damping_model", np.array([one.k_hat for one in found.values()])),
+            "probability": ("damping_model", relative / np.nansum(relative)),
+        },
+        coords={"damping_model": list(found)},
+    )

@@ -1,0 +1,94 @@
+"""`calibrate --posterior` at the command line: what it asks for, prints and writes."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from made_up_posterior import PARAMETERS, made_up_posterior
+
+import rockdamp as rd
+from rockdamp.cli import main
+from rockdamp.storage import dataset
+from rockdamp.studies.identification import identify
+from rockdamp.studies.identification.prior import Interval
+from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
+
+WALL = ["--thickness", "0.102", "--height", "2.754"]
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory):
+    path = tmp_path_factory.mktemp("posterior") / "test.csv"
+    elapsed = 0.01 * np.arange(50)
+    rd.write_record(path, rd.Record(elapsed, np.sin(elapsed), 0 * elapsed))
+    return str(path)
+
+
+@pytest.fixture
+def given(monkeypatch):
+    """What the command asks for; what is computed is tested elsewhere."""
+    asked = {}
+
+    def posterior(record, wall, damping_model, **options):
+        asked.update(wall=wall, damping_model=damping_model, **options)
+        return made_up_posterior(compared=bool(options["compared"]))
+
+    monkeypatch.setattr(identify, "posterior", posterior)
+    return asked
+
+
+def run(record, *options):
+    return CliRunner().invoke(main, ["calibrate", "--record", record, *WALL, *map(str, options)])
+
+
+def test_a_posterior_is_printed_and_written(given, record, tmp_path):
+    output, plot = tmp_path / "found.nc", tmp_path / "found.png"
+    result = run(record, "--posterior", "--evidence", "--json", "--output", output, "--plot", plot)
+    assert result.exit_code == 0, result.output
+    told, made = json.loads(result.stdout), made_up_posterior()
+    assert [row["parameter"] for row in told["parameters"]] == PARAMETERS
+    for row in told["parameters"]:
+        of_name = made.sel(parameter=row["parameter"])
+        assert row["mean"] == float(of_name["mean"])
+        assert row["standard_deviation"] == float(of_name["standard_deviation"])
+        assert row["interval_90"] == of_name["interval"].sel(level=0.9).values.tolist()
+    assert list(told["evidence"]) == list(CANDIDATES)
+    assert told["evidence"]["CR"] is None and told["evidence"]["CDC"] == 100.0
+    assert given["damping_model"] == ANY_ORDER and given["compared"] == CANDIDATES
+    dataset.check(dataset.open(output), "posterior")
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_posterior_is_told_in_tables_with_r_hat_and_effective_size(given, record):
+    result = run(record, "--posterior", "--damping-model", "CDR", "--seed", 3)
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith("CDR; 90.0% of the record in its band of 90 %")
+    assert lines[2].split()[:6] == [
+        "parameter",
+        "mean",
+        "standard_deviation",
+        "interval_90",
+        "r_hat",
+        "effective_draws",
+    ]
+    assert given["compared"] == () and given["sampler"].seed == 3
+
+
+def test_priors_come_from_a_file_and_what_is_wrong_there_is_named(given, record, tmp_path):
+    priors = tmp_path / "priors.yaml"
+    priors.write_text("restitution: {distribution: uniform, low: 0.8, high: 0.9}\n", encoding="utf-8")
+    assert run(record, "--posterior", "--priors", priors).exit_code == 0
+    assert given["prior"].restitution == Interval("uniform", 0.8, 0.9)
+    priors.write_text("restitutions: 0.8\n", encoding="utf-8")
+    result = run(record, "--posterior", "--priors", priors)
+    assert result.exit_code == 2
+    assert f"{priors}: prior.restitutions is not a key" in result.stderr
+
+
+def test_options_of_a_posterior_are_refused_without_it(record):
+    for option in (["--evidence"], ["--damping-model", "CR"], ["--seed", "1"]):
+        result = run(record, *option)
+        assert result.exit_code == 2
+        assert f"{option[0]} must be given with --posterior, or not at all" in result.stderr

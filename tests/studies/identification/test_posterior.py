@@ -1,0 +1,127 @@
+"""The posterior: what made a record lies in it, models that did not are told apart, and bad draws are refused."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from repository import ROOT
+
+from rockdamp.errors import InputError
+from rockdamp.motions.experimental_style import WALL
+from rockdamp.motions.records import read_record
+from rockdamp.studies.identification import posterior as sampling
+from rockdamp.studies.identification.evidence import evidence
+from rockdamp.studies.identification.identify import posterior, require_good
+from rockdamp.studies.identification.posterior import Draws, Sampler, diagnosed
+from rockdamp.studies.least_squares import DRAWS
+
+SHORT = Sampler(ensembles=4, walkers=32, burn_in=100, steps=100, rounds=3, effective=200, seed=7)
+
+
+@pytest.fixture(scope="module")
+def found():
+    record = read_record(ROOT / "data/ladder/cr-half.csv")
+    return posterior(record, WALL, "CR", compared=("CR", "CDC"), step=0.02, sampler=SHORT)
+
+
+def test_what_made_a_record_lies_in_its_posterior(found):
+    made = found.sel(parameter=["cracked_stiffness_ratio", "plateau_ratio", "restitution"])
+    assert np.isfinite(made["true_value"]).all()
+    score = (made["mean"] - made["true_value"]) / made["standard_deviation"]
+    assert np.abs(score).max() < 3
+    assert made["standard_deviation"].max() < 2e-3  # and the interval tells something
+    low, high = made["interval"].sel(level=0.9).transpose("bound", "parameter").values
+    inside = (made["draws"] >= low) & (made["draws"] <= high)
+    np.testing.assert_allclose(inside.mean("draw"), 0.9, atol=0.04)
+
+
+def test_the_sensor_is_found_with_the_wall_and_the_band_holds_the_record(found):
+    assert float(found["sensor_deviation"].mean()) == pytest.approx(1.5e-4, rel=0.15)
+    assert float(found["sensor_zero"]) == pytest.approx(1.3e-3, abs=1e-4)
+    assert float(found["share_inside"]) == pytest.approx(0.9, abs=0.05)
+
+
+def test_the_model_that_made_the_record_has_the_evidence(found):
+    assert not float(found["probability"].sel(damping_model="CDC")) > 1e-6
+    assert float(found["probability"].sel(damping_model="CR")) == pytest.approx(1)
+
+
+def test_r_hat_and_effective_size_suffice_where_a_posterior_is_returned(found):
+    assert float(found["r_hat"].max()) <= 1.01 and float(found["effective_draws"].min()) >= 200
+
+
+def test_walkers_that_do_not_agree_are_refused():
+    random = np.random.RandomState(0)
+    same = random.standard_normal((4, 50, 16, 2))
+    assert diagnosed(same, 400).good
+    apart = same + np.array([0.0, 0.0, 0.0, 1.0])[:, None, None, None] * [1.0, 0.0]
+    bad = diagnosed(apart, 400)
+    assert not bad.good and bad.r_hat[1] < 1.01
+    with pytest.raises(InputError, match="r-hat of first is 1.*; it must be at most 1.01"):
+        require_good(bad, ("first", "second"))
+    stuck = np.repeat(same[:, ::25], 25, axis=1)
+    with pytest.raises(InputError, match="effective sample size of .* is .*; it must be at least 4000"):
+        require_good(Draws(stuck, np.ones(2), diagnosed(stuck, 400).effective, 4000), ("first", "second"))
+
+
+def test_the_directions_of_the_motions_noise_hold_its_covariance():
+    random = np.random.RandomState(2)
+    shapes = np.stack([np.sin(np.arange(60) / 7), np.cos(np.arange(60) / 3), np.linspace(0, 1, 60)])
+    shifts = random.standard_normal((DRAWS, 3)) @ (shapes * [[3.0], [1.0], [0.5]])
+    rows = sampling._directions(shifts)
+    assert len(rows) <= 3
+    covariance = shifts.T @ shifts / len(shifts)
+    left = np.trace(covariance - rows.T @ rows) / np.trace(covariance)
+    assert 0 <= left + 1e-12 < 1 - sampling.KEPT_SHARE + 1e-12
+
+
+@dataclass
+class Normal:
+    """A problem whose density is that of a normal distribution times a known evidence."""
+
+    log_evidence: float
+    covariance: np.ndarray
+
+    def log_density(self, points):
+        square = np.einsum("ni,ij,nj->n", points, np.linalg.inv(self.covariance), points)
+        return self.log_evidence - 0.5 * (square + np.linalg.slogdet(2 * np.pi * self.covariance)[1])
+
+
+def test_the_evidence_is_the_integral_of_the_density():
+    covariance = np.array([[2.0, 0.9], [0.9, 1.0]])
+    flat = np.random.RandomState(1).multivariate_normal(np.zeros(2), covariance, 2000)
+    draws = Draws(flat.reshape(4, 10, 50, 2), np.ones(2), np.full(2, 1e3), 400)
+    found = evidence(Normal(123.4, covariance), draws, seed=3)
+    assert found.good and found.standard_error < 0.05
+    assert abs(found.logarithm - 123.4) < 4 * found.standard_error
+
+
+def test_an_evidence_by_weights_with_a_heavy_tail_is_not_relied_on():
+    flat = np.random.RandomState(1).standard_normal((2000, 2)) * 0.05  # the walkers saw a small part of it
+    draws = Draws(flat.reshape(4, 10, 50, 2), np.ones(2), np.full(2, 1e3), 400)
+    assert not evidence(Normal(0.0, np.eye(2)), draws, seed=3).good
+
+
+def test_the_packages_that_a_posterior_needs_are_named_where_they_are_missing():
+    with pytest.raises(
+        InputError, match=r'needs the packages emcee and arviz-stats; pip install "rockdamp\[posterior\]"'
+    ):
+        sampling._needed("emcee_that_is_not_there")
+
+
+def test_ensembles_in_step_get_the_densities_they_ask_for():
+    from concurrent.futures import ThreadPoolExecutor
+
+    batches = []
+
+    def density(points):
+        batches.append(len(points))
+        return points[:, 0]
+
+    in_step = sampling._InStep(density, 3)
+    with ThreadPoolExecutor(3) as pool:
+        asked = [np.full((2 + number, 1), float(number)) for number in range(3)]
+        answers = list(pool.map(lambda number: in_step.of(number)(asked[number]), range(3)))
+    assert batches == [9]
+    for number, answer in enumerate(answers):
+        np.testing.assert_array_equal(answer, np.full(2 + number, float(number)))

@@ -1,0 +1,41 @@
+"""Priors: from values to the coordinates in which they are uniform and back, and what is no prior."""
+
+import numpy as np
+import pytest
+
+from rockdamp.errors import InputError
+from rockdamp.studies.identification.prior import Interval, Prior
+
+
+def test_coordinates_lead_back_to_values_and_a_logarithm_is_where_it_is_asked_for():
+    names, values = ("cracked_stiffness_ratio", "plateau_ratio"), np.array([[0.05, 0.8], [0.1, 0.6]])
+    coordinates = Prior().coordinates(names, values)
+    np.testing.assert_allclose(coordinates, np.stack([np.log(values[:, 0]), values[:, 1]], axis=1))
+    np.testing.assert_allclose(Prior().values(names, coordinates), values)
+    low, high = Prior().bounds(names)
+    np.testing.assert_allclose([low[0], high[0]], np.log([0.015, 0.20]))
+
+
+def test_a_section_changes_what_it_names_and_nothing_else():
+    given = {"plateau_ratio": {"distribution": "uniform", "low": 0.6, "high": 0.9}, "sensor_zero": 1e-4}
+    made = Prior.of(given)
+    assert made.plateau_ratio == Interval("uniform", 0.6, 0.9) and made.sensor_zero == 1e-4
+    assert made.restitution == Prior().restitution
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"stiffness": 1}, "prior.stiffness is not a key"),
+        ({"order": {"distribution": "normal", "low": 0, "high": 1}}, "distribution is 'normal'"),
+        ({"order": {"distribution": "loguniform", "low": 0, "high": 1}}, "low is 0.0; it must be greater than 0"),
+        ({"restitution": {"distribution": "uniform", "low": 0.9, "high": 0.8}}, "high is 0.8; it must be greater"),
+        ({"restitution": {"distribution": "uniform", "low": 0.9, "high": 1.1}}, "restitution is 1.1"),
+        ({"plateau_ratio": {"distribution": "uniform", "low": 0.9, "high": 1.0}}, "plateau_ratio is 1.0"),
+        ({"sensor_correlation": {"distribution": "uniform", "low": 0.0, "high": 1.0}}, "between -1 and 1"),
+        ({"sensor_drift": 0}, "sensor_drift is 0.0; it must be greater than 0"),
+    ],
+)
+def test_what_is_no_prior_is_refused_by_its_name(given, message):
+    with pytest.raises(InputError, match=message):
+        Prior.of(given)

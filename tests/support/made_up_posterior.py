@@ -1,0 +1,56 @@
+"""A posterior that no walkers drew, for what prints, stores and draws one."""
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.vocabulary import CANDIDATES
+
+PARAMETERS = ["cracked_stiffness_ratio", "plateau_ratio", "restitution", "order", "sensor_correlation", "motion_gain"]
+
+
+def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
+    """Return a posterior of six parameters; with the evidence of each model, of which one is not determined."""
+    random = np.random.RandomState(1)
+    centre = np.array([0.033, 0.795, 0.845, 11.0, 0.1, 1.0])
+    draws = centre * (1 + 0.01 * random.standard_normal((200, 6)))
+    elapsed = 0.01 * np.arange(100)
+    measured = 0.02 * np.sin(12 * elapsed)
+    levels = np.array([[0.25, 0.75], [0.05, 0.95]])
+    made = xr.Dataset(
+        {
+            "mean": ("parameter", draws.mean(axis=0)),
+            "standard_deviation": ("parameter", draws.std(axis=0)),
+            "interval": (("level", "bound", "parameter"), np.quantile(draws, levels, axis=0)),
+            "r_hat": ("parameter", np.full(6, 1.002)),
+            "effective_draws": ("parameter", np.full(6, 640.0)),
+            "true_value": ("parameter", [0.033, 0.795, 0.845, np.nan, np.nan, np.nan]),
+            "draws": (("draw", "parameter"), draws),
+            "sensor_deviation": ("draw", np.full(200, 1.5e-4)),
+            "sensor_deviation_r_hat": 1.001,
+            "sensor_deviation_effective_draws": 700.0,
+            "sensor_zero": 1.3e-3,
+            "sensor_drift": 6e-5,
+            "measured": ("elapsed", measured),
+            "predicted": (("bound", "elapsed"), np.stack([measured - 3e-4, measured + 3e-4])),
+            "share_inside": 0.9,
+        },
+        coords={
+            "parameter": PARAMETERS,
+            "level": [0.5, 0.9],
+            "bound": ["low", "high"],
+            "draw": np.arange(1, 201),
+            "elapsed": elapsed,
+        },
+        attrs={"record_synthetic": "yes", "record_specimen": "a wall", "identified_model": CANDIDATES[-1]},
+    )
+    if not compared:
+        return made
+    count = len(CANDIDATES)
+    logarithm = np.append(np.nan, 100.0 + np.arange(count - 1.0))
+    probability = np.exp(logarithm - np.nanmax(logarithm))
+    return made.assign(
+        log_evidence=("damping_model", logarithm),
+        log_evidence_error=("damping_model", np.full(count, 0.02)),
+        k_hat=("damping_model", np.full(count, 0.2)),
+        probability=("damping_model", probability / np.nansum(probability)),
+    ).assign_coords(damping_model=list(CANDIDATES))
