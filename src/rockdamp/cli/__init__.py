@@ -11,6 +11,7 @@ from rockdamp.cli.calibration import calibrate
 from rockdamp.cli.command import Main
 from rockdamp.cli.histories import decay, respond
 from rockdamp.cli.openquake import nrml
+from rockdamp.cli.record import record
 from rockdamp.cli.results import datasets, verify
 from rockdamp.cli.shells import completion
 from rockdamp.cli.single import equivalent, presets, wall
@@ -35,6 +36,7 @@ for command in (
     respond,
     assess,
     batch,
+    record,
     calibrate,
     presets,
     datasets,

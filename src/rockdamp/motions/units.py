@@ -29,6 +29,14 @@ def acceleration(text: str) -> float | None:
     return GRAVITY.get(name) if match is None else LENGTHS[match["length"]]
 
 
+def velocity(text: str) -> float | None:
+    """Return a velocity's unit in m s-1, or None where the text names none."""
+    name = " ".join(text.lower().split())
+    length, mark, second = name.partition("/") if "/" in name else name.removesuffix("-1").partition(" ")
+    known = length.strip() in LENGTHS and mark and second.strip() in SECONDS
+    return LENGTHS[length.strip()] if known else None
+
+
 def time(text: str) -> float | None:
     """Return a time's unit in s, or None where the text names none."""
     return TIMES.get(text.strip().lower())

@@ -1,0 +1,83 @@
+"""`record`: from a laboratory's raw channels to a record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
+from rockdamp.cli.options import json_option
+from rockdamp.cli.types import OutputFile, Quantity
+
+UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s-2", "peak_displacement": "m"}
+
+
+@click.command(
+    cls=Command,
+    examples=[
+        "rockdamp record examples/my-test-raw.csv --time t --table-acceleration a:g --wall d1:mm --table d2:mm"
+        " --output my-test.csv --plot my-test.png",
+    ],
+)
+@click.argument("raw", type=click.Path(path_type=Path))
+@click.option("--time", required=True, metavar="COLUMN[:UNIT]", help="Time; in s without a unit.")
+@click.option("--table-acceleration", metavar="COLUMN:UNIT", help="Acceleration of the supports.")
+@click.option("--table-velocity", metavar="COLUMN:UNIT", help="Their velocity in its place, which is differentiated.")
+@click.option("--wall", metavar="COLUMN:UNIT", help="Displacement of the wall at its hinge.")
+@click.option("--table", metavar="COLUMN:UNIT", help="Displacement of the table, taken off the wall's.")
+@click.option(
+    "--rest",
+    type=Quantity("s"),
+    default=0.5,
+    show_default=True,
+    help="Rest at the start, of which the zeros are means.",
+)
+@click.option("--lowpass", type=float, help="Corner of a low-pass filter without delay, in Hz.")
+@click.option("--rate", type=float, help="Samples per second of the record, in Hz.  [default: those of the channels]")
+@click.option(
+    "--baseline",
+    type=click.Choice(["constant", "linear", "none"]),
+    default="constant",
+    show_default=True,
+    help="Taken off the acceleration: its mean at rest, a line besides, or nothing.",
+)
+@click.option("--source", default="not stated", help="What the header says of where the channels come from.")
+@click.option("--output", type=OutputFile(".csv"), required=True, help="The record.")
+@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of it to look at.")
+@json_option
+def record(raw: Path, output: Path, plot: Path | None, as_json: bool, source: str, **options: Any) -> None:
+    """Make a record of a laboratory's raw channels.
+
+    RAW is a table of numbers with or without names of its columns; a COLUMN is a name, or a number from 1 on. The
+    record's header says what was done: units, displacement relative to the table, filter, resampling, zero and
+    baseline. A table of times and velocities is a motion too.
+    """
+    from rockdamp.motions.laboratory import Channel, laboratory_record, read_raw
+    from rockdamp.motions.records import write_record
+
+    channels = {name: options.pop(name) for name in ("time", "table_acceleration", "table_velocity", "wall", "table")}
+    usual = {"time": "s"}
+    parsed = {name: Channel.of(text, usual.get(name, "")) for name, text in channels.items() if text is not None}
+    table = read_raw(raw)
+    with concerning(raw):
+        made = laboratory_record(table, **parsed, **options, source=source)
+    write_record(output, made)
+    click.echo(f"{output} written", err=True)
+    if plot is not None:
+        from rockdamp.figures.record import record_figure
+
+        write_figure(record_figure(made), plot)
+    values = {
+        "samples": made.elapsed.size,
+        "step": made.step,
+        "duration": float(made.elapsed[-1]),
+        "peak_acceleration": float(abs(made.ground_acceleration).max()),
+    }
+    if made.displacement is not None:
+        values["peak_displacement"] = float(abs(made.displacement).max())
+    if as_json:
+        print_json(values)
+    else:
+        print_values(values, UNITS)

@@ -1,0 +1,35 @@
+"""A record to look at: the motion of the supports and, where it was measured, the wall's displacement."""
+
+from __future__ import annotations
+
+from textwrap import fill
+
+from matplotlib.figure import Figure
+
+from rockdamp.figures.single import ACCELERATION, TIME
+from rockdamp.figures.style import DOUBLE_COLUMN, PALE, new_figure, plain, styled
+from rockdamp.figures.validation import MILLIMETRES
+from rockdamp.motions.records import Record
+
+
+@styled
+def record_figure(record: Record) -> Figure:
+    """Draw the histories of a record.
+
+    Parameters
+    ----------
+    record : Record
+    """
+    shown = [(ACCELERATION, record.ground_acceleration)]
+    if record.displacement is not None:
+        shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
+    figure = new_figure(DOUBLE_COLUMN, 20.0 + 42.0 * len(shown))
+    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
+    for axes, (label, values) in zip(panels, shown, strict=True):
+        axes.plot(record.elapsed, values, color="black", linewidth=0.8)
+        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+        axes.set_ylabel(label)
+    panels[-1].set_xlabel(TIME)
+    figure.align_ylabels(panels)
+    figure.suptitle(fill(plain(f"Record: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
+    return figure

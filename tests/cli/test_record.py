@@ -1,0 +1,38 @@
+"""`record` at the command line, and the picture of a record."""
+
+import json
+
+import numpy as np
+from click.testing import CliRunner
+from repository import ROOT
+
+import rockdamp as rd
+from rockdamp.cli import main
+from rockdamp.figures.record import record_figure
+
+RAW = str(ROOT / "examples/my-test-raw.csv")
+CHANNELS = ["--time", "t", "--table-acceleration", "a:g", "--wall", "d1:mm", "--table", "d2:mm"]
+
+
+def test_raw_channels_become_a_record_and_a_picture(tmp_path):
+    output, plot = tmp_path / "made.csv", tmp_path / "made.png"
+    result = CliRunner().invoke(
+        main, ["record", RAW, *CHANNELS, "--output", str(output), "--plot", str(plot), "--json"]
+    )
+    assert result.exit_code == 0, result.output
+    told, made = json.loads(result.stdout), rd.read_record(output)
+    assert told["samples"] == made.elapsed.size
+    assert told["peak_displacement"] == float(np.abs(made.displacement).max())
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    ground, moved = record_figure(made).axes
+    np.testing.assert_allclose(moved.lines[0].get_ydata(), 1000 * made.displacement)
+    assert ground.lines[0].get_ydata().max() == made.ground_acceleration.max()
+
+
+def test_a_channel_that_is_not_there_is_named_with_its_file(tmp_path):
+    output = tmp_path / "made.csv"
+    result = CliRunner().invoke(
+        main, ["record", RAW, "--time", "t", "--table-velocity", "v:m/s", "--output", str(output)]
+    )
+    assert result.exit_code == 2 and not output.exists()
+    assert f"{RAW}: column 'v' is not there; it must be one of t, a, d1, d2" in result.stderr
