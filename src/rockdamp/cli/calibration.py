@@ -132,7 +132,7 @@ def _posterior(
 
         write_figure(posterior_figure(found), plot)
     rows = [_posterior_row(found.sel(parameter=name)) for name in map(str, found["parameter"].values)]
-    compared = [_evidence_row(found.sel(damping_model=name)) for name in map(str, found["damping_model"].values)]
+    compared = [_evidence_row(found.sel(damping_model=name)) for name in CANDIDATES] if evidence else []
     if as_json:
         log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
         print_json({"damping_model": damping_model, "parameters": rows, "evidence": log_evidence})

@@ -18,7 +18,7 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
     cls=Command,
     examples=[
         "rockdamp record examples/my-test-raw.csv --time t --table-acceleration a:g --wall d1:mm --table d2:mm"
-        " --output my-test.csv --plot my-test.png",
+        " --rest 0.2s --output my-test.csv --plot my-test.png",
     ],
 )
 @click.argument("raw", type=click.Path(path_type=Path))
@@ -59,7 +59,9 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, source: st
 
     channels = {name: options.pop(name) for name in ("time", "table_acceleration", "table_velocity", "wall", "table")}
     usual = {"time": "s"}
-    parsed = {name: Channel.of(text, usual.get(name, "")) for name, text in channels.items() if text is not None}
+    parsed: dict[str, Any] = {
+        name: Channel.of(text, usual.get(name, "")) for name, text in channels.items() if text is not None
+    }
     table = read_raw(raw)
     with concerning(raw):
         made = laboratory_record(table, **parsed, **options, source=source)

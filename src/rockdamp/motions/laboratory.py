@@ -100,7 +100,10 @@ def _divider(lines: Sequence[str]) -> str | None:
 def _cells(line: str, divider: str | None) -> list[str]:
     cells = next(csv.reader([line], delimiter=divider)) if divider else line.split()
     return [
-        cell.replace(",", ".") if divider == ";" and re.fullmatch(r"\s*-?\d+,\d+\s*", cell) else cell for cell in cells
+        cell.replace(",", ".")
+        if divider == ";" and re.fullmatch(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*", cell)
+        else cell
+        for cell in cells
     ]
 
 
