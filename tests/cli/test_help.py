@@ -39,7 +39,8 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     for folder in ("data", "results", "examples"):
         Path(folder).mkdir()
     shutil.copy(ROOT / "data/sin-03-00-synthetic.csv", "data")
-    shutil.copy(ROOT / "examples/my-walls.csv", "examples")
+    for example in ("my-walls.csv", "my-test-raw.csv"):
+        shutil.copy(ROOT / "examples" / example, "examples")
     if name == "nrml":
         dataset.write(of_name("population"), "results/population.nc", "population", config={}, code_version="test")
     else:
