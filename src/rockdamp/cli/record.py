@@ -18,7 +18,7 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
     cls=Command,
     examples=[
         "rockdamp record examples/my-test-raw.csv --time t --table-acceleration a:g --wall d1:mm --table d2:mm"
-        " --rest 0.2s --output my-test.csv --plot my-test.png",
+        " --rest 0.2s --synthetic --output my-test.csv --plot my-test.png",
     ],
 )
 @click.argument("raw", type=click.Path(path_type=Path))
@@ -43,11 +43,13 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
     show_default=True,
     help="Taken off the acceleration: its mean at rest, a line besides, or nothing.",
 )
+@click.option("--specimen", default="not stated", help="What the header says of what was tested.")
 @click.option("--source", default="not stated", help="What the header says of where the channels come from.")
+@click.option("--synthetic", is_flag=True, help="The channels were computed, not measured; the header says so.")
 @click.option("--output", type=OutputFile(".csv"), required=True, help="The record.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of it to look at.")
 @json_option
-def record(raw: Path, output: Path, plot: Path | None, as_json: bool, source: str, **options: Any) -> None:
+def record(raw: Path, output: Path, plot: Path | None, as_json: bool, **options: Any) -> None:
     """Make a record of a laboratory's raw channels.
 
     RAW is a table of numbers with or without names of its columns; a COLUMN is a name, or a number from 1 on. The
@@ -64,7 +66,7 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, source: st
     }
     table = read_raw(raw)
     with concerning(raw):
-        made = laboratory_record(table, **parsed, **options, source=source)
+        made = laboratory_record(table, **parsed, **options)
     write_record(output, made)
     click.echo(f"{output} written", err=True)
     if plot is not None:

@@ -31,5 +31,6 @@ def record_figure(record: Record) -> Figure:
         axes.set_ylabel(label)
     panels[-1].set_xlabel(TIME)
     figure.align_ylabels(panels)
-    figure.suptitle(fill(plain(f"Record: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
+    kind = "SYNTHETIC record" if record.synthetic else "Record"
+    figure.suptitle(fill(plain(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
     return figure

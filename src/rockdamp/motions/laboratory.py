@@ -127,7 +127,9 @@ def laboratory_record(
     lowpass: float | None = None,
     rate: float | None = None,
     baseline: str = "constant",
+    specimen: str = "not stated",
     source: str = "not stated",
+    synthetic: bool = False,
 ) -> Record:
     """Make a record of raw channels; its header says all that was done to them.
 
@@ -150,8 +152,10 @@ def laboratory_record(
     baseline : {"constant", "linear", "none"}
         What is taken off the acceleration: its mean at rest; or the straight line, zero at the end of the rest, that
         leaves no velocity at the end of the record, as well; or nothing.
-    source : str
-        What the header says of where the channels come from.
+    specimen, source : str
+        What the header says of what was tested, and of where the channels come from.
+    synthetic : bool
+        Whether the channels were computed and not measured, which the header says too.
 
     Returns
     -------
@@ -168,8 +172,8 @@ def laboratory_record(
         raise InputError("table is the displacement that is taken off the wall's; there must be a wall")
     if baseline not in BASELINES:
         raise InputError(f"baseline is {baseline!r}; it must be one of {', '.join(BASELINES)}")
-    header = {"specimen": "not stated", "source": source, "units": "s, m s-2, m" if wall else "s, m s-2"}
-    header |= {"synthetic": "no", "raw_sha256": raw.digest}
+    header = {"specimen": specimen, "source": source, "units": "s, m s-2, m" if wall else "s, m s-2"}
+    header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
     elapsed = _in(raw, time, units.time, "time", header)
     interval = _check_time(elapsed)
     ends = f"greater than 0 and less than the record's length, {elapsed[-1] - elapsed[0]:.4g} [s]"
