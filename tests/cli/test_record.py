@@ -26,6 +26,7 @@ def test_raw_channels_become_a_record_and_a_picture(tmp_path):
     assert plot.read_bytes().startswith(b"\x89PNG")
     ground, moved = record_figure(made).axes
     np.testing.assert_allclose(moved.lines[0].get_ydata(), 1000 * made.displacement)
+    assert record_figure(made).get_suptitle() == "Record: not stated"
     assert ground.lines[0].get_ydata().max() == made.ground_acceleration.max()
 
 

@@ -34,7 +34,11 @@ def test_the_shipped_example_is_what_its_program_makes():
 def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):
     given = {"time": "t:s", "table_acceleration": "a:g", "wall": "d1:mm", "table": "d2:mm"}
     made = laboratory_record(
-        read_raw(RAW), **{name: Channel.of(text) for name, text in given.items()}, rest=0.2, source="here"
+        read_raw(RAW),
+        **{name: Channel.of(text) for name, text in given.items()},
+        rest=0.2,
+        source="here",
+        synthetic=True,
     )
     expected, resting = synthetic_record(), made.elapsed < 0.2
     zeros = [getattr(expected, name)[resting].mean() for name in ("ground_acceleration", "displacement")]
@@ -43,7 +47,7 @@ def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):
     removed = float(made.header["acceleration_offset_removed_m_s2"])
     assert removed == pytest.approx(0.012 * STANDARD_GRAVITY + zeros[0], abs=1e-4)
     assert abs(zeros[0]) < 0.02 / np.sqrt(resting.sum()) * 3  # the pulse has not begun
-    assert made.header["displacement"] == "wall less table" and made.header["source"] == "here"
+    assert made.header["displacement"] == "wall less table" and made.synthetic and made.header["source"] == "here"
     write_record(tmp_path / "made.csv", made)
     assert read_record(tmp_path / "made.csv") == made
 
