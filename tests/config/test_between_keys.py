@@ -181,6 +181,12 @@ BAD = [
     ("studies.cracked_stiffness.cracked_stiffness_ratio", [0.17], "has no value below 0.15, from where on another"),
     ("matching.scan.smallest", 3.0, "matching.scan.largest is 3.0; it must be greater than matching.scan.smal"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
+    ("validation.ladder", ["data/none.csv"], "validation.ladder[0] is 'data/none.csv'; it must be a file"),
+    (
+        "validation.ladder",
+        ["data/ladder/cr-half.csv", "./data/ladder/cr-half.csv"],
+        "validation.ladder[1] is named 'cr-half', as one before it; each must have a name of its own",
+    ),
 ]
 
 
