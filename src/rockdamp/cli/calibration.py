@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     examples=[
         "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --output calibration.nc --plot calibration.png",
-        "rockdamp calibrate --posterior --damping-model CR --record data/sin-03-00-synthetic.csv --thickness 102mm"
-        " --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --plot posterior.png",
     ],
 )
 @record_option
