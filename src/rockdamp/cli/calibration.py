@@ -11,7 +11,7 @@ import click
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
 from rockdamp.cli.options import json_option, make_wall, record_option, refuse_unused, softening_options, wall_options
 from rockdamp.cli.types import OutputFile
-from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
+from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 @softening_options
 @click.option("--posterior", is_flag=True, help="Draw from the posterior, with the sensors' errors as unknowns.")
 @click.option(
-    "--damping-model", type=click.Choice(CANDIDATES), help=f"Of --posterior.  [default: {ANY_ORDER}, m a parameter]"
+    "--damping-model",
+    type=click.Choice(CANDIDATES),
+    help=f"Of --posterior; of {ANY_ORDER!r}, m is a parameter too.  [default: {REFERENCE}]",
 )
 @click.option("--evidence", is_flag=True, help="With --posterior, also compare all damping models.")
 @click.option(
@@ -65,7 +67,7 @@ def calibrate(
     wall = make_wall(**options)
     if posterior:
         _posterior(
-            record, wall, damping_model or ANY_ORDER, evidence, priors, seed, a3, softening, output, plot, as_json
+            record, wall, damping_model or REFERENCE, evidence, priors, seed, a3, softening, output, plot, as_json
         )
         return
     refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")

@@ -22,7 +22,7 @@ from rockdamp.studies.identification.noise import correlated
 from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Problem, Sampler, draw
 from rockdamp.studies.identification.prior import Prior
 from rockdamp.studies.least_squares import Fit
-from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, SOFTENING
+from rockdamp.vocabulary import CANDIDATES, REFERENCE, SOFTENING
 
 SENSOR = "sensor_deviation"  # the one sampled parameter that has a unit
 STORED = 1000  # draws of a posterior
@@ -35,7 +35,7 @@ UNDETERMINED = Evidence(np.nan, np.nan, np.nan)
 def posterior(
     record: Record,
     wall: Wall | Parapet,
-    damping_model: str = ANY_ORDER,
+    damping_model: str = REFERENCE,
     *,
     compared: Sequence[str] = (),
     ultimate_ratio: float = 1.0,

@@ -51,7 +51,7 @@ class Sampler:
     walkers: int = 64
     burn_in: int = 120
     steps: int = 120
-    rounds: int = 8
+    rounds: int = 16
     effective: float = 400.0
     seed: int = 2017
 
