@@ -1,6 +1,7 @@
 """Settings and high-precision values that several tests share."""
 
 import os
+import signal
 from itertools import pairwise
 
 import mpmath as mp
@@ -14,6 +15,9 @@ from rockdamp.storage import yaml_file
 # the tree.
 settings.register_profile("rockdamp", derandomize=True, deadline=None, database=None)
 settings.load_profile("rockdamp")
+
+# A shell's background job ignores Ctrl-C, and so would every process that a test starts and interrupts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Where several processes share the processors, further threads only wait for each other.
 if "PYTEST_XDIST_WORKER" in os.environ:

@@ -60,10 +60,10 @@ CASES = [
     (
         "bilinear-demand",
         CONDITIONAL,
-        scaled("bilinear", "pulse_peak", 0.5, force_curve=["bi-linear"], pulse_frequency=[1.0]),
+        scaled("bilinear", "pulse_peak_ratio", 0.5, force_curve=["bi-linear"], pulse_frequency=[1.0]),
         "under pulses (w/p 2)",
     ),
-    ("bilinear-demand", NOT_REPRODUCED, scaled("bilinear", "record_peak", 0.5, force_curve=["bi-linear"]), ""),
+    ("bilinear-demand", NOT_REPRODUCED, scaled("bilinear", "record_peak_ratio", 0.5, force_curve=["bi-linear"]), ""),
     ("e-measured", REPRODUCED, nothing, ""),
     ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_impulsive", 0.8), "impulse"),
     ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_analytical", 0.99), "the lowest and the highest"),

@@ -49,6 +49,7 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
         for file in ("config/default.yaml", "config/minimal.yaml", "workflow/schemas/config.schema.yaml"):
             Path(file).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, file)
+        shutil.copytree(ROOT / "data/ladder", "data/ladder")
         made_up_results.make("results/minimal", made_up_results.minimal())
     found = examples(name)
     assert found
@@ -81,7 +82,7 @@ def test_the_version_is_the_packages():
 
 def test_commands_and_options_are_completed():
     complete = ShellComplete(main, {}, "rockdamp", shells.VARIABLE)
-    assert [item.value for item in complete.get_completions([], "re")] == ["respond"]
+    assert [item.value for item in complete.get_completions([], "re")] == ["record", "respond"]
     assert "--damping-model" in [item.value for item in complete.get_completions(["respond"], "--damping")]
     models = complete.get_completions(["respond", "--damping-model"], "C")
     assert [item.value for item in models] == ["CR", "CDC", "CDR"]

@@ -71,9 +71,9 @@ def bilinear():
     peak = np.stack([small, large])
     return xr.Dataset(
         {
-            "pulse_peak": (pulse, peak[:, None]),
+            "pulse_peak_ratio": (pulse, peak[:, None]),
             "pulse_collapsed": (pulse, fell[:, None]),
-            "record_peak": (record, peak),
+            "record_peak_ratio": (record, peak),
             "record_collapsed": (record, 0 * fell),
             "cracked_stiffness_ratio": ("force_curve", [0.04, 0.005]),
         },

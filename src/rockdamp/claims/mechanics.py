@@ -106,7 +106,7 @@ def times(ratio: float) -> str:
 
 def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
     """Peak with the bi-linear over that with the tri-linear curve; NaN where that does not rock or both collapse."""
-    peak = pairs[f"{name}_peak"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
+    peak = pairs[f"{name}_peak_ratio"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
     bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
     first_branch = float(pairs["cracked_stiffness_ratio"].sel(force_curve="tri-linear"))
     both = np.isinf(bilinear) & np.isinf(trilinear)

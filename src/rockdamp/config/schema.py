@@ -121,7 +121,7 @@ def _allowed(schema: Mapping[str, Any]) -> str:
     if "enum" in schema:
         return f"one of {', '.join(map(str, schema['enum']))}"
     if schema.get("type") == "array":
-        return f"a list of at least {schema['minItems']}"
+        return f"a list of at least {schema['minItems']}" if "minItems" in schema else "a list"
     bounds = " and ".join(f"{word} {schema[keyword]}" for keyword, word in BOUNDS.items() if keyword in schema)
     return f"{NOUNS[schema['type']]} {bounds}".strip()
 

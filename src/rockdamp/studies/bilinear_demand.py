@@ -38,8 +38,9 @@ def demand(config: Config) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``pulse_peak`` and ``pulse_collapsed`` (force_curve, pulse, pulse_frequency, load_ratio); ``record_peak`` and
-        ``record_collapsed`` (force_curve, record, scale). The loads are over the tri-linear plateau for both.
+        ``pulse_peak_ratio`` and ``pulse_collapsed`` (force_curve, pulse, pulse_frequency, load_ratio);
+        ``record_peak_ratio`` and ``record_collapsed`` (force_curve, record, scale). The loads are over the tri-linear
+        plateau for both.
     """
     given = BilinearSettings.of(config)
     pair = (given.curve, given.loops.rigid.curve)
@@ -52,9 +53,9 @@ def demand(config: Config) -> xr.Dataset:
     by_pulse, by_record = ("force_curve", "pulse", "pulse_frequency", "load_ratio"), ("force_curve", "record", "scale")
     return xr.Dataset(
         {
-            "pulse_peak": (by_pulse, pulses[0]),
+            "pulse_peak_ratio": (by_pulse, pulses[0]),
             "pulse_collapsed": (by_pulse, pulses[1].astype(np.int8)),
-            "record_peak": (by_record, records[0]),
+            "record_peak_ratio": (by_record, records[0]),
             "record_collapsed": (by_record, records[1].astype(np.int8)),
             "cracked_stiffness_ratio": ("force_curve", a1),
             "plateau_ratio": ("force_curve", b1),
