@@ -294,6 +294,8 @@ def read(results: Path) -> Data:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) > 2 or sys.argv[1:2] in (["-h"], ["--help"]):
+        sys.exit("usage: measured_tables.py [FOLDER OF THE RESULTS]")
     results = Path(sys.argv[1]) if len(sys.argv) > 1 else RESULTS
     opened = read(results)
     for page in (ROOT / name for name in PAGES):
