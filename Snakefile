@@ -62,6 +62,8 @@ except InputError as error:
 # A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
 # Numba's cache does not notice every edit of what it compiled: a folder for each version of the sources does.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
+# On several threads BLAS adds in another order: the last bits of a matrix product would depend on the number of cores.
+os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1")
 os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute()))
 
 

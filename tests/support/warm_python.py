@@ -35,7 +35,8 @@ def start():
     (folder / "python").write_text(f'#!/bin/sh\nexec "{sys.executable}" -S -E "{__file__}" ask "{folder}" "$@"\n')
     (folder / "python").chmod(0o755)
     command = [sys.executable, __file__, "serve", folder]
-    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as the Snakefile has it: read when NumPy is imported
+    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=alone)
     atexit.register(server.communicate)
     assert server.stdout.readline() == b"ready\n"
     return folder
