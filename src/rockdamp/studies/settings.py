@@ -208,7 +208,7 @@ class DispersionSettings(Settings):
 
 @dataclass(frozen=True)
 class DamperOrderSettings(Settings):
-    """The reference curve and those of the dispersion, and the wall and record of Fig. 8."""
+    """The reference curve and those of the dispersion, and the wall and record of a test."""
 
     solver: Solver
     curve: Curve
