@@ -32,6 +32,7 @@ def examples(command):
     return [shlex.split(line) for line in joined.splitlines() if line.strip().startswith("rockdamp ")]
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", list(main.commands))
 def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

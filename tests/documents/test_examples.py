@@ -20,6 +20,7 @@ MODULES = ["rockdamp", *sorted(module.name for module in walk_packages(rd.__path
 MODULES = [name for name in MODULES if not name.endswith(".__main__")]  # which would run
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", MODULES)
 def test_the_examples_of_a_module_print_what_they_say(name):
     failed, _ = doctest.testmod(import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
@@ -40,6 +41,7 @@ def test_every_public_name_is_on_the_reference_page():
 PAGES = ("README.md", "docs/index.md")
 
 
+@pytest.mark.no_cover
 def test_the_commands_of_the_first_pages_run(tmp_path, monkeypatch):
     """Each `rockdamp ...` of README and of the documents' first page, beside the shipped data and examples."""
     monkeypatch.chdir(tmp_path)
@@ -62,6 +64,7 @@ def python_blocks():
         yield from (pytest.param(block, id=f"{page} {number}") for number, block in enumerate(blocks, 1))
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("block", list(python_blocks()))
 def test_the_python_of_a_page_runs(block, small_results):
     """In an interpreter of its own, where nothing is imported yet."""

@@ -87,6 +87,7 @@ def test_a_half_cycle_that_lasts_too_long_is_an_error():
 # --- the exponent ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.no_cover
 def test_the_best_exponent_is_the_least_of_a_scan():
     curve = TrilinearCurve(np.array([0.02, 0.04, 0.14])[:, None], 0.85)
     best = best_exponent(curve, SHARE)
@@ -96,6 +97,7 @@ def test_the_best_exponent_is_the_least_of_a_scan():
     assert (spread(curve, Damping.power(best[:, None], 1.0), SHARE) <= tried.min(axis=0)).all()
 
 
+@pytest.mark.no_cover
 def test_the_best_exponent_lies_between_cdr_and_sdr(found):
     """And the page's numbers: 1.37 for the paper's curve, rising with a1, with a tenth of the spread left."""
     best = found["map_best_exponent"]

@@ -57,6 +57,7 @@ def test_it_is_released_and_matched(fifth):
         assert "damping_ratio_fixed_seconds" not in matched
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("fifth", [PLATEAU], indirect=True, ids=["of the curve"])
 def test_accuracy_is_given_it_and_measures_it(fifth):
     name, _, config = fifth

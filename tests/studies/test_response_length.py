@@ -21,6 +21,7 @@ def test_windows_agree_with_the_match_at_its_window(config, decays, matches):
     np.testing.assert_allclose(here, matches["amplitude"]["damping_ratio"].sel(release_amplitude=0.5), rtol=0.02)
 
 
+@pytest.mark.no_cover
 def test_the_default_window_is_the_one_that_the_paper_implies(paper):
     """The inference on the paper's grid of e, over the windows that hold its minimum, at twice the step."""
     config = copy.deepcopy(paper)
