@@ -57,7 +57,7 @@ class Raw:
         """Return a column by its name, or by its number from 1 on."""
         if name in self.names:
             return self.values[:, list(self.names).index(name)]
-        if name.isdigit() and 1 <= int(name) <= self.values.shape[1]:
+        if name.isascii() and name.isdigit() and 1 <= int(name) <= self.values.shape[1]:
             return self.values[:, int(name) - 1]
         raise InputError(f"column {name!r} is not there; it must be one of {', '.join(self.names)}, or its number")
 

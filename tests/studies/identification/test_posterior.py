@@ -1,6 +1,8 @@
 """The posterior: what made a record lies in it, models that did not are told apart, and bad draws are refused."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import BrokenBarrierError
 
 import numpy as np
 import pytest
@@ -125,3 +127,13 @@ def test_ensembles_in_step_get_the_densities_they_ask_for():
     assert batches == [9]
     for number, answer in enumerate(answers):
         np.testing.assert_array_equal(answer, np.full(2 + number, float(number)))
+
+
+def test_an_ensemble_that_fails_lets_the_others_end():
+    """They wait for each other at every step: without its word they would for ever."""
+    in_step = sampling._InStep(lambda coordinates: coordinates[:, 0], 2)
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(in_step.of(0), np.zeros((3, 1)))
+        in_step.give_up()
+        with pytest.raises(BrokenBarrierError):
+            waiting.result(timeout=20)

@@ -257,6 +257,10 @@ class _InStep:
 
         return density
 
+    def give_up(self) -> None:
+        """End the others' waiting for an ensemble that failed."""
+        self._barrier.abort()
+
 
 def draw(problem: Problem, sampler: Sampler) -> Draws:
     """Draw from a posterior until r-hat and effective sample size suffice, or the rounds are used up.
@@ -276,7 +280,14 @@ def draw(problem: Problem, sampler: Sampler) -> Draws:
     with ThreadPoolExecutor(sampler.ensembles) as pool:
 
         def advance(steps: int, store: bool) -> None:
-            states = pool.map(lambda pair: pair[0].run_mcmc(pair[1], steps, store=store), running)
+            def walk(pair: tuple[Any, Any]) -> Any:
+                try:
+                    return pair[0].run_mcmc(pair[1], steps, store=store)
+                except BaseException:
+                    in_step.give_up()
+                    raise
+
+            states = pool.map(walk, running)
             running[:] = [(made, state) for (made, _), state in zip(running, list(states), strict=True)]
 
         advance(sampler.burn_in, store=False)
