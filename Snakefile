@@ -17,7 +17,7 @@ from rockdamp.config.merging import merged
 from rockdamp.config.results_folder import refuse_braces, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage import notes
-from rockdamp.storage.provenance import code_version, files_of, subset
+from rockdamp.storage.provenance import files_of, subset
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
 
@@ -60,11 +60,9 @@ except InputError as error:
     raise WorkflowError(str(error)) from None
 
 # A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
-# Numba's cache does not notice every edit of what it compiled: a folder for each version of the sources does.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
 # On several threads BLAS adds in another order: the last bits of a matrix product would depend on the number of cores.
 os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1")
-os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(".snakemake/numba", code_version("rockdamp.kernels")).absolute()))
 
 
 include: "workflow/rules/common.smk"

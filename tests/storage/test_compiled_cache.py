@@ -192,3 +192,34 @@ def test_a_cache_in_order_is_used(cache):
     before = {path: path.stat().st_mtime_ns for suffix in ("nbi", "nbc") for path in files(folder, suffix)}
     assert run(folder) == expected
     assert {path: path.stat().st_mtime_ns for path in before} == before
+
+
+@pytest.mark.parametrize("part", ["_save_index", "_save_data"])
+def test_two_that_write_at_once_never_leave_the_code_of_one_under_the_name_of_the_other(tmp_path, part):
+    """The other writes all of its own before a part of this one: an entry may be lost, none is wrong."""
+    one, other = (compiled_cache.CheckedFile(str(tmp_path), "function", "source") for _ in range(2))
+    write, at_first = getattr(one, part), one._load_index()
+
+    def late(*content):
+        other._load_index = lambda: dict(at_first)  # it had read the index before either wrote
+        other.save("other", "code of the other")
+        del other._load_index
+        write(*content)
+
+    setattr(one, part, late)
+    one.save("one", "code of the one")
+    setattr(one, part, write)
+    for key in ("one", "other"):
+        assert one.load(key) in (None, f"code of the {key}")
+    for key in ("one", "other"):  # compiled again
+        one.save(key, f"code of the {key}")
+    assert [other.load(key) for key in ("one", "other")] == ["code of the one", "code of the other"]
+
+
+def test_code_of_an_earlier_source_goes_away(tmp_path):
+    for source in ("source", "source, edited"):
+        one = compiled_cache.CheckedFile(str(tmp_path), "function", source)
+        assert one.load("key") is None
+        one.save("key", f"code of {source}")
+        assert one.load("key") == f"code of {source}"
+        assert len(list(tmp_path.glob("*.nbc"))) == 1

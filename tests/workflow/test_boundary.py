@@ -28,7 +28,6 @@ MODULES = ("rockdamp.errors", "rockdamp.storage.dataset")
 def job(monkeypatch, tmp_path):
     """The context of a job, and a description of one whose sources are those of `MODULES`."""
     monkeypatch.syspath_prepend(ROOT / "workflow/scripts")
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     import boundary
 

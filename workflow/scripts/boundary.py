@@ -1,7 +1,6 @@
 """What every job does around its one call: threads, log and progress, and one clear line where the input is bad."""
 
 import os
-import platform
 import sys
 import traceback
 from contextlib import contextmanager
@@ -38,8 +37,6 @@ def job(snakemake):
     The body is given the job's `Inputs`, which open datasets.
     """
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
-    # Nodes of a cluster share the folder. Two kinds of processor must not write the same entry of the cache at once.
-    os.environ["NUMBA_CACHE_DIR"] = os.path.join(os.environ["NUMBA_CACHE_DIR"], platform.node())
     from rockdamp.errors import InputError, warnings_as_lines
     from rockdamp.storage.dataset import DatasetError
 

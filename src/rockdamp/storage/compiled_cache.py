@@ -8,14 +8,20 @@ where the file was edited since it was imported, that would keep the old code un
 
 A copied tree finds the code of the tree: what a function closes over counts by what it computes. Numba counts it by its
 pickle, which holds the place of the file and depends on how the process was started.
+
+Processes write at the same time, on one machine or on the nodes of a cluster that share the folder. Numba numbers the
+files of machine code: two processes may give one number to code for two processors, or of two versions of the source.
+Here the name of such a file follows from what is in it: at worst an entry of the index is lost, and compiled again.
 """
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, BinaryIO
 
@@ -26,6 +32,17 @@ DIGEST = hashlib.sha256().digest_size  # bytes, at the end of each file; what un
 
 class CheckedFile(IndexDataCacheFile):
     """The files of one function's cache; a damaged one is deleted, and counts as missing."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Write machine code, then the index that names it; take away what the index does not name."""
+        entries = self._load_index()
+        content = hashlib.sha256(repr((key, self._source_stamp)).encode()).hexdigest()
+        entries[key] = self._data_name(int(content[:12], 16))
+        self._save_data(entries[key], data)
+        self._save_index(entries)
+        for path in Path(self._cache_path).glob(glob.escape(self._index_name[: -len("nbi")]) + "*.nbc"):
+            if path.name not in entries.values():
+                path.unlink(missing_ok=True)
 
     def _load_index(self) -> dict[Any, str]:
         return super()._load_index() if _probe(self._index_path) else {}
