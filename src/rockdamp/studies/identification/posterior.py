@@ -328,7 +328,7 @@ def _needed(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        message = 'a posterior needs the packages emcee and arviz-stats; pip install "rockdamp[posterior]"'
+        message = "a posterior needs the packages emcee and arviz-stats; pip install emcee arviz-stats"
         raise InputError(message) from None
 
 
