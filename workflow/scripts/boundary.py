@@ -38,8 +38,10 @@ def job(snakemake):
     """
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
     from rockdamp.errors import InputError, warnings_as_lines
+    from rockdamp.process import collect_rarely
     from rockdamp.storage.dataset import DatasetError
 
+    collect_rarely()
     with open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log:
         sys.stderr = _Both(sys.__stderr__, log)
         try:

@@ -24,6 +24,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
+AT_ONCE = 2**15  # values of the integrand: few enough for the processor's cache
 PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers of x along the plateau
 
 
@@ -78,13 +79,18 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
     ends = [np.zeros(()), *(np.minimum(end, x0) for end in inner), x0]
     work = np.zeros(np.broadcast_shapes(x0.shape, curve.shape, unit.shape))
+    at_once = max(AT_ONCE // max(work.size, 1), 1)
+    rule = np.stack([NODES, WEIGHTS], axis=1).reshape(-1, 2, *(1,) * work.ndim)
     for low, high in pairwise(ends):
         s0, s1 = np.sqrt(x0 - high), np.sqrt(x0 - low)
-        for node, weight in zip(NODES, WEIGHTS, strict=True):
+        for first in range(0, NODES.size, at_once):
+            node, weight = rule[first : first + at_once].swapaxes(0, 1)
             s = 0.5 * (s0 + s1) + 0.5 * (s1 - s0) * node
             x = x0 - s * s
             speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
-            work = work + 0.5 * (s1 - s0) * weight * 2 * s * unit.coefficient(curve, x, speed) * speed
+            # One after the other: how many are computed at once must not change a bit of their sum.
+            for part in 0.5 * (s1 - s0) * weight * 2 * s * unit.coefficient(curve, x, speed) * speed:
+                work = work + part
     return v0 / work
 
 

@@ -14,9 +14,10 @@ pi xi/sqrt(1 - xi^2).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import beta
 
 from rockdamp.arguments import numbers
 from rockdamp.arrays import Array
@@ -27,6 +28,9 @@ STEP, REACH = 0.025, 12.5  # in t sqrt(m + 1): the integrand is below 1e-16 of i
 NODES = np.arange(0.0, REACH, STEP)
 WEIGHTS = np.where(NODES == 0, 1.0, 2.0) * STEP  # both sides: the integrand is even
 SMALL_DECREMENT = 1e-8  # below, xi = delta/pi to rounding, since the next term is of the order of delta^3
+# Gamma(w + 3/4)/Gamma(w + 1/4) = sqrt(w) exp(S), S = 1/64 w^-2 - 5/2048 w^-4 ... (DLMF 5.11.8, both at the middle w).
+RATIO = (1 / 64, -5 / 2048, 61 / 49152, -1385 / 1048576, 50521 / 20971520)
+SHIFT = 16  # of the order, by the recurrence of Gamma, before the series: what it leaves out is then below 1e-17
 STEPS, CLOSE = 12, 1e-11  # of Newton, whose last step squares what the one before left
 
 
@@ -46,7 +50,7 @@ def normalisation(order: ArrayLike) -> Array:
     Returns
     -------
     ndarray
-        N_m, exactly 1 at order 0; to 1e-15 of its value up to order 170, 1e-12 up to 1000 and 2e-11 beyond. [-]
+        N_m, exactly 1 at order 0 and to 2e-15 of its value at any other. [-]
 
     Raises
     ------
@@ -60,7 +64,10 @@ def normalisation(order: ArrayLike) -> Array:
     array([1.    , 1.3333, 1.6   , 2.6958])
     """
     m = check_order(order)
-    return np.where(m == 0, 1.0, np.pi / 2 / beta(0.5, m + 1.5))
+    w = m + SHIFT + 1.25
+    series = sum(term * w ** (-2.0 * power) for power, term in enumerate(RATIO, start=1))
+    shifted = math.prod((m + k + 1.5) / (m + k + 2) for k in range(SHIFT))
+    return np.where(m == 0, 1.0, math.sqrt(math.pi) / 2 * np.sqrt(w) * np.exp(series) * shifted)
 
 
 def critical_damping_ratio(order: ArrayLike) -> Array:
@@ -115,7 +122,7 @@ def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
     Returns
     -------
     ndarray
-        The decrement, to 1e-14 of its value up to order 170 and 1e-11 up to 1000, where N_m is less exact. [-]
+        The decrement, to 1e-14 of its value up to order 1000. [-]
 
     Raises
     ------
@@ -157,7 +164,7 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
     Returns
     -------
     ndarray
-        The damping ratio, to 1e-14 of its value up to order 170 and 1e-12 up to 1000. [-]
+        The damping ratio, to 1e-14 of its value up to order 1000. [-]
 
     Raises
     ------
