@@ -1,14 +1,13 @@
 """A damaged file of Numba's cache is compiled again; it neither ends the process nor stays."""
 
 import os
-import shutil
 import subprocess
 import sys
 
 import pytest
 from numba import njit
-from repository import ROOT
 
+from rockdamp import kernels
 from rockdamp.storage import compiled_cache
 from rockdamp.vocabulary import VISCOUS_MODELS
 
@@ -56,36 +55,49 @@ def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(
     assert answers(tmp_path, one, *others) == expected  # now all of them from the cache
 
 
+FORMULA = """
+from numba import njit
+from rockdamp.storage.compiled_cache import checked, digest_of
+
+def plain(x):
+    return 2.0 * x
+
+formula = checked(njit(cache=True)(plain), digest_of(__file__))
+"""
+
 EDITED = """
 import sys
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
-import numpy as np
-from rockdamp import free_decay, kernels, TrilinearCurve, Damping
-source = Path(kernels.__file__)
-source.write_text(source.read_text(encoding="utf-8").replace(*sys.argv[2:4]), encoding="utf-8")
-decay = free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.9), release_amplitude=0.5, length=2.0)
-print(np.asarray(decay.displacement).sum())
+import formula
+source = Path(formula.__file__)
+source.write_text(source.read_text(encoding="utf-8").replace(*sys.argv[1:]), encoding="utf-8")
+print(formula.formula(1.0))
 """
 
 
 def test_code_of_an_edited_source_is_not_kept_under_the_new_one(tmp_path):
     """A process that imported the file before the edit compiles after it."""
-    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("*.nb[ic]", "*.egg-info"))
-    right, wrong = "h -= s", "h -= 0.9 * s"
-    assert (ROOT / "src/rockdamp/kernels.py").read_text(encoding="utf-8").count(right) == 1
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    (tmp_path / "formula.py").write_text(FORMULA, encoding="utf-8")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
     environment.pop("NUMBA_DISABLE_JIT", None)
 
     def answer(*edit):
-        command = [sys.executable, "-c", EDITED, str(tmp_path / "src"), *edit]
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+        command = [sys.executable, "-c", EDITED, *edit]
+        run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+        return float(run.stdout)
 
-    before = answer(right, wrong)
-    after = answer("", "")
-    assert after != before  # the wrong step, not the code of the right one
-    assert answer(wrong, right) == after  # this process had imported the wrong one
-    assert answer("", "") == before
+    right, wrong = "2.0", "3.0"
+    assert answer(right, wrong) == 2.0
+    assert answer("", "") == 3.0  # not the code of the right one
+    assert answer(wrong, right) == 3.0  # this process had imported the wrong one
+    assert answer("", "") == 2.0
+
+
+def test_the_kernels_code_is_kept_under_the_source_as_it_was_imported(monkeypatch):
+    assert kernels.SOURCE == compiled_cache.digest_of(kernels.__file__)
+    monkeypatch.setattr(kernels, "SOURCE", "as it was imported")
+    compiled = kernels.march.__wrapped__(kernels.constant_at)
+    assert compiled._cache._cache_file._source_stamp == "as it was imported"
 
 
 def closes_over(number, place):

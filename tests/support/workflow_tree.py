@@ -20,6 +20,7 @@ class Tree:
         self.place = place
         shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_COPIED))
         own = {"PYTHONPATH": str(place / "src"), "PYTHONUTF8": "1"}  # the package of the copy, not the installed one
+        own["PYTEST_DEBUG_TEMPROOT"] = str(place.parent)  # tests run there remove nothing of other runs
         dropped = (
             "SNAKEMAKE_PROFILE",
             "NUMBA_CACHE_DIR",
