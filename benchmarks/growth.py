@@ -16,6 +16,8 @@ from measure import Section, Table, interleaved, number, slope
 from rockdamp.motions import catalogue
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.earthquakes import population
+from rockdamp.studies.earthquakes.settings import PopulationShareSettings
+from rockdamp.vocabulary import MODELS
 
 ROOT = Path(__file__).resolve().parents[1]
 GROWS = 1.02  # of the peak memory: less is noise
@@ -61,7 +63,14 @@ def memory(quick: bool) -> Section:
     for count in (1, 4, 10):
         size = _population_size(count, 16 if quick else 128)
         table.rows.append(
-            ["9 intensities x 5 dampers x walls", "of the record", "of the record", "no", str(count), number(size)]
+            [
+                f"9 intensities x {len(MODELS)} models x walls",
+                "of the record",
+                "of the record",
+                "no",
+                str(count),
+                number(size),
+            ]
         )
     found.tables.append(table)
     sizes = list(few.values())
@@ -114,7 +123,8 @@ def population_config(records: int, walls: int, intensities: int = 1, per_job: i
     grid = {"start": 0.1, "stop": 5.0, "count": intensities}
     if intensities == 1:
         grid = {"start": INTENSITY, "stop": INTENSITY, "count": 1}
-    config["population"] |= {"walls": walls, "walls_per_job": per_job, "records": names, "intensity": grid}
+    changed = {"walls": walls, "walls_per_job": per_job, "records": names, "intensity": grid, "redrawn": 0}
+    config["population"] |= changed
     return config
 
 
@@ -136,7 +146,7 @@ def growth(quick: bool) -> Section:
     shown = {
         "walls": "walls, CDR, 400 steps of one record",
         "steps": "steps, CDR, 512 walls, free",
-        "records": f"records, each as the first of FEMA P695, {32 if quick else 128} walls, 5 dampers",
+        "records": f"records, each as the first of FEMA P695, {32 if quick else 128} walls, {len(MODELS)} models",
     }
     table = Table(
         f"Seconds on {threads} thread(s), the best of the repetitions, and the slope of the line in logarithms: over"
@@ -171,11 +181,12 @@ def _run(walls: int, steps: int, forced: bool, threads: int) -> float:
 def _records(counts: np.ndarray, walls: int) -> list[float]:
     """Seconds of so many records. One serves for all: the next is longer or shorter."""
     config = population_config(1, walls)
+    given = PopulationShareSettings.of(config)
     motion, sampled = catalogue.load_records(config["population"]["records"])[0], population.walls(config)
 
     def run(count: int) -> None:
         for _ in range(count):
-            population.run(motion, sampled, np.array([INTENSITY]), config["population"])
+            population.run(motion, sampled, given.intensity, step=given.step, tail=given.tail)
 
     runs = {str(count): lambda count=count: run(count) for count in counts.tolist()}
     return [one.best for one in interleaved(runs, 1, 0.0).values()]
@@ -185,7 +196,7 @@ def _records(counts: np.ndarray, walls: int) -> list[float]:
 
 
 def whole_population(quick: bool, whole: bool) -> Section:
-    """Run, or estimate from a share, walls under records at one intensity, with restitution and four dampers."""
+    """Run, or estimate from a share, walls under records at one intensity, with restitution and every damper."""
     found = Section("Population")
     share = 100 if quick else ESTIMATED_FROM
     count = WALLS if whole and not quick else share
@@ -198,19 +209,20 @@ def whole_population(quick: bool, whole: bool) -> Section:
     for number_of_share in range(count // share):
         population.share(str(number_of_share), config, sampled)
     seconds = perf_counter() - start
-    per_history = seconds / (count * RECORDS * 5)
+    per_wall = RECORDS * len(MODELS)  # histories
+    per_history = seconds / (count * per_wall)
     table = Table(
         f"Walls of the population under {RECORDS} records of FEMA P695 at one intensity, PGV = {INTENSITY:g} m/s, with"
-        f" restitution and four dampers, {available_threads()} thread(s).",
+        f" restitution and {len(MODELS) - 1} dampers, {available_threads()} thread(s).",
         ["walls", "histories", "s", "how"],
     )
-    table.rows.append([f"{count:,}", f"{count * RECORDS * 5:,}", number(seconds), "measured"])
+    table.rows.append([f"{count:,}", f"{count * per_wall:,}", number(seconds), "measured"])
     for walls in (WALLS, BIG):
         if walls > count:
-            histories = walls * RECORDS * 5
+            histories = walls * per_wall
             table.rows.append([f"{walls:,}", f"{histories:,}", number(per_history * histories), "extrapolated"])
     found.tables.append(table)
-    hours = per_history * BIG * RECORDS * 5 / 3600
+    hours = per_history * BIG * per_wall / 3600
     found.notes.append(
         f"{number(per_history * 1e6)} us of wall time per history; {BIG:,} walls would take {number(hours)} hours on"
         f" these cores, {number(hours * available_threads())} core hours. Sampling {count:,} walls takes"
