@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.scalar_minima import bracket, least
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -279,28 +279,29 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Damping ratio and Err at the minimum next to each bracket of the scan."""
 
-    def err(xi: Array, some: NDArray[np.int64]) -> Array:
-        of = case[some]
+    def err(xi: Array, window_: Array, case_: Array) -> Array:
+        window, case = window_.astype(np.int64), case_.astype(np.int64)
         response = solve(
-            cases.curve_of(of),
-            cases.damping_of(model, xi, of),
-            release_amplitude=cases.release_amplitude[of],
+            cases.curve_of(case),
+            cases.damping_of(model, xi, case),
+            release_amplitude=cases.release_amplitude[case],
             step=cases.step,
             steps=int(windows[-1]),
-            reference=Reference(cases.displacement, of, windows),
+            reference=Reference(cases.displacement, case, windows),
             scheme=scheme,
         )
-        return np.take_along_axis(response.error, window[some][None], axis=0)[0]
+        return np.take_along_axis(response.error, window[None], axis=0)[0]
 
+    args = (window.astype(float), case.astype(float))
     low, middle, high = around
-    points, errors = bracket(err, low, middle, high)
-    _require_found(errors[1], model, middle, "could not be bracketed")
-    ratio, error = least(err, points, errors, RESOLUTION)
-    _require_found(error, model, middle, "did not converge")
-    return ratio, error
-
-
-def _require_found(error: Array, model: str, near: Array, what_failed: str) -> None:
-    missing = np.flatnonzero(np.isnan(error))
-    if missing.size:
-        raise InputError(f"the minimum of Err of {model} near xi = {near[missing[0]]:.6g} {what_failed}")
+    bracket = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=args)
+    if not bracket.success.all():
+        bad = np.flatnonzero(~bracket.success)[0]
+        raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
+    minimum = elementwise.find_minimum(
+        err, bracket.bracket, args=args, tolerances={"xrtol": RESOLUTION, "frtol": 1e-13}
+    )
+    if not minimum.success.all():
+        bad = np.flatnonzero(~minimum.success)[0]
+        raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} did not converge")
+    return minimum.x, minimum.f_x
