@@ -213,13 +213,12 @@ class _Run:
         origin, times = self.tau, self.times
         p = segment.p + segment.slope * (origin - segment.start)
         for piece in branch.pieces(self.x, self.v, p, segment.slope, segment.stop - origin):
-            end, way = _exit(piece, branch.low, branch.high)
+            end, x, v, way = _exit(piece, branch.low, branch.high)
             self.tau = segment.stop if end == segment.stop - origin else origin + end
             first = np.searchsorted(times, origin + piece.start)
             last = np.searchsorted(times, self.tau, side="right")
             if last > first:
                 self.displacement[first:last], self.velocity[first:last] = piece.state(times[first:last] - origin)
-            x, v = piece.state(end)
             turns = piece.turns and not way
             # A turn is at rest to the last bit: from there on, the hyperbolic branch does not amplify rounding.
             self.x, self.v = (branch.low, float(x), branch.high)[way + 1], 0.0 if turns else float(v)
@@ -230,16 +229,17 @@ class _Run:
         return 0
 
 
-def _exit(piece: _Piece, low: float, high: float) -> tuple[float, int]:
-    """Return when and where (-1 low, 1 high) x leaves [low, high], or the piece's end and 0.
+def _exit(piece: _Piece, low: float, high: float) -> tuple[float, float, float, int]:
+    """Return when x leaves [low, high], x and v then, and where (-1 low, 1 high); or the piece's end and 0.
 
     As x is monotone no exit is missed. A start on a bound is none unless the motion goes out.
     """
-    end = piece.state(piece.stop)[0]
-    if low <= end <= high:
-        return piece.stop, 0
-    bound, way = (high, 1) if end > high else (low, -1)
-    return float(brentq(lambda t: piece.state(t)[0] - bound, piece.start, piece.stop, **ROOT)), way
+    x, v = piece.state(piece.stop)
+    if low <= x <= high:
+        return piece.stop, x, v, 0
+    bound, way = (high, 1) if x > high else (low, -1)
+    end = float(brentq(lambda t: piece.state(t)[0] - bound, piece.start, piece.stop, **ROOT))
+    return end, *piece.state(end), way
 
 
 def _segments(load: Array, step: float, end: float) -> Iterator[_Segment]:
