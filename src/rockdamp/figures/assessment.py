@@ -14,7 +14,7 @@ from scipy.special import ndtr
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
 from rockdamp.vocabulary import REFERENCE
 
-AXES = {"pgv": "PGV [m/s]", "pga": r"PGA [m/s$^2$]"}
+AXES = {"pgv": "PGV [m s$^{-1}$]", "pga": "PGA [m s$^{-2}$]"}
 POINTS = 200  # of a curve
 
 
@@ -45,7 +45,9 @@ def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
         style = style_of(model)
         # CR's are larger and open, so that those of a damper that lie on them are seen.
         size: dict[str, Any] = {"markersize": 5, "markerfacecolor": "none"} if model == REFERENCE else {"markersize": 3}
-        axes.plot(stripes, of_model["stripe_collapses"] / records, style.marker, color=style.colour, **size)
+        axes.plot(
+            stripes, of_model["stripe_collapses"] / records, style.marker, color=style.colour, clip_on=False, **size
+        )
         if np.isfinite(median):
             text = f"{model}: median {median:.3g}, dispersion {dispersion:.2f}"
             axes.plot(levels, ndtr(np.log(levels / median) / dispersion), label=text, **line_of(model))
