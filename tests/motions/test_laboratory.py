@@ -66,8 +66,9 @@ def test_tables_are_read_with_and_without_names_by_name_or_number(tmp_path, mark
     assert by_name.displacement is None
 
 
-def test_a_comma_is_a_decimal_sign_where_semicolons_divide(tmp_path):
-    text = table(("t", "a"), ELAPSED, PULSE, mark=";").replace(".", ",")
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_comma_is_a_decimal_sign_where_it_does_not_divide(tmp_path, mark):
+    text = table(("t", "a"), ELAPSED, PULSE, mark=mark).replace(".", ",")
     found = read_raw(written(tmp_path, text))
     np.testing.assert_allclose(found.column("a"), PULSE, atol=1e-8)
 

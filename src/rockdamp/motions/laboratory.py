@@ -66,7 +66,7 @@ def read_raw(path: str | os.PathLike[str]) -> Raw:
     """Read a table of numbers: divided by commas, semicolons, tabs or blanks, with or without a line of names.
 
     Lines before the first of two or more numbers are remarks, of which the last one with as many cells names the
-    columns; they are numbered otherwise. A comma is a decimal sign where semicolons divide.
+    columns; they are numbered otherwise. A comma is a decimal sign where semicolons or tabs divide.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _cells(line: str, divider: str | None) -> list[str]:
     cells = next(csv.reader([line], delimiter=divider)) if divider else line.split()
     return [
         cell.replace(",", ".")
-        if divider == ";" and re.fullmatch(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*", cell)
+        if divider != "," and re.fullmatch(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*", cell)
         else cell
         for cell in cells
     ]
