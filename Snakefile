@@ -17,6 +17,7 @@ from rockdamp.config.merging import merged
 from rockdamp.config.results_folder import refuse_braces, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage import notes
+from rockdamp.storage.atomic import tidy
 from rockdamp.storage.provenance import files_of, subset
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
@@ -86,6 +87,8 @@ onstart:
     try:
         for folder, what in FOLDERS.items():
             require_writable(folder, what)
+        for folder in below:  # of this config; in folders of others another run may be at work
+            tidy(Path(RESULTS, folder))
     except InputError as error:
         raise WorkflowError(str(error)) from None
 

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from rockdamp.storage.atomic import replacing
+from rockdamp.storage.atomic import replacing, tidy
 
 
 def test_a_file_takes_its_place_at_the_end(tmp_path):
@@ -121,3 +121,19 @@ def test_a_name_as_long_as_the_disk_takes_is_written(tmp_path):
     with replacing(path) as temporary:
         temporary.write_text("new", encoding="utf-8")
     assert path.read_text(encoding="utf-8") == "new"
+
+
+def test_what_killed_processes_left_goes_away_and_nothing_else(tmp_path):
+    with pytest.raises(KeyboardInterrupt), replacing(tmp_path / "result.txt") as temporary:
+        left = temporary.name
+        raise KeyboardInterrupt
+    kept = ["result.txt", ".own.part", "own.0123456789abcdef.part", ".own.0123456789abcdef", "further"]
+    for name in kept:
+        (tmp_path / name).touch()
+    (tmp_path / left).touch()
+    (tmp_path / "further").unlink()
+    (tmp_path / "further").mkdir()
+    (tmp_path / "further" / left).touch()
+    tidy(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(kept)
+    assert (tmp_path / "further" / left).exists()

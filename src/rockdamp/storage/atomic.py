@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import stat
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 LONGEST = 60  # letters of the file's name in that of the temporary one, lest that be too long
+TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part", flags=re.DOTALL)
 
 
 @contextmanager
@@ -18,7 +20,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     The temporary name cannot be guessed and is made new, so that two that write the same file, processes or threads,
     do not meet, and no link is followed. Permissions of a file that is replaced stay. A process that is killed leaves
-    the temporary file behind; nothing reads it.
+    the temporary file behind; nothing reads it, and `tidy` deletes it.
 
     Raises
     ------
@@ -41,6 +43,13 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # moved, never made, or on a disk that has become read-only: the first error counts
             temporary.unlink()
+
+
+def tidy(folder: str | os.PathLike[str]) -> None:
+    """Delete the temporary files that killed processes left in a folder, where no other process is writing."""
+    for path in Path(folder).glob(".*.part"):
+        if TEMPORARY.fullmatch(path.name):
+            path.unlink(missing_ok=True)
 
 
 def _keep_permissions(path: Path, temporary: Path) -> None:

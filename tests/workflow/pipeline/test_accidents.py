@@ -34,9 +34,14 @@ def test_a_truncated_dataset_counts_as_missing_and_is_built_again(tree):
     before = tree.digests(RESULTS)
     path = tree.place / RESULTS / "mechanism.nc"
     os.truncate(path, path.stat().st_size // 2)
+    left = f".calibration.nc.{'0' * 16}.part"  # by a process that was killed
+    for folder in (RESULTS, f"{RESULTS}/figures", f"{RESULTS}/another"):
+        (tree.place / folder).mkdir(exist_ok=True)
+        (tree.place / folder / left).touch()
     run = tree.snakemake("fig1")
     assert run.returncode == 0, run.stderr
-    assert not list((tree.place / RESULTS).rglob("*.part"))
+    assert [*(tree.place / RESULTS).rglob("*.part")] == [tree.place / RESULTS / "another" / left]  # of another config
+    shutil.rmtree(tree.place / RESULTS / "another")
     assert tree.snakemake().returncode == 0
     assert tree.digests(RESULTS) == before
 
