@@ -9,6 +9,7 @@ try:
 except ImportError:  # the fixture of the browser skips the tests
     By = Keys = Select = WebDriverWait = None
 
+PATIENCE = 60  # seconds, on a machine that is busy
 PLOTS = ("plot-decays", "plot-curve", "plot-ratios", "plot-laws")
 
 
@@ -21,7 +22,7 @@ def open_page(browser, path, fragment="", width=1280, phone=False, features=()):
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": named})
     browser.get("about:blank")  # another fragment alone would load nothing
     browser.get(path.as_uri() + fragment)
-    WebDriverWait(browser, 60).until(drawn)
+    WebDriverWait(browser, PATIENCE).until(drawn)
 
 
 def drawn(browser):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from report_browser import (
+    PATIENCE,
     PLOTS,
     By,
     Keys,
@@ -133,7 +134,7 @@ def test_a_setting_is_in_the_address_and_opens_from_there(chromium, explorer_pag
     put(chromium, "a1", 0.1)
     put(chromium, "m", 9)
     put(chromium, "e", 0.9)
-    WebDriverWait(chromium, 5).until(lambda one: "e=0.9" in one.current_url)
+    WebDriverWait(chromium, PATIENCE).until(lambda one: "e=0.9" in one.current_url)
     fragment = "#" + chromium.current_url.partition("#")[2]
     names = [control.name for control in CONTROLS]
     before = shown(chromium), [value(chromium, name) for name in names]

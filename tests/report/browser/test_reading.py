@@ -1,7 +1,7 @@
 """The page on every screen, in the reader's scheme, still where motion is not wanted, and on paper."""
 
 import pytest
-from report_browser import By, Keys, WebDriverWait, complaints, open_page, picture
+from report_browser import PATIENCE, By, Keys, WebDriverWait, complaints, open_page, picture
 
 
 @pytest.mark.peers
@@ -30,7 +30,7 @@ def test_the_page_opens_without_a_word_on_the_console_and_nothing_sticks_out(
 def test_the_wall_moves_once_unless_the_reader_wants_no_motion(chromium, explorer_page):
     time = "return Number(document.getElementById('wall-time').value)"
     open_page(chromium, explorer_page)
-    WebDriverWait(chromium, 10).until(lambda one: one.execute_script(time) > 0.1)
+    WebDriverWait(chromium, PATIENCE).until(lambda one: one.execute_script(time) > 0.1)
     button = chromium.find_element(By.ID, "wall-play")
     button.send_keys(Keys.ENTER)
     assert button.text == "Move"
@@ -51,9 +51,9 @@ def test_chips_show_the_claims_of_one_verdict_and_links_open_what_they_point_to(
     browser.execute_script(click, chips[0])
     assert [group.is_displayed() for group in groups] == [True] + [False] * (len(groups) - 1)
     browser.execute_script("location.hash = '#claim-claim-1'")
-    WebDriverWait(browser, 5).until(lambda _: all(group.is_displayed() for group in groups))
+    WebDriverWait(browser, PATIENCE).until(lambda _: all(group.is_displayed() for group in groups))
     top = "return document.getElementById('claim-claim-1').getBoundingClientRect().top"
-    WebDriverWait(browser, 5).until(lambda one: 0 <= one.execute_script(top) < 900)  # the page scrolls smoothly
+    WebDriverWait(browser, PATIENCE).until(lambda one: 0 <= one.execute_script(top) < 900)  # the page scrolls smoothly
     browser.execute_script(click, chips[1])
     browser.execute_script(click, chips[1])  # again: all of them
     assert all(group.is_displayed() for group in groups)
