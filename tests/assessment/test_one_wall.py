@@ -167,6 +167,7 @@ def test_an_intensity_that_no_earthquake_has_is_warned_of(asked, said, wall, cur
         ({"pgv": 0.4, "step": 0}, "step is 0"),
         ({"pgv": 0.4, "tail": -1}, "tail is -1"),
         ({"pgv": 0.4, "wall": rd.Wall([0.3, 0.4], 4.5)}, "one wall and one curve"),
+        ({"pgv": 0.4, "restitution": [0.8, 0.9]}, "restitution \\(e\\) has shape \\(2,\\); it must be one number"),
     ],
 )
 def test_bad_input_is_named(changes, said, wall, curve, motions):

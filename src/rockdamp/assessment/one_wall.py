@@ -139,7 +139,7 @@ def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
     if isinstance(restitution, str):
         e, reason = by_rule(wall, restitution)
         return float(e), reason
-    return float(Damping.cr(restitution).restitution), "as given"
+    return float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
 
 
 def ground_motions(records: Records) -> list[GroundMotion]:
