@@ -19,9 +19,11 @@ from rockdamp.errors import InputError
 from rockdamp.motions.experimental_style import WALL, table_pulse
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import Candidate
+from rockdamp.studies.identification.importance import explore
 from rockdamp.studies.identification.noise import correlated
-from rockdamp.studies.identification.posterior import INSTRUMENTS, Problem, Sampler, draw
+from rockdamp.studies.identification.posterior import Sampler, draw
 from rockdamp.studies.identification.prior import Interval, Prior
+from rockdamp.studies.identification.problem import INSTRUMENTS, Problem
 from rockdamp.studies.least_squares import LOST, Fit
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
@@ -82,7 +84,7 @@ def judged(candidate: Candidate, random: np.random.RandomState, sampler: Sampler
         found = problem.fit.solution()
         covariance = found.covariance_by_sensor[0] + found.covariance_by_motion
         scores = (found.estimate - truth[:3]) / np.sqrt(np.diag(covariance))
-        draws = draw(problem, replace(sampler, seed=random.randint(2**31 - 100)))
+        draws = draw(problem, explore(problem, random), replace(sampler, seed=random.randint(2**31 - 100)))
     except InputError:
         return Judged(ranks, scores)
     if draws.good:

@@ -27,6 +27,14 @@ def record_attributes(record: Record) -> dict[str, str]:
     return {**stated, "record_synthetic": "yes" if record.synthetic else "no"}
 
 
+def made_by(record: Record) -> str:
+    """What lost the energy of a record, as its header says; "measured" where it is no synthetic one."""
+    if not record.synthetic:
+        return "measured"
+    degrading = float(record.header.get("generator_cracked_stiffness_growth", "0")) > 0
+    return record.header.get("generator_damping_model", "CR") + ", degrading" * degrading
+
+
 def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Histories:
     """Response of a wall, or of a batch by the curve's or damper's arrays, to a record's motion, starting at rest.
 

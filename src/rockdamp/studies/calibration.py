@@ -8,17 +8,16 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import SEARCHED, Candidate
 from rockdamp.studies.least_squares import Fit
 from rockdamp.studies.settings import CalibrationSettings
-from rockdamp.vocabulary import REFERENCE, SOFTENING
+from rockdamp.vocabulary import REFERENCE
 
 PARAMETERS = Candidate(REFERENCE).searched
 AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
@@ -73,14 +72,7 @@ def calibrate(
     >>> float(fit.estimate.sel(parameter="restitution").round(3))
     0.845
     """
-    instance("record", record, Record)
-    instance("wall", wall, Wall, Parapet)
-    require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
-    a3, longest = number("ultimate_ratio (a3)", ultimate_ratio), number("step", step)
-    require(0 < a3 <= 1, "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
-    require(longest > 0, "step", longest, "greater than 0")
-    candidate, kind = Candidate(REFERENCE), one_of("softening", softening, SOFTENING)
-    fit = Fit.of(record, wall, candidate, ultimate_ratio=a3, softening=kind, step=longest)
+    fit = Fit.of(record, wall, Candidate(REFERENCE), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
     found = fit.solution()
     estimate, computed, residual = found.estimate, found.computed, found.residual
     for name, value, low, high in zip(PARAMETERS, found.point, *fit.range, strict=True):
@@ -106,7 +98,7 @@ def calibrate(
             "sensor_offset": fit.sensor_zero + offset,
             "sensor_drift": drift,
             "bandwidth": bandwidth,
-            "local_minima": found.local_minima,
+            "local_minima": len(found.local_minima),
         },
         coords={
             "parameter": list(PARAMETERS),

@@ -12,8 +12,9 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
+from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, require
 from rockdamp.histories.under_a_record import QUIET, measured_displacement, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -22,6 +23,7 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.studies.candidates import GRID, RANGE, Candidate
+from rockdamp.vocabulary import SOFTENING
 
 SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan
 # The misfit has long bent valleys, in which a descent gets stuck: the best points of the scan are refined together.
@@ -65,7 +67,20 @@ class Fit:
         softening: str,
         step: float,
     ) -> Fit:
-        """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
+        """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau.
+
+        Raises
+        ------
+        InputError
+            If an argument is of another kind or outside its range, or the record has no displacement or no rest.
+        """
+        instance("record", record, Record)
+        instance("wall", wall, Wall, Parapet)
+        require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
+        ultimate_ratio, step = number("ultimate_ratio (a3)", ultimate_ratio), number("step", step)
+        require(0 < ultimate_ratio <= 1, "ultimate_ratio (a3)", ultimate_ratio, "greater than 0 and at most 1")
+        require(step > 0, "step", step, "greater than 0")
+        softening = one_of("softening", softening, SOFTENING)
         measured, zero = measured_displacement(record)
         elapsed = record.elapsed - record.elapsed[0]
         trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
@@ -166,7 +181,7 @@ class Fit:
         computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
-    def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
+    def shifts_by_motion(self, parameters: Array, computed: Array, count: int = DRAWS) -> Array:
         """Draw what the accelerometer's noise alone adds to the computed history, to first order.
 
         It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
@@ -175,12 +190,12 @@ class Fit:
 
         Returns
         -------
-        ndarray, shape (DRAWS, samples)
+        ndarray, shape (count, samples)
             [m]
         """
         acceleration = self.record.ground_acceleration
         size = DRAWN * motion_noise(self.record)
-        draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
+        draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((count, acceleration.size))
 
         def shift(noise: Array) -> Array:
             record = replace(self.record, ground_acceleration=acceleration + noise)
@@ -188,23 +203,24 @@ class Fit:
             return (moved.computed(parameters[None])[0] - computed) / DRAWN
 
         with ThreadPoolExecutor(available_threads()) as pool:
-            return np.array(list(track(pool.map(shift, draws), "noise of the motion", DRAWS)))
+            return np.array(list(track(pool.map(shift, draws), "noise of the motion", count)))
 
     def solution(self) -> Solution:
         """Search the least squares, and say what surrounds it."""
         point, local_minima = self.search()
         estimate = self.physical(point)
         computed = self.computed(estimate[None])[0]
-        return Solution(self, point, estimate, computed, local_minima)
+        return Solution(self, point, estimate, computed, self.physical(local_minima))
 
-    def search(self) -> tuple[Array, int]:
-        """Return the point of least misfit, and how many local minima the scan found."""
+    def search(self) -> tuple[Array, Array]:
+        """Return the point of least misfit, and the local minima that the scan found, the lowest first."""
         axes = [GRID[name] for name in self.candidate.searched]
         grid = np.array(list(product(*axes)))
         coarse = self.with_step(max(SCAN_STEP, self.step))
         misfit = coarse.misfit(grid, "scan of a1, b1 and the damper").reshape([len(axis) for axis in axes])
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
-        points = grid[np.argsort(misfit, axis=None, kind="stable")[:KEPT]]
+        lowest = np.argsort(misfit, axis=None, kind="stable")
+        points, found = grid[lowest[:KEPT]], grid[lowest[np.isin(lowest, minima)]]
         best = coarse._descend(coarse._refine(points))
         for _ in range(ROUNDS - 1):
             if np.sqrt(2 * best.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
@@ -213,7 +229,7 @@ class Fit:
             if again.cost > 0.99 * best.cost:
                 break
             best = again
-        return self._descend(best.x).x, minima.size
+        return self._descend(best.x).x, found
 
     def _refine(self, points: Array) -> Array:
         """Look around each point, keep the best of all, halve the distance, and so on; return the best."""
@@ -254,13 +270,13 @@ class Fit:
 
 @dataclass(frozen=True)
 class Solution:
-    """The least squares of a fit: its point and parameters, its history, and how many local minima the scan found."""
+    """The least squares of a fit: its point and parameters, its history, and the local minima of the scan before."""
 
     fit: Fit
     point: Array
     estimate: Array
     computed: Array  # [m]
-    local_minima: int
+    local_minima: Array  # (minima, 3): their parameters, those of the lowest first
 
     def about(self, estimate: Array) -> Solution:
         """Return what surrounds other parameters."""

@@ -17,6 +17,7 @@ from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
 from rockdamp.histories.under_a_record import (
     decay_start,
     free_phase_start,
+    made_by,
     measured_displacement,
     record_attributes,
     respond,
@@ -102,14 +103,6 @@ def _attributes(records: Sequence[Record]) -> dict[str, str]:
     return {**said, "record_synthetic": "yes" if any(one.synthetic for one in records) else "no"}
 
 
-def _made_by(record: Record) -> str:
-    """What lost the energy of a record, as its header says; "measured" where it is no synthetic one."""
-    if not record.synthetic:
-        return "measured"
-    degrading = float(record.header.get("generator_cracked_stiffness_growth", "0")) > 0
-    return record.header.get("generator_damping_model", "CR") + ", degrading" * degrading
-
-
 def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: Record, alone: bool) -> xr.Dataset:
     """Every model against one record; that of a wall which hardly rocks may lack a decay if it is not `alone`."""
     wall, curve, e = given.wall, given.curve, given.restitution
@@ -149,7 +142,7 @@ def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: R
             "measured_peak_displacement": peak,
             "free_phase_start": free_start,
             "sensor_zero": zero,
-            "record_made_by": _made_by(record),
+            "record_made_by": made_by(record),
         },
         coords={
             "damping_model": list(MODELS),

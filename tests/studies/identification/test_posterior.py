@@ -1,7 +1,6 @@
 """The posterior: what made a record lies in it, models that did not are told apart, and bad draws are refused."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from threading import BrokenBarrierError
 
 import numpy as np
@@ -11,11 +10,15 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.motions.experimental_style import WALL
 from rockdamp.motions.records import read_record
+from rockdamp.studies.candidates import Candidate
+from rockdamp.studies.identification import importance, problem
 from rockdamp.studies.identification import posterior as sampling
-from rockdamp.studies.identification.evidence import evidence
 from rockdamp.studies.identification.identify import posterior, require_good
 from rockdamp.studies.identification.posterior import Draws, Sampler, diagnosed
-from rockdamp.studies.least_squares import DRAWS
+from rockdamp.studies.identification.prior import Prior
+from rockdamp.studies.identification.problem import Problem
+from rockdamp.studies.least_squares import DRAWS, Fit
+from rockdamp.vocabulary import ANY_ORDER
 
 SHORT = Sampler(ensembles=4, walkers=32, burn_in=100, steps=100, rounds=3, effective=200, seed=7)
 
@@ -70,43 +73,16 @@ def test_the_directions_of_the_motions_noise_hold_its_covariance():
     random = np.random.RandomState(2)
     shapes = np.stack([np.sin(np.arange(60) / 7), np.cos(np.arange(60) / 3), np.linspace(0, 1, 60)])
     shifts = random.standard_normal((DRAWS, 3)) @ (shapes * [[3.0], [1.0], [0.5]])
-    rows = sampling._directions(shifts)
+    rows = problem._directions(shifts)
     assert len(rows) <= 3
     covariance = shifts.T @ shifts / len(shifts)
     left = np.trace(covariance - rows.T @ rows) / np.trace(covariance)
-    assert 0 <= left + 1e-12 < 1 - sampling.KEPT_SHARE + 1e-12
-
-
-@dataclass
-class Normal:
-    """A problem whose density is that of a normal distribution times a known evidence."""
-
-    log_evidence: float
-    covariance: np.ndarray
-
-    def log_density(self, points):
-        square = np.einsum("ni,ij,nj->n", points, np.linalg.inv(self.covariance), points)
-        return self.log_evidence - 0.5 * (square + np.linalg.slogdet(2 * np.pi * self.covariance)[1])
-
-
-def test_the_evidence_is_the_integral_of_the_density():
-    covariance = np.array([[2.0, 0.9], [0.9, 1.0]])
-    flat = np.random.RandomState(1).multivariate_normal(np.zeros(2), covariance, 2000)
-    draws = Draws(flat.reshape(4, 10, 50, 2), np.ones(2), np.full(2, 1e3), 400)
-    found = evidence(Normal(123.4, covariance), draws, seed=3)
-    assert found.good and found.standard_error < 0.05
-    assert abs(found.logarithm - 123.4) < 4 * found.standard_error
-
-
-def test_an_evidence_by_weights_with_a_heavy_tail_is_not_relied_on():
-    flat = np.random.RandomState(1).standard_normal((2000, 2)) * 0.05  # the walkers saw a small part of it
-    draws = Draws(flat.reshape(4, 10, 50, 2), np.ones(2), np.full(2, 1e3), 400)
-    assert not evidence(Normal(0.0, np.eye(2)), draws, seed=3).good
+    assert 0 <= left + 1e-12 < 1 - problem.KEPT_SHARE + 1e-12
 
 
 def test_the_packages_that_a_posterior_needs_are_named_where_they_are_missing():
     with pytest.raises(InputError, match=r"needs the packages emcee and arviz-stats; pip install emcee arviz-stats"):
-        sampling._needed("emcee_that_is_not_there")
+        importance.needed("emcee_that_is_not_there")
 
 
 def test_ensembles_in_step_get_the_densities_they_ask_for():
@@ -135,3 +111,13 @@ def test_an_ensemble_that_fails_lets_the_others_end():
         in_step.give_up()
         with pytest.raises(BrokenBarrierError):
             waiting.result(timeout=20)
+
+
+def test_where_the_order_is_free_the_modes_follow_it(monkeypatch):
+    monkeypatch.setattr(problem, "ORDERS", 3)
+    record = read_record(ROOT / "data/ladder/ecd16-half.csv")
+    fit = Fit.of(record, WALL, Candidate.of(ANY_ORDER), ultimate_ratio=1.0, softening="steeper", step=0.03)
+    made = Problem.of(fit, Prior())
+    orders = [made.values(mode.centre[None])[0, made.names.index("order")] for mode in made.modes]
+    assert orders == pytest.approx([14.25], rel=1e-3)  # of 0.56, 2.8 and 14.3 that nearest to what made it
+    assert made.modes[0].lower.shape == (7, 7)

@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
-from rockdamp.arguments import instance, number, one_of
+from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import Evidence, evidence
+from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities
+from rockdamp.studies.identification.importance import Evidence, explore
 from rockdamp.studies.identification.noise import correlated
-from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Problem, Sampler, draw
+from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Sampler, draw
 from rockdamp.studies.identification.prior import Prior
+from rockdamp.studies.identification.problem import Problem
 from rockdamp.studies.least_squares import Fit
-from rockdamp.vocabulary import CANDIDATES, REFERENCE, SOFTENING
+from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 SENSOR = "sensor_deviation"  # the one sampled parameter that has a unit
 STORED = 1000  # draws of a posterior
 DRAWN = 200  # of them histories, for the predictive band
 LEVELS = (0.5, 0.9)
 STEP = 0.01  # in tau, at most: at it the errors of the solver stay below those of the instruments
-UNDETERMINED = Evidence(np.nan, np.nan, np.nan)
 
 
 def posterior(
@@ -48,8 +47,9 @@ def posterior(
 
     The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
     and the accelerometer's white noise, to which the wall responds. Zero, drift and what of the motion's noise acts
-    linearly are integrated out in closed form. Ensembles of walkers draw from the posterior; their start is the least
-    squares of a scan of all parameters. The same seed gives the same draws.
+    linearly are integrated out in closed form. From the least squares and the minima of a scan of all parameters the
+    posterior's modes are climbed; a mixture is fitted to it from there, whose weighted draws tell the evidence, and
+    among whose draws ensembles of walkers start. The same seed gives the same draws.
 
     Parameters
     ----------
@@ -82,27 +82,20 @@ def posterior(
         If the walkers do not agree (r-hat above 1.01, or too few effective draws), the record has no displacement, no
         rest, or is so near to collapse that its noise decides, or the packages that this needs are missing.
     """
-    instance("record", record, Record)
-    instance("wall", wall, Wall, Parapet)
-    require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
-    a3, longest = number("ultimate_ratio (a3)", ultimate_ratio), number("step", step)
-    require(0 < a3 <= 1, "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
-    require(longest > 0, "step", longest, "greater than 0")
-    kind = one_of("softening", softening, SOFTENING)
     prior = instance("prior", prior or Prior(), Prior)
     sampler = instance("sampler", sampler or Sampler(), Sampler)
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
 
-    def problem(name: str) -> Problem:
-        fit = Fit.of(record, wall, Candidate.of(name), ultimate_ratio=a3, softening=kind, step=longest)
-        return Problem.of(fit, prior)
+    def fit(name: str) -> Fit:
+        return Fit.of(record, wall, Candidate.of(name), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
 
-    chosen = problem(names[0])
-    draws = draw(chosen, sampler)
+    chosen = Problem.of(fit(names[0]), prior)
+    weighted = explore(chosen, np.random.RandomState(sampler.seed))
+    draws = draw(chosen, weighted, sampler)
     require_good(draws, chosen.names)
-    found = {names[0]: evidence(chosen, draws, sampler.seed)}
+    found = {names[0]: weighted.evidence if weighted.good else UNDETERMINED}
     for name in track([name for name in names[1:] if name not in found], "evidence of other models"):
-        found[name] = determined(partial(problem, name), sampler)
+        found[name] = evidence_of(fit(name), prior, sampler.seed)
     summary = _summary(chosen, draws, sampler).assign_attrs(**record_attributes(record), identified_model=names[0])
     return summary.merge(_evidences({name: found[name] for name in names[1:]})) if compared else summary
 
@@ -117,19 +110,6 @@ def require_good(draws: Draws, names: Sequence[str]) -> None:
             raise InputError(
                 f"the effective sample size of {name} is {effective:.0f}; it must be at least {draws.least_effective:g}"
             )
-
-
-def determined(problem: Callable[[], Problem], sampler: Sampler) -> Evidence:
-    """Return the evidence of a problem that is yet to be made; NaN where walkers or weights are not to be relied on."""
-    try:
-        made = problem()
-        draws = draw(made, sampler)
-    except InputError:
-        return UNDETERMINED
-    if not draws.good:
-        return UNDETERMINED
-    estimate = evidence(made, draws, sampler.seed)
-    return estimate if estimate.good else replace(UNDETERMINED, k_hat=estimate.k_hat)
 
 
 def _summary(problem: Problem, draws: Draws, sampler: Sampler) -> xr.Dataset:
@@ -198,13 +178,12 @@ def _true_values(record: Record, names: Sequence[str]) -> Array:
 def _evidences(found: dict[str, Evidence]) -> xr.Dataset:
     """Put evidences into a dataset, with the probability of each model of those that were determined."""
     logarithm = np.array([one.logarithm for one in found.values()])
-    relative = np.exp(logarithm - np.nanmax(logarithm, initial=-np.inf)) if np.isfinite(logarithm).any() else logarithm
     return xr.Dataset(
         {
             "log_evidence": ("damping_model", logarithm),
             "log_evidence_error": ("damping_model", np.array([one.standard_error for one in found.values()])),
             "k_hat": ("damping_model", np.array([one.k_hat for one in found.values()])),
-            "probability": ("damping_model", relative / np.nansum(relative)),
+            "probability": ("damping_model", probabilities(logarithm)),
         },
         coords={"damping_model": list(found)},
     )

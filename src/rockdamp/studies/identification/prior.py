@@ -72,7 +72,7 @@ class Prior:
     sensor_drift: float = 1e-3
 
     @classmethod
-    def of(cls, given: Config) -> Prior:
+    def of(cls, given: Config, section_name: str = "prior") -> Prior:
         """Return the prior of masonry walls but for what is given: a section with the fields' names.
 
         Raises
@@ -82,8 +82,8 @@ class Prior:
         """
         kinds = get_type_hints(cls)
         parsed: dict[str, Any] = {}
-        for name, value in members(given, "prior", (), list(kinds)).items():
-            key = f"prior.{name}"
+        for name, value in members(given, section_name, (), list(kinds)).items():
+            key = f"{section_name}.{name}"
             parsed[name] = number(value, key) if kinds[name] is float else section(Interval, value, key)
         return replace(cls(), **parsed)
 
