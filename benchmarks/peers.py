@@ -49,7 +49,7 @@ C_ROWS = (
 )
 
 
-def compile_c() -> ctypes.CDLL | None:
+def compile_c(source: Path = SOURCE, *flags: str) -> ctypes.CDLL | None:
     """Compile the C loop into a temporary folder; None where there is no compiler."""
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
@@ -57,7 +57,7 @@ def compile_c() -> ctypes.CDLL | None:
     folder = tempfile.mkdtemp()
     library = f"{folder}/scheme.so"
     try:
-        subprocess.run([compiler, *FLAGS, "-shared", "-fPIC", str(SOURCE), "-o", library, "-lm"], check=True)
+        subprocess.run([compiler, *FLAGS, *flags, "-shared", "-fPIC", str(source), "-o", library, "-lm"], check=True)
         return ctypes.CDLL(library)
     finally:
         shutil.rmtree(folder)  # what is loaded stays

@@ -242,7 +242,7 @@ def command_line(quick: bool) -> Section:
     table = Table("A new process, with the kernel's cache warm.", ["command", "best [s]", "median [s]"])
     imports, loaded = (timed[name].best for name in list(calls)[-2:])
     reason = (
-        f"{imports:.2f} s go by before its first line, for numba, SciPy's minimiser and the package, and"
+        f"{imports:.2f} s go by before its first line, for numba and the package, and"
         f" {loaded - imports:.2f} s more until numba has read one compiled kernel from its cache."
     )
     for name, (_, limit) in calls.items():

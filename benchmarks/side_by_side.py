@@ -21,6 +21,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import answer
+import candidates
 import growth
 import kernel
 import matplotlib
@@ -60,7 +61,7 @@ def main() -> None:
         sys.exit(f"These sections failed; what stands of them is from an earlier run, or nothing: {', '.join(failed)}")
 
 
-SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "population", "natural")
+SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "population", "natural", "candidates")
 
 
 def _options() -> argparse.Namespace:
@@ -88,6 +89,7 @@ def _sections(options: argparse.Namespace) -> dict[str, Callable[[bool], Section
         "cli": pipeline.command_line,
         "memory": growth.memory,
         "growth": growth.growth,
+        "candidates": candidates.section,
         "population": lambda quick: growth.whole_population(quick, options.population),
     }
     return {**found, "natural": pipeline.natural} if options.natural else found
@@ -180,10 +182,10 @@ def _plot(sections: list[Section], folder: Path) -> None:
 
 
 def _plot_kernel(section: Section, path: Path) -> None:
-    figure = Figure(figsize=(9, 5.5), layout="constrained")
-    axes = figure.subplots(2, 3, sharex=True, sharey=True)
+    figure = Figure(figsize=(11, 5.5), layout="constrained")
+    axes = figure.subplots(2, 4, sharex=True, sharey=True)
     lines = {"rockdamp, 1 thread": 3, "rockdamp, 2 threads": 4, "C": 5, "plain numba": 6}
-    for ax, name in zip(axes.flat, kernel.NAMES.values(), strict=True):
+    for ax, name in zip(axes.flat, kernel.NAMES.values(), strict=False):  # one is left for the legend
         rows = [row for row in section.series["loops"] if row[:2] == [name, "record"]]
         for (label, column), style in zip(lines.items(), ("o-", "s-", "^--", "v:")[: len(lines)], strict=True):
             points = [(int(row[2]), float(row[column].split()[0])) for row in rows if row[column] != "-"]
@@ -195,7 +197,9 @@ def _plot_kernel(section: Section, path: Path) -> None:
         ax.set_xlabel("histories")
     for ax in axes[:, 0]:
         ax.set_ylabel("ns per step and history")
-    axes[0, 0].legend(fontsize="small")
+    for ax in axes.flat[len(kernel.NAMES) :]:
+        ax.set_axis_off()
+    axes[-1, -1].legend(*axes[0, 0].get_legend_handles_labels(), loc="center")
     figure.suptitle("Cost of a step under a record")
     figure.savefig(path, dpi=120)
 
