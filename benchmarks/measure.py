@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -19,23 +20,32 @@ class Timing(NamedTuple):
     median: float
 
 
+def of_children() -> float:
+    """Processor time of the processes that were started and have ended, with all of theirs. [s]"""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def interleaved(
-    functions: Mapping[str, Callable[[], Any]], repetitions: int, least: float = LEAST
+    functions: Mapping[str, Callable[[], Any]],
+    repetitions: int,
+    least: float = LEAST,
+    clock: Callable[[], float] = time.perf_counter,
 ) -> dict[str, Timing]:
     """Time functions in turn, so that what else the machine does meets all of them alike."""
     calls = {}
     for name, function in functions.items():
         function()  # warm
-        start = time.perf_counter()
+        start = clock()
         function()
-        calls[name] = max(1, int(np.ceil(least / max(time.perf_counter() - start, 1e-9))))
+        calls[name] = max(1, int(np.ceil(least / max(clock() - start, 1e-9))))
     found: dict[str, list[float]] = {name: [] for name in functions}
     for _ in range(repetitions):
         for name, function in functions.items():
-            start = time.perf_counter()
+            start = clock()
             for _ in range(calls[name]):
                 function()
-            found[name].append((time.perf_counter() - start) / calls[name])
+            found[name].append((clock() - start) / calls[name])
     return {name: Timing(min(one), float(np.median(one))) for name, one in found.items()}
 
 
