@@ -117,9 +117,16 @@ def section(quick: bool) -> Section:
             min(build[which] for build in chain) / min(build[which] for build in empty),
             1.8,
             " times",
-            reason=f"Furthest from their empty jobs are {slowest}.",
+            reason=f"Furthest from their empty jobs are {slowest}. These compute, or lay out and draw a figure twice,"
+            " as PDF and as PNG.",
         )
-    found.target("First build of the paper's chain, with the kernel's compilation", first[0], 90, " s")
+    found.target(
+        "First build of the paper's chain, with the kernel's compilation",
+        first[0],
+        90,
+        " s",
+        reason=f"Of processor time it takes {number(first[1])} s, for two cores.",
+    )
     found.tables.append(where)
     found.notes.append(
         f"The chain's jobs take {chain_busy:.0f} s together, two at a time. Empty, the same jobs take"

@@ -153,6 +153,8 @@ def _machine() -> str:
         [
             f"- Processor: {_processor()}, {len(os.sched_getaffinity(0))} cores usable",
             f"- Memory: {memory:.0f} GiB; {platform.system()} on {platform.machine()}",
+            f"- Load in the last quarter of an hour of measuring: {os.getloadavg()[2]:.1f}, of which 2 at most are"
+            " its own. What else ran makes seconds longer and unsteady; processor time and ratios show it least.",
             f"- {', '.join(versions)}",
             f"- C: {c_version()}, `{' '.join(FLAGS)}`",
         ]
