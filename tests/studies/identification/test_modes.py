@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rockdamp.studies.identification.modes import climb
+from rockdamp.studies.identification.modes import climb, triangular
 
 CENTRE = np.array([1.0, -2.0, 0.5])
 LOWER = np.array([[0.1, 0.0, 0.0], [0.3, 0.02, 0.0], [0.0, 0.01, 1.0]])
@@ -50,3 +50,10 @@ def test_modes_within_each_others_scale_are_one_but_not_where_something_was_held
     assert mode.near(near) and not mode.near(far)
     held = climb(log_density, CENTRE, LOWER[:2, :2], BOUNDS, free=np.array([0, 1]))
     assert not held.near(replace(held, centre=CENTRE + [0.0, 0.0, 0.01]))
+
+
+def test_a_root_of_a_covariance_is_made_triangular_even_if_it_is_nearly_singular():
+    root = np.array([[1.0, 2.0, 0.5], [1e-9, 3.0, 1.0], [1.0, 2.0, 0.5 + 1e-12]])
+    lower = triangular(root)
+    np.testing.assert_allclose(lower @ lower.T, root @ root.T, atol=1e-12)
+    assert np.all(np.triu(lower, 1) == 0) and np.all(np.diag(lower) >= 0)

@@ -80,11 +80,16 @@ def climb(
         gained = float(higher[chosen] - around[0])
         if gained > 0:
             centre, best = candidates[chosen], float(higher[chosen])
-        root = lower @ vectors / np.sqrt(values)
-        lower = np.linalg.cholesky(root @ root.T)
+        lower = triangular(lower @ vectors / np.sqrt(values))
         if gained < GAINED and np.abs(np.log(values)).max() < STEADY:
             break
     return Mode(centre, lower, best, moved)
+
+
+def triangular(root: Array) -> Array:
+    """Return the lower triangular root of a covariance from another root, shape (dimensions, at least as many)."""
+    lower = np.linalg.qr(root.T)[1].T
+    return np.asarray(lower * np.where(np.diag(lower) < 0, -1.0, 1.0), dtype=float)
 
 
 def _offsets(dimensions: int) -> tuple[Array, list[tuple[int, int]]]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.studies.candidates import SEARCHED_ORDER
-from rockdamp.studies.identification.modes import Mode, climb
+from rockdamp.studies.identification.modes import Mode, climb, triangular
 from rockdamp.studies.identification.noise import Noise
 from rockdamp.studies.identification.prior import Prior
 from rockdamp.studies.least_squares import DRAWS, LOST, Fit, Solution
@@ -183,10 +183,10 @@ class Problem:
                 ridge[index] = last = self._climb(centre, last.lower, self._told)
         slopes = np.gradient(np.array([ridge[index].centre for index in range(ORDERS)]), axis=0)
         for index, slope in enumerate(slopes):
-            covariance = np.outer(slope, slope) / 4
-            covariance[np.ix_(self._told, self._told)] += ridge[index].lower @ ridge[index].lower.T
-            lower = np.asarray(np.linalg.cholesky(covariance), dtype=float)
-            yield replace(ridge[index], lower=lower, free=np.arange(low.size))
+            root = np.zeros((low.size, low.size))
+            root[:, axis] = slope / 2
+            root[np.ix_(self._told, self._told)] = ridge[index].lower
+            yield replace(ridge[index], lower=triangular(root), free=np.arange(low.size))
 
     def _noise_about(self, estimate: Array) -> Array:
         """Return the coordinates of parameters of wall and damper, with the noise that they leave in the residual."""
