@@ -197,8 +197,8 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             f"The C loop, compiled for this processor, is {min(c_scalar):.2f} to {max(c_scalar):.2f} times as fast as"
             f" the plain numba loop ({MOST} histories). This is what the processor's vectors and"
             " dividers of doubles give; with vectors of four doubles, not eight, it was 2.0 to 7.4 times. To be 8 times"
-            " as fast as the plain loop was a target here and is none any more: no processor measured gives it for every"
-            " damper."
+            " as fast as the plain loop was a target here and is none any more: no processor measured gives it for"
+            " every damper."
         )
         found.notes.append(_powers(library, repetitions))
     if available_threads() > 1:
