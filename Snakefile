@@ -44,7 +44,7 @@ try:
     validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
     if workflow.is_main_process:  # once, not for every job
         require_own_folder(config["results"], tree=workflow.basedir)
-    for path in (config["validation"]["record"], *config["validation"]["ladder"]):
+    for path in (config["validation"]["record"], *config["validation"]["ladder"], *config["identification"]["ladder"]):
         read_record(path)
         refuse_braces([path])
     for entries in (config["records"], config["population"]["records"]):

@@ -8,9 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
+from scipy.stats import kstwo
 
 from rockdamp.figures.single import TIME, record_title
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, new_figure, styled
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, new_figure, styled
 from rockdamp.figures.validation import MILLIMETRES, measured_name
 from rockdamp.vocabulary import CANDIDATES
 
@@ -21,6 +22,8 @@ SYMBOLS = {
     "damping_ratio": r"$\xi$",
     "order": "$m$",
 }
+ALL_SYMBOLS = {**SYMBOLS, "sensor_deviation": r"$\sigma$", "sensor_correlation": r"$\varphi$"}
+LINES = ("#0072B2", "#D55E00", "#009E73", "#9A4C95", "#8C6D1F", "#1A1A1A")
 BINS = 28
 INK, MARK = "#0072B2", "#D55E00"
 ROW, BAND = 40.0, 66.0  # heights [mm]
@@ -124,3 +127,86 @@ def _evidence(figure: Figure, place: SubplotSpec, posterior: xr.Dataset) -> None
     axes.set_xlim(0, 1.25 * max(float(np.nanmax(below)), 1.0))
     axes.invert_yaxis()
     axes.set_title("logarithm of the evidence, below the best model's")
+
+
+@styled
+def fig_identification(identification: xr.Dataset) -> Figure:
+    """Draw how far ranks of true values are from uniform, how often intervals hold them, and which model is supported.
+
+    Parameters
+    ----------
+    identification : xarray.Dataset
+        ``rank``, ``coverage`` and ``coverage_by_least_squares`` (parameter), and ``probability`` (record, noise_factor,
+        damping_model) with ``record_made_by``.
+    """
+    figure = new_figure(DOUBLE_COLUMN, 150.0)
+    rows = figure.add_gridspec(2, 1, height_ratios=[1, 1.1])
+    above = rows[0].subgridspec(1, 2)
+    _ranks(figure.add_subplot(above[0]), identification)
+    _coverage(figure.add_subplot(above[1]), identification)
+    _supported(figure.add_subplot(rows[1]), identification)
+    return figure
+
+
+def _ranks(axes: Axes, identification: xr.Dataset) -> None:
+    """Draw the share of true values with at most a rank, less that rank, in the band of a uniform distribution."""
+    count = int(identification["identified_records"])
+    for index, name in enumerate(identification["parameter"].values):
+        ranks = np.sort(identification["rank"].sel(parameter=name).dropna("draw").values)
+        grid = np.concatenate([[0.0], ranks, [1.0]])
+        share = np.searchsorted(ranks, grid, side="right") / max(ranks.size, 1)
+        axes.step(grid, share - grid, where="post", color=LINES[index % len(LINES)], label=ALL_SYMBOLS[str(name)])
+    if count:
+        bound = float(kstwo.ppf(0.95, count))
+        axes.fill_between([0, 1], -bound, bound, color=PALE, alpha=0.4, linewidth=0, zorder=0)
+        axes.set_ylim(-2.2 * bound, 2.2 * bound)
+    axes.axhline(0, color=GREY, linewidth=0.6)
+    axes.set_xlabel("rank of the true value [-]")
+    axes.set_ylabel("share of records up to it, less the rank [-]")
+    axes.set_title(f"(a) {count} simulated records")
+    axes.legend(ncols=3, loc="upper center", fontsize=7)
+
+
+def _coverage(axes: Axes, identification: xr.Dataset) -> None:
+    """Draw the shares of intervals that hold the true value, beside twice the standard error of so many records."""
+    names = [str(name) for name in identification["parameter"].values]
+    place = np.arange(len(names))
+    for level in identification["level"].values:
+        at = identification.sel(level=level)
+        error = 2 * float(at["coverage_error"])
+        axes.fill_between([-0.5, len(names) - 0.5], level - error, level + error, color=PALE, alpha=0.4, linewidth=0)
+        first = level == identification["level"].values[0]
+        axes.plot(place - 0.1, at["coverage"], "o", color=INK, label="posterior" if first else None)
+        axes.plot(
+            place + 0.1, at["coverage_by_least_squares"], "x", color=MARK, label="least squares" if first else None
+        )
+    axes.set_xticks(place, [ALL_SYMBOLS[name] for name in names])
+    axes.set_xlabel("parameter [-]")
+    axes.set_ylim(0, 1.3)
+    axes.set_yticks([0, 0.5, 0.9])
+    axes.set_ylabel("share of intervals that hold the truth [-]")
+    axes.set_title("(b) intervals of 50 and 90 %")
+    axes.legend(loc="upper center", ncols=2, fontsize=7)
+
+
+def confusion(identification: xr.Dataset) -> xr.DataArray:
+    """Return the mean probability of each model, over the records of one origin, at each noise."""
+    return identification["probability"].groupby(identification["record_made_by"]).mean()
+
+
+def _supported(axes: Axes, identification: xr.Dataset) -> None:
+    """Draw the mean probability of each model for the records of each origin, at each noise."""
+    shares = confusion(identification)
+    table = shares.stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model")
+    models = [str(model) for model in table["damping_model"].values]
+    axes.imshow(table.fillna(0.0), cmap="Blues", vmin=0, vmax=1.6, aspect="auto")
+    for row in range(table.sizes["row"]):
+        for column in range(len(models)):
+            value = float(table[row, column])
+            axes.text(column, row, f"{value:.2f}" if np.isfinite(value) else "-", ha="center", va="center", fontsize=7)
+    rows = [f"{maker}; noise × {factor:g}" for maker, factor in table["row"].values]
+    axes.set_yticks(np.arange(len(rows)), rows, fontsize=7)
+    axes.set_xticks(np.arange(len(models)), models)
+    axes.set_ylabel("record made by [-]")
+    axes.set_xlabel("damping model that explains it [-]")
+    axes.set_title("(c) mean probability of the models [-]")

@@ -12,6 +12,7 @@ from markupsafe import Markup
 from rockdamp.figures.code_damping import TESTED, released_as_the_paper, restitution_of
 from rockdamp.figures.damper_order import at_middle, at_shown
 from rockdamp.figures.dispersion import BEST, REFERENCE_RESTITUTION
+from rockdamp.figures.identification import confusion
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.mechanics.half_cycle_loss import log_decrement
 from rockdamp.report.earthquake_captions import known
@@ -73,6 +74,28 @@ def fig_closed_form(data: Datasets) -> dict[str, Any]:
         "curves": int(dispersion.sizes["case"]),
         "peaks": largest("damping_ratio_peaks"),
         "errors": largest("damping_ratio"),
+    }
+
+
+def fig_identification(data: Datasets) -> dict[str, Any]:
+    found = data["identification"]
+    identified, draws = int(found["identified_records"]), int(found.sizes["draw"])
+
+    def held(level: float) -> Markup:
+        at = found.sel(level=level)
+        return Markup("{} ± {} (of {})").format(_range(at["coverage"]), percent(at["coverage_error"]), percent(level))
+
+    own = {
+        str(maker): number(shares.sel(damping_model=maker).mean(), 2)
+        for maker, shares in confusion(found).groupby("record_made_by")
+        if maker in found["damping_model"].values
+    }
+    return {
+        "identified": identified,
+        "draws": draws,
+        "refused": draws - identified,
+        "held": listed(held(float(level)) for level in found["level"].values),
+        "own": of_models(own),
     }
 
 

@@ -1,0 +1,87 @@
+"""Which damping model the records of a ladder support, with the noise that they have and with more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from zlib import crc32
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.histories.under_a_record import made_by
+from rockdamp.motions.records import Record
+from rockdamp.progress import track
+from rockdamp.studies.candidates import Candidate
+from rockdamp.studies.identification.evidence import evidence_of, probabilities
+from rockdamp.studies.identification.settings import IdentificationSettings
+from rockdamp.studies.least_squares import Fit
+
+NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
+
+
+def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
+    """Add white noise to both channels of a synthetic record until its noise is a multiple of what it was."""
+    more = np.sqrt(factor**2 - 1)
+    acceleration, displacement = (more * float(record.header[name]) * _normal(record, random) for name in NOISE)
+    assert record.displacement is not None
+    return replace(
+        record,
+        ground_acceleration=record.ground_acceleration + acceleration,
+        displacement=record.displacement + displacement,
+    )
+
+
+def _normal(record: Record, random: np.random.RandomState) -> Array:
+    return random.standard_normal(record.elapsed.size)
+
+
+def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
+    """Compute the evidence of each model for each record, at each noise.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``log_evidence``, ``k_hat`` and ``probability`` (record, noise, damping_model), the last among the models that
+        were determined, and ``record_made_by`` (record).
+
+    Raises
+    ------
+    InputError
+        If a record is not synthetic, or does not say with what noise it was made.
+    """
+    for name, record in records.items():
+        if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
+            raise InputError(f"identification.ladder: {name} is not synthetic; it must be, and say what made it")
+    cases = [(name, factor) for name in records for factor in given.noise]
+    found = []
+    for name, factor in track(cases, "models of the ladder's records"):
+        random = np.random.RandomState([given.simulated.seed, crc32(name.encode())])
+        record = noisier(records[name], float(factor), random)
+        fits = (_fit(given, record, model) for model in given.damping_models)
+        found.append([evidence_of(fit, given.prior, given.simulated.seed) for fit in fits])
+    shape = (len(records), len(given.noise), len(given.damping_models))
+    dims = ("record", "noise_factor", "damping_model")
+    logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
+    return xr.Dataset(
+        {
+            "log_evidence": (dims, logarithm),
+            "k_hat": (dims, np.array([[one.k_hat for one in row] for row in found]).reshape(shape)),
+            "probability": (dims, probabilities(logarithm)),
+            "record_made_by": ("record", np.array([made_by(record) for record in records.values()])),
+        },
+        coords={"record": list(records), "noise_factor": given.noise, "damping_model": list(given.damping_models)},
+    )
+
+
+def _fit(given: IdentificationSettings, record: Record, model: str) -> Fit:
+    return Fit.of(
+        record,
+        given.wall,
+        Candidate.of(model),
+        ultimate_ratio=given.ultimate_ratio,
+        softening=given.softening,
+        step=given.step,
+    )

@@ -1,0 +1,167 @@
+"""Whether the posterior is right about itself: records made with parameters drawn from the prior are identified.
+
+If prior, likelihood and computation are what they say, the share of the posterior below a true value is uniform (Talts
+et al., arXiv:1804.06788), and an interval of any level holds it as often as its level says. The standard errors of
+least squares are judged by the same records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtr
+from scipy.stats import kstest
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.mechanics.wall import Wall
+from rockdamp.motions.experimental_style import table_pulse
+from rockdamp.motions.records import Record
+from rockdamp.studies.candidates import Candidate
+from rockdamp.studies.identification.importance import explore
+from rockdamp.studies.identification.noise import correlated
+from rockdamp.studies.identification.prior import Prior
+from rockdamp.studies.identification.problem import INSTRUMENTS, Problem
+from rockdamp.studies.identification.settings import Simulated
+from rockdamp.studies.least_squares import LOST, Fit, Solution
+
+DRAWN = INSTRUMENTS[:-1]  # of the instruments: the gain stands for noise of the motion, which has no single value
+LEVELS = np.array([0.5, 0.9])
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One record: what made it, and where that lies; NaN where it was refused.
+
+    Parameters
+    ----------
+    true_value, rank, mean, deviation : ndarray, shape (parameters,)
+        The rank is the share of the posterior below the true value. [-]
+    rank_by_least_squares : ndarray, shape (3,)
+        The share below it of a normal distribution by estimate and standard error. [-]
+    """
+
+    true_value: Array
+    rank: Array
+    mean: Array
+    deviation: Array
+    rank_by_least_squares: Array
+
+
+@dataclass(frozen=True)
+class Maker:
+    """What makes records, and identifies them."""
+
+    wall: Wall
+    ultimate_ratio: float
+    softening: str
+    step: float
+    prior: Prior  # with the sensor's noise as it is simulated
+    given: Simulated
+
+    @property
+    def candidate(self) -> Candidate:
+        """Of the records."""
+        return Candidate.of(self.given.damping_model)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that are drawn."""
+        return (*self.candidate.parameters, *DRAWN)
+
+    def fit(self, record: Record) -> Fit:
+        """Prepare the fit of a record."""
+        kind = self.softening
+        return Fit.of(
+            record, self.wall, self.candidate, ultimate_ratio=self.ultimate_ratio, softening=kind, step=self.step
+        )
+
+    def record(self, random: np.random.RandomState) -> tuple[Record, Array]:
+        """Draw parameters and a pulse until the wall rocks and stands; return the record, and what made it."""
+        given, (low, high) = self.given, self.prior.bounds(self.names)
+        elapsed = np.arange(round(given.duration * given.sampling) + 1) / given.sampling
+        while True:
+            values = self.prior.values(self.names, random.uniform(low, high)[None])
+            peak = given.pulse_peak.value(np.asarray(random.uniform(*given.pulse_peak.bounds)))
+            pulse = table_pulse(elapsed - given.pulse_at, float(peak))
+            moved = self.fit(Record(elapsed, pulse, np.zeros_like(elapsed)))
+            if values[0, 0] >= 0.99 * moved.physical(np.array([1.0, values[0, 1], 0.0]))[0]:
+                continue
+            displacement = moved.computed(values[:, : -len(DRAWN)])[0]
+            if values[0, 0] * moved.u_ins < np.abs(displacement).max() < LOST * moved.u_ins:
+                break
+        zero, drift = random.standard_normal(2) * [self.prior.sensor_zero, self.prior.sensor_drift]
+        noise = correlated(float(values[0, -2]), float(values[0, -1]), random.standard_normal(elapsed.size))
+        measured = pulse + given.motion_noise * random.standard_normal(elapsed.size)
+        return Record(elapsed, measured, displacement + zero + drift * elapsed + noise), values[0]
+
+    def judged(self, number: int) -> Judged:
+        """Make the record of a number, identify it, and compare with what made it."""
+        random = np.random.RandomState([self.given.seed, number])
+        record, truth = self.record(random)
+        nothing, by_least_squares = np.full(truth.size, np.nan), np.full(3, np.nan)
+        try:
+            solution = self.fit(record).solution()
+            by_least_squares = _rank_by_least_squares(solution, truth[:3])
+            problem = Problem.about(solution, self.prior)
+            found = explore(problem, random)
+        except InputError:
+            return Judged(truth, nothing, nothing, nothing, by_least_squares)
+        if not found.good:
+            return Judged(truth, nothing, nothing, nothing, by_least_squares)
+        values = problem.values(found.coordinates)[:, : truth.size]
+        mean = found.weights @ values
+        deviation = np.sqrt(found.weights @ (values - mean) ** 2)
+        return Judged(truth, found.weights @ (values < truth), mean, deviation, by_least_squares)
+
+
+def gathered(names: Sequence[str], records: Sequence[Judged]) -> xr.Dataset:
+    """Put the records into one dataset, with the share of intervals that hold the truth."""
+    rank = np.array([record.rank for record in records])
+    identified = int(np.isfinite(rank).all(axis=1).sum())
+    by_least_squares = np.full(rank.shape, np.nan)
+    by_least_squares[:, :3] = [record.rank_by_least_squares for record in records]
+    dims, wall = ("draw", "parameter"), [index for index, name in enumerate(names) if name not in DRAWN]
+    of_wall = ("draw", "wall_parameter")
+    return xr.Dataset(
+        {
+            "true_value": (of_wall, np.array([record.true_value[wall] for record in records])),
+            "posterior_mean": (of_wall, np.array([record.mean[wall] for record in records])),
+            "posterior_deviation": (of_wall, np.array([record.deviation[wall] for record in records])),
+            "rank": (dims, rank),
+            "rank_by_least_squares": (dims, by_least_squares),
+            "coverage": (("level", "parameter"), _coverage(rank)),
+            "coverage_error": ("level", np.sqrt(LEVELS * (1 - LEVELS) / max(identified, 1))),
+            "coverage_by_least_squares": (("level", "parameter"), _coverage(by_least_squares)),
+            "rank_p_value": ("parameter", np.array([_p_value(column) for column in rank.T])),
+            "identified_records": identified,
+        },
+        coords={
+            "draw": np.arange(1, len(records) + 1),
+            "parameter": list(names),
+            "wall_parameter": [names[index] for index in wall],
+            "level": LEVELS,
+        },
+    )
+
+
+def _coverage(rank: Array) -> Array:
+    """Share of the records that are not refused whose true value lies in the middle of each level; NaN of none."""
+    known = np.isfinite(rank)
+    held = (np.abs(2 * rank - 1) <= LEVELS[:, None, None]) & known
+    count = known.sum(axis=0)
+    return np.where(count > 0, held.sum(axis=1) / np.maximum(count, 1), np.nan)
+
+
+def _p_value(rank: Array) -> float:
+    """Of Kolmogorov and Smirnov's test that the ranks are uniform; NaN of none."""
+    known = rank[np.isfinite(rank)]
+    return float(kstest(known, "uniform").pvalue) if known.size else np.nan
+
+
+def _rank_by_least_squares(solution: Solution, truth: Array) -> Array:
+    covariance = solution.covariance_by_sensor[0] + solution.covariance_by_motion
+    return np.asarray(ndtr((truth - solution.estimate) / np.sqrt(np.diag(covariance))))
