@@ -15,7 +15,8 @@ from rockdamp.histories.under_a_record import made_by
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import evidence_of, probabilities
+from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities
+from rockdamp.studies.identification.importance import Evidence
 from rockdamp.studies.identification.settings import IdentificationSettings
 from rockdamp.studies.least_squares import Fit
 
@@ -60,8 +61,7 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     for name, factor in track(cases, "models of the ladder's records"):
         random = np.random.RandomState([given.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
-        fits = (_fit(given, record, model) for model in given.damping_models)
-        found.append([evidence_of(fit, given.prior, given.simulated.seed) for fit in fits])
+        found.append([_evidence(given, record, model) for model in given.damping_models])
     shape = (len(records), len(given.noise), len(given.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
@@ -74,6 +74,15 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
         },
         coords={"record": list(records), "noise_factor": given.noise, "damping_model": list(given.damping_models)},
     )
+
+
+def _evidence(given: IdentificationSettings, record: Record, model: str) -> Evidence:
+    """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
+    try:
+        fit = _fit(given, record, model)
+    except InputError:
+        return UNDETERMINED
+    return evidence_of(fit, given.prior, given.simulated.seed)
 
 
 def _fit(given: IdentificationSettings, record: Record, model: str) -> Fit:
