@@ -28,6 +28,7 @@ from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
+SHIPPED = ROOT / "src/rockdamp/equivalence"
 PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md", "README.md")
 PICTURES = ("fig_order.png",)
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
@@ -106,6 +107,18 @@ def fits(data: Data) -> str:
     ]
     last = max(numbers(equivalence, "restitution"))
     return f"{table(head, rows)}\n\nEach range begins beyond the one before; e ends at {last:.2f}."
+
+
+def tabulated(_: Data) -> str:
+    """How far the table of damping ratios is from the matcher, as tools/tabulate_ratios.py found it."""
+    rows = pd.read_csv(SHIPPED / "ratios-check.csv", dtype={"damping_model": str})
+    head = ["model", "walls drawn", "refused", "median error", "1 in 1000", "largest", "searched", "largest, searched"]
+    shown = [
+        [row.damping_model, str(row.walls), percent(row.refused), percent(row.median), percent(row.permille)]
+        + [percent(row.largest), str(row.searched), percent(row.largest_searched)]
+        for row in rows.itertuples()
+    ]
+    return table(head, shown)
 
 
 def rotations(data: Data) -> str:
@@ -276,7 +289,19 @@ def verdicts(data: Data) -> str:
 
 TABLES: dict[str, Callable[[Data], str]] = {
     function.__name__: function
-    for function in (solver, ratios, fits, rotations, energy, earthquakes, checks, orders, response_length, verdicts)
+    for function in (
+        solver,
+        ratios,
+        fits,
+        tabulated,
+        rotations,
+        energy,
+        earthquakes,
+        checks,
+        orders,
+        response_length,
+        verdicts,
+    )
 }
 
 

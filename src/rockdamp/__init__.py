@@ -28,6 +28,8 @@ _HOME = {
     "Equivalent": "equivalence.one_curve",
     "equivalent_dampings": "equivalence.one_curve",
     "damping_ratio_energy": "equivalence.closed_form",
+    "damping_ratio_table": "equivalence.tabulated",
+    "table_refusal": "equivalence.tabulated",
     "equivalence_factor": "equivalence.closed_form",
     "giannini_masiani": "equivalence.closed_form",
     "Record": "motions.records",

@@ -7,6 +7,8 @@ from rockdamp.equivalence.closed_form import giannini_masiani as giannini_masian
 from rockdamp.equivalence.one_curve import Equivalent as Equivalent
 from rockdamp.equivalence.one_curve import equivalent as equivalent
 from rockdamp.equivalence.one_curve import equivalent_dampings as equivalent_dampings
+from rockdamp.equivalence.tabulated import damping_ratio_table as damping_ratio_table
+from rockdamp.equivalence.tabulated import table_refusal as table_refusal
 from rockdamp.errors import InputError as InputError
 from rockdamp.errors import InputWarning as InputWarning
 from rockdamp.histories.labelled import free_decay as free_decay

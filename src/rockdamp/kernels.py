@@ -1,4 +1,5 @@
-"""All compiled code: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes.
+"""All compiled code: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes;
+beside them the reader of a table.
 
 A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of up to `LANES`, and
 every loop over the lanes of a block is free of branches and allocations, so that the compiler vectorises it. Each lane
@@ -460,3 +461,53 @@ def plain_march(advance):
 def march(advance):
     """Return the loop over blocks and steps for one kind of step, which is compiled when it is first called."""
     return checked(njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_march(advance)), SOURCE)
+
+
+# --- a table of five variables --------------------------------------------------------------------------------------
+
+
+def plain_cubic_in_five(table, at, found):
+    """Read a table at some points: through the four nodes nearest to a point, a cubic in each of five variables.
+
+    Parameters
+    ----------
+    table : ndarray, five-dimensional, at least four nodes in each
+    at : ndarray, shape (5, points)
+        In nodes, from 0 to the last.
+    found : ndarray, shape (points,)
+        Filled.
+    """
+    first = np.empty(5, dtype=np.int64)
+    weight = np.empty((5, 4))
+    for point in range(found.size):
+        for axis in range(5):
+            node = min(max(int(at[axis, point]) - 1, 0), table.shape[axis] - 4)
+            s = at[axis, point] - node
+            first[axis] = node
+            weight[axis, 0] = -(s - 1.0) * (s - 2.0) * (s - 3.0) / 6.0
+            weight[axis, 1] = s * (s - 2.0) * (s - 3.0) / 2.0
+            weight[axis, 2] = -s * (s - 1.0) * (s - 3.0) / 2.0
+            weight[axis, 3] = s * (s - 1.0) * (s - 2.0) / 6.0
+        i0, i1, i2, i3, i4 = first
+        total = 0.0
+        for a in range(4):
+            of_a = 0.0
+            for b in range(4):
+                of_b = 0.0
+                for c in range(4):
+                    of_c = 0.0
+                    for d in range(4):
+                        if weight[3, d] != 0.0:  # at a node, as at a3 = 1, the others have none
+                            row = table[i0 + a, i1 + b, i2 + c, i3 + d]
+                            of_d = weight[4, 0] * row[i4] + weight[4, 1] * row[i4 + 1]
+                            of_c += weight[3, d] * (of_d + weight[4, 2] * row[i4 + 2] + weight[4, 3] * row[i4 + 3])
+                    of_b += weight[2, c] * of_c
+                of_a += weight[1, b] * of_b
+            total += weight[0, a] * of_a
+        found[point] = total
+
+
+@cache
+def cubic_in_five():
+    """Return the reader of tables, which is compiled when it is first called."""
+    return checked(njit(cache=True, fastmath=True, error_model="numpy", nogil=True)(plain_cubic_in_five), SOURCE)

@@ -1,5 +1,6 @@
 """The command line: `wall`, `equivalent`, `presets`, `datasets`, `verify`, and what all commands share."""
 
+import csv
 import json
 
 import made_up_results
@@ -19,6 +20,8 @@ from rockdamp.vocabulary import PRESETS, VISCOUS_MODELS
 RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 WALL = ("--thickness", 0.3, "--height", 4.5)
 CURVE = ("--a1", 0.04, "--b1", 0.85)
+WALLS = ROOT / "examples/my-walls.csv"
+GROUND_STOREY = rd.TrilinearCurve.preset("moderate")  # of its first wall
 CONTRACT = [
     "weight",
     "effective_mass",
@@ -114,6 +117,29 @@ def test_a_preset_stands_for_its_a1_and_b1():
     by_name = run("equivalent", "--restitution", 0.85, "--preset", "severe", "--json")
     b1, a1 = PRESETS["severe"]
     assert json.loads(by_name.stdout) == rd.equivalent(0.85, a1, b1)
+
+
+def test_ratios_of_a_table_of_walls_are_printed_written_or_given_as_json(tmp_path):
+    output = tmp_path / "ratios.csv"
+    rows = json.loads(run("equivalent", "--walls", WALLS, "--release", 0.6, "--output", output, "--json").stdout)
+    assert [row["damping_model"] for row in rows] == list(VISCOUS_MODELS) * (len(rows) // len(VISCOUS_MODELS))
+    written = list(csv.DictReader(output.read_text(encoding="utf-8").splitlines()))
+    assert [row["damping_ratio"] for row in written] == [str(row["damping_ratio"]) for row in rows]
+    printed = run("equivalent", "--walls", WALLS, "--release", 0.6)
+    assert printed.stdout.splitlines()[0].split() == list(rows[0])
+    assert rows[0]["damping_ratio"] == float(rd.damping_ratio_table(GROUND_STOREY, "CDC", rows[0]["restitution"], 0.6))
+
+
+def test_a_table_of_walls_stands_alone(tmp_path):
+    for more, said in (
+        (("--restitution", 0.85), "--restitution must be given with one wall, without --walls"),
+        (("--window", 9), "--window must be given with one wall"),
+    ):
+        assert said in refused("equivalent", "--walls", WALLS, *more)
+    assert "--output must be given with --walls" in refused("equivalent", *CURVE, "--output", tmp_path / "a.csv")
+    empty = tmp_path / "walls.csv"
+    empty.write_text("id,thickness,height\n", encoding="utf-8")
+    assert "a wall must stand in each" in refused("equivalent", "--walls", empty)
 
 
 # --- wall -----------------------------------------------------------------------------------------------------------

@@ -8,6 +8,8 @@ import yaml
 from howto_pages import blocks, follow, make_tree
 from repository import ROOT
 
+from rockdamp.vocabulary import VISCOUS_MODELS
+
 pytestmark = pytest.mark.workflow
 
 
@@ -70,6 +72,8 @@ def test_a_table_of_walls_becomes_a_table_of_answers(tree):
     assert [line.split(",")[0] for line in answers[1::2]] == walls
     with xr.open_dataset(tree.place / "my-answers.nc") as stored:
         assert stored["wall"].values.tolist() == walls
+    ratios = (tree.place / "my-ratios.csv").read_text(encoding="utf-8").splitlines()
+    assert [line.split(",")[0] for line in ratios[1 :: len(VISCOUS_MODELS)]] == walls
     for name in ("my-fragility.xml", "my-top-storey.png"):
         assert (tree.place / name).stat().st_size > 1000
 

@@ -111,6 +111,10 @@ def test_the_pages_hold_the_numbers_of_the_built_datasets():
         np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1)
 
 
+def test_the_page_holds_the_errors_of_the_table_of_ratios_that_the_package_ships():
+    assert SHOWN["tabulated"] == measured_tables.tabulated({})
+
+
 def test_claims_are_counted_by_their_verdicts_those_that_were_not_judged_apart(made_up):
     lines = measured_tables.TABLES["verdicts"](made_up).splitlines()[2:]
     assert lines[0] == "| not reproduced | 1 |" and lines[-1] == "| reproduced | 2 |"

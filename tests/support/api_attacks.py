@@ -202,6 +202,17 @@ CALLS: dict[str, Call] = {
         {"curve": "curve", "damping_model": "name", "restitution": "numbers", "release_amplitude": "numbers"}
         | {"exponent": "numbers"},
     ),
+    **{
+        name: Call(
+            function,
+            {"curve": CURVE, "damping_model": "CDR", "restitution": 0.85, "release_amplitude": 0.5},
+            {"curve": "curve", "damping_model": "name", "restitution": "numbers", "release_amplitude": "numbers"},
+        )
+        for name, function in (
+            ("damping_ratio_table", rd.damping_ratio_table),
+            ("table_refusal", rd.table_refusal),
+        )
+    },
     "equivalence_factor": Call(
         rd.equivalence_factor,
         {"curve": CURVE, "damping": DAMPING, "release_amplitude": 0.5},

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import Command, print_json, print_table, print_values
+from rockdamp.cli.command import Command, print_json, print_table, print_values, write_table
 from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
-from rockdamp.cli.types import Number, Numbers
+from rockdamp.cli.types import Number, Numbers, OutputFile
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -166,15 +167,18 @@ def _periods(
     examples=[
         "rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85",
         "rockdamp equivalent --restitution 0.80:0.95:0.05 --preset moderate --json",
+        "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=Numbers(), required=True, help="Coefficient of restitution e.")
+@click.option("--restitution", type=Numbers(), help="Coefficient of restitution e.")
 @curve_options
 @click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
 @click.option("--window", type=Number(), default=None, help="Length of the response in tau = p t.  [default: 8]")
+@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, for many of them.")
+@click.option("--output", type=OutputFile(".csv"), help="Damping ratios of --walls.")
 @json_option
 def equivalent(
-    restitution: list[float],
+    restitution: list[float] | None,
     a1: float | None,
     b1: float | None,
     preset: str | None,
@@ -182,12 +186,23 @@ def equivalent(
     softening: str,
     release: float,
     window: float | None,
+    walls: Path | None,
+    output: Path | None,
     as_json: bool,
 ) -> None:
     """Damping ratios equivalent to a restitution.
 
-    One row for each coefficient of restitution and viscous model.
+    One row for each coefficient of restitution and viscous model. Of a table of walls, as batch reads it, each ratio is
+    read from the table of least error that comes with the package, within 1 %, and not matched; where that table does
+    not answer, the column error says why.
     """
+    if walls is not None:
+        refuse_unused(("restitution", "a1", "b1", "preset", "a3", "softening", "window"), "one wall, without --walls")
+        _of_walls(walls, release, output, as_json)
+        return
+    refuse_unused(("output",), "--walls")
+    if restitution is None:
+        raise click.UsageError("there must be --restitution and a curve, or --walls")
     from rockdamp.equivalence.one_curve import equivalent as compute
     from rockdamp.equivalence.polynomials import SHIPPED_PLATEAU_RATIO
     from rockdamp.vocabulary import DEFAULT_WINDOW
@@ -211,6 +226,26 @@ def equivalent(
     if curve.plateau_ratio != SHIPPED_PLATEAU_RATIO:
         told = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.plateau_ratio):g}"
         click.echo(f"\n{told}", err=True)
+
+
+def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -> None:
+    """Write or print the damping ratios of a table of walls."""
+    from rockdamp.assessment.ratios import COLUMNS, ratios
+    from rockdamp.assessment.table import BadRow, read_walls
+    from rockdamp.errors import InputError
+
+    rows = read_walls(walls)
+    for doubt in (doubt for row in rows if not isinstance(row, BadRow) for doubt in row.doubts):
+        click.echo(f"warning: {walls}, {doubt}", err=True)
+    found = list(ratios(rows, release))
+    if all(row["damping_ratio"] is None for row in found):
+        raise InputError(f"{walls}: {found[0]['error'] if found else 'has no rows; a wall must stand in each'}")
+    if output is not None:
+        write_table(found, output, COLUMNS)
+    if as_json:
+        print_json(found)
+    elif output is None:
+        print_table(found)
 
 
 @click.command(cls=Command, examples=["rockdamp presets"])

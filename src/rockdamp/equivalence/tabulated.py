@@ -1,0 +1,296 @@
+"""The damping ratio of least Err from a table that the package ships, for as many walls as are given.
+
+In tau and u/u_ins xi follows from e, a1, b1, a3 and the release alone: slenderness, overburden and size drop out. With
+translated softening a3 drops out too, as such a curve is one of a3 = 1 with displacements, forces and squares of
+times over a3. The table holds ln(xi/xi_E), where xi_E = delta/sqrt(pi^2 + delta^2) is ECD's ratio: a smooth function,
+which a cubic in each of the five variables follows. Divided by the closed form instead, it is no smoother.
+
+The table is of `PAPER_MODELS`, for the default length of the response. `tools/tabulate_ratios.py` makes it by
+`matching.solve`, looks between its nodes, and says where it must not be used: where Err has two minima, so that xi may
+jump from one to the other, and where xi turns too sharply for the nodes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp import kernels
+from rockdamp.arguments import broadcast, instance, numbers, one_of
+from rockdamp.arrays import Array
+from rockdamp.equivalence.closed_form import check_restitution, exact_ratio
+from rockdamp.errors import InputError, require
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS, VISCOUS_MODELS
+
+FILE = "ratios.npz"
+LARGEST_ERROR = 0.01  # of xi, stated; tools/tabulate_ratios.py checks it
+NODES = (12, 9, 12, 4, 15)  # of e, a1, b1, a3 and the release
+RESTITUTION, PLATEAU_RATIO, ULTIMATE_RATIO = (0.70, 0.99), (0.4, 0.9), (0.7, 1.0)
+LEAST_A1 = 0.02
+ROOM = 2.5  # 1/a1 is at least 1/a2 and this
+LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE = 0.1, 1.5, 0.8  # u0 from 0.1 + 1.5 a1 to 0.8 a3
+UNIT = 5e-5  # of ln(xi/xi_E) in the file
+ROUNDING = 1e-9  # beyond the range, over its width, that still counts as within it
+SCALED = ", for the table; with translated softening displacements and forces count over a3"
+REFUSALS = (  # what is refused, and what it must be
+    ("restitution (e)", f"between {RESTITUTION[0]:g} and {RESTITUTION[1]:g}, for the table"),
+    ("plateau_ratio (b1)", f"between {PLATEAU_RATIO[0]:g} and {PLATEAU_RATIO[1]:g}{SCALED}"),
+    ("ultimate_ratio (a3)", f"between {ULTIMATE_RATIO[0]:g} and {ULTIMATE_RATIO[1]:g}, for the table"),
+    ("cracked_stiffness_ratio (a1)", f"between {LEAST_A1:g} and 1/(1/a2 + {ROOM:g}){SCALED}"),
+    (
+        "release_amplitude",
+        f"between {LEAST_RELEASE:g} + {BEYOND_A1:g} a1 and {LARGEST_RELEASE:g} a3{SCALED}",
+    ),
+    ("this wall", "matched (`equivalent`): Err has a second minimum near here, or xi turns too sharply for the table"),
+)
+AXES = (0, 2, 3, 1, 4)  # of the unit box, in the order of `REFUSALS`
+AT_ONCE = 2**18  # walls that are looked up together
+
+
+@dataclass(frozen=True)
+class Table:
+    """What the file holds.
+
+    Attributes
+    ----------
+    log_ratio : ndarray, shape (models, *NODES)
+        ln(xi/xi_E) at the nodes, models in the order of `PAPER_MODELS`. [-]
+    refused : ndarray of bool, shape (models, *cells)
+        Whether a cell between nodes must not be used.
+    """
+
+    log_ratio: Array
+    refused: NDArray[np.bool_]
+
+    def read(self, model: str, at: Array) -> Array:
+        """Return ln(xi/xi_E) of a model at points in the unit box, shape (5, points). [-]"""
+        last = np.array(NODES)[:, None] - 1.0
+        found = np.empty(at.shape[1])
+        kernels.cubic_in_five()(self.log_ratio[PAPER_MODELS.index(model)], at * last, found)
+        return found
+
+    def refuses(self, model: str, at: Array) -> NDArray[np.bool_]:
+        """Tell which points of the unit box lie in a cell that must not be used."""
+        cells = self.refused[PAPER_MODELS.index(model)]
+        cell = [np.minimum((one * n).astype(int), n - 1) for one, n in zip(at, cells.shape, strict=True)]
+        within: NDArray[np.bool_] = cells[tuple(cell)]
+        return within
+
+
+def protocol(**made_by: float) -> str:
+    """Return in words what a table is of; one that says otherwise is not believed."""
+    ranges = (RESTITUTION, (LEAST_A1, ROOM), PLATEAU_RATIO, ULTIMATE_RATIO)
+    release = (LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE)
+    own = {"models": PAPER_MODELS, "window": DEFAULT_WINDOW, "nodes": NODES, "unit": UNIT}
+    return json.dumps({**own, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
+
+
+def packed(table: Table, stated: str) -> bytes:
+    """Return the content of the file: the table, what it is of, and a digest of both."""
+    whole = np.round(table.log_ratio / UNIT).astype(np.int16)
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream,
+        log_ratio=whole,
+        refused=np.packbits(table.refused),
+        protocol=np.array(stated),
+        digest=np.array(_digest(whole, table.refused, stated)),
+    )
+    return stream.getvalue()
+
+
+def unpacked(content: bytes, source: str) -> Table:
+    """Return the table of a file's content, if it is whole and of this protocol.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    shape = (len(PAPER_MODELS), *(n - 1 for n in NODES))
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            whole, bits, stated, digest = (file[name] for name in ("log_ratio", "refused", "protocol", "digest"))
+        refused = np.unpackbits(bits, count=int(np.prod(shape))).reshape(shape).astype(bool)
+        sound = str(digest) == _digest(whole, refused, str(stated))
+        told, own = json.loads(str(stated)), json.loads(protocol())
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        sound = False
+    if not sound:
+        raise InputError(f"{source}: is damaged; it must be what tools/tabulate_ratios.py wrote")
+    if {name: told.get(name) for name in own} != own:
+        raise InputError(f"{source}: is of another range or response; tools/tabulate_ratios.py makes it anew")
+    return Table(whole * UNIT, refused)
+
+
+def _digest(whole: NDArray[np.int16], refused: NDArray[np.bool_], stated: str) -> str:
+    parts = (str(whole.shape).encode(), whole.astype("<i2").tobytes(), np.packbits(refused).tobytes(), stated.encode())
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+@cache
+def shipped() -> Table:
+    """Return the table that the package ships."""
+    return unpacked(files("rockdamp.equivalence").joinpath(FILE).read_bytes(), FILE)
+
+
+def walls_at(unit: Array) -> tuple[Array, ...]:
+    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, the curve of steeper softening.
+
+    Parameters
+    ----------
+    unit : ndarray, shape (5, ...)
+        Each variable from 0 to 1 over its range; a1 in its logarithm. [-]
+    """
+    e, b1, a3 = (
+        low + (high - low) * part
+        for part, (low, high) in zip(unit[[0, 2, 3]], (RESTITUTION, PLATEAU_RATIO, ULTIMATE_RATIO), strict=True)
+    )
+    a1 = LEAST_A1 * (_largest_a1(b1) / LEAST_A1) ** unit[1]
+    least = LEAST_RELEASE + BEYOND_A1 * a1
+    return e, a1, b1, a3, least + (LARGEST_RELEASE * a3 - least) * unit[4]
+
+
+def unit_of(e: Array, a1: Array, b1: Array, a3: Array, x0: Array) -> Array:
+    """Return where walls lie in the unit box, the inverse of `walls_at`; beyond it where they lie outside."""
+    least = LEAST_RELEASE + BEYOND_A1 * a1
+    parts = (
+        _part(e, RESTITUTION),
+        np.log(a1 / LEAST_A1) / np.log(_largest_a1(b1) / LEAST_A1),
+        _part(b1, PLATEAU_RATIO),
+        _part(a3, ULTIMATE_RATIO),
+        (x0 - least) / (LARGEST_RELEASE * a3 - least),
+    )
+    return np.stack(np.broadcast_arrays(*parts))
+
+
+def _part(value: Array, ends: tuple[float, float]) -> Array:
+    return (value - ends[0]) / (ends[1] - ends[0])
+
+
+def _largest_a1(b1: Array) -> Array:
+    return 1 / (1 / (1 - b1) + ROOM)
+
+
+def damping_ratio_table(
+    curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike = 0.5
+) -> Array:
+    """Return the damping ratio of least Err without matching, for any number of walls: from a table, or exact.
+
+    Of CDC, CDR and SDR it is what `equivalent` finds over the default length of the response, within 1 %, read from a
+    table that the package ships. ECD and ECD16 need none: theirs is the exact ratio, which has every peak of the decay
+    right.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Broadcasts.
+    damping_model : str
+        A viscous model.
+    restitution : float or ndarray
+        e, in (0, 1], broadcasts. [-]
+    release_amplitude : float or ndarray
+        u0/u_ins of the decay that is matched, in (0, a3), broadcasts. [-]
+
+    Returns
+    -------
+    ndarray, of the shape that the arguments broadcast to
+        xi; NaN where the table does not answer, for the reason that `table_refusal` gives. [-]
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, the model is not viscous, or there is one wall alone and the table does not
+        answer.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=[0.04, 0.06, 0.3], plateau_ratio=[0.85, 0.72, 0.6])
+    >>> rd.damping_ratio_table(curve, "CDR", 0.85).round(3)
+    array([0.045, 0.046,   nan])
+    """
+    model, shape, given = _checked(curve, damping_model, restitution, release_amplitude)
+    if model not in PAPER_MODELS:
+        return np.broadcast_to(Damping.of_restitution(given[0], model).damping_ratio, shape).copy()
+    xi, refused = _looked_up(model, shape, given)
+    if shape == () and refused.item():
+        name, allowed = REFUSALS[refused.item() - 1]
+        values = dict(zip((name for name, _ in REFUSALS), (given[axis] for axis in AXES), strict=False))
+        told = f" is {values[name].item():g};" if name in values else f", under {model}:"
+        raise InputError(f"{name}{told} it must be {allowed}")
+    return xi
+
+
+def table_refusal(
+    curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike = 0.5
+) -> NDArray[np.object_]:
+    """Return why `damping_ratio_table` does not answer for each wall, and an empty text where it does.
+
+    Parameters
+    ----------
+    curve, damping_model, restitution, release_amplitude
+        As of `damping_ratio_table`.
+
+    Returns
+    -------
+    ndarray of str, of the shape that the arguments broadcast to
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the model is not viscous.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> rd.table_refusal(curve, "CDR", [0.85, 0.6]).tolist()
+    ['', 'restitution (e) must be between 0.7 and 0.99, for the table']
+    """
+    model, shape, given = _checked(curve, damping_model, restitution, release_amplitude)
+    told = np.array(["", *(f"{name} must be {allowed}" for name, allowed in REFUSALS)], dtype=object)
+    refused = _looked_up(model, shape, given)[1] if model in PAPER_MODELS else np.zeros(shape, dtype=np.int8)
+    return np.asarray(told[refused])
+
+
+def _checked(
+    curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike
+) -> tuple[str, tuple[int, ...], tuple[Array, ...]]:
+    """The model, the shape, and e, a1, b1, a3 and the release, those of a curve of steeper softening."""
+    of = instance("curve", curve, TrilinearCurve)
+    model = one_of("damping_model", damping_model, VISCOUS_MODELS)
+    e, x0 = check_restitution(restitution), numbers("release_amplitude", release_amplitude)
+    shape = broadcast(restitution=e, release_amplitude=x0, curve=of)
+    require((x0 > 0) & (x0 < of.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
+    lengths = (of.cracked_stiffness_ratio, of.plateau_ratio, of.ultimate_ratio, x0)
+    scale = np.asarray(1.0 if of.softening == "steeper" else of.ultimate_ratio)
+    return model, shape, (e, *(np.asarray(length) / scale for length in lengths))
+
+
+def _looked_up(model: str, shape: tuple[int, ...], given: tuple[Array, ...]) -> tuple[Array, NDArray[np.int8]]:
+    """Return xi, and of which of `REFUSALS` it is NaN, counted from 1; 0 of none."""
+    walls = [np.broadcast_to(value, shape).reshape(-1) for value in given]
+    xi, refused = np.empty(walls[0].size), np.zeros(walls[0].size, dtype=np.int8)
+    for start in range(0, xi.size, AT_ONCE):
+        here = slice(start, start + AT_ONCE)
+        of_these = [value[here] for value in walls]
+        with np.errstate(all="ignore"):  # far outside the range, where nothing is read
+            unit = unit_of(*of_these)
+        outside = ~((unit >= -ROUNDING) & (unit <= 1 + ROUNDING))[list(AXES)]
+        unit = np.clip(np.where(outside.any(axis=0), 0.5, unit), 0.0, 1.0)
+        outside = np.concatenate([outside, shipped().refuses(model, unit)[None]])
+        refused[here] = np.where(outside.any(axis=0), outside.argmax(axis=0) + 1, 0)
+        xi[here] = exact_ratio(of_these[0]) * np.exp(shipped().read(model, unit))
+    xi[refused > 0] = np.nan
+    return xi.reshape(shape), refused.reshape(shape)
