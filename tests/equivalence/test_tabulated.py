@@ -143,8 +143,9 @@ def test_a_file_is_believed_only_if_it_is_whole_and_of_this_range():
 
 
 def test_a_number_that_was_changed_in_the_file_is_noticed(monkeypatch):
+    table = tabulated.shipped()
     monkeypatch.setattr(tabulated, "_digest", lambda *parts: "0")
-    changed = tabulated.packed(tabulated.shipped(), tabulated.protocol())
+    changed = tabulated.packed(table, tabulated.protocol())
     monkeypatch.undo()
     with pytest.raises(InputError, match="is damaged"):
         tabulated.unpacked(changed, "table.npz")
