@@ -239,7 +239,9 @@ def table_refusal(
 
     Parameters
     ----------
-    curve, damping_model, restitution, release_amplitude
+    curve : TrilinearCurve
+    damping_model : str
+    restitution, release_amplitude : float or ndarray
         As of `damping_ratio_table`.
 
     Returns
