@@ -2,7 +2,8 @@
 and copy the figures that the documents show.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
-names it; the words around the tables hold no measured number.
+names it; the words around the tables hold no measured number. Tables of the full study of identification stay as they
+are where that is not built.
 """
 
 import math
@@ -29,11 +30,22 @@ from rockdamp.vocabulary import STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
-PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md", "README.md")
-PICTURES = ("fig_order.png",)
+PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md", "docs/identification.md", "README.md")
+PICTURES = ("figures/fig_order.png", "identification-full/figures/fig_identification.png")
+IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 Data = dict[str, xr.Dataset]
+
+LEVELS = (0.5, 0.9)
+PARAMETERS = {
+    "cracked_stiffness_ratio": "a1",
+    "plateau_ratio": "b1",
+    "restitution": "e",
+    "sensor_deviation": "deviation of the sensor's noise",
+    "sensor_correlation": "its correlation from sample to sample",
+}
+OF_IDENTIFICATION = ("coverage", "support")
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -287,6 +299,47 @@ def verdicts(data: Data) -> str:
     return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
 
 
+def coverage(data: Data) -> str:
+    """How often intervals hold what made a simulated record."""
+    study = data[IDENTIFICATION]
+    drawn, identified = study.sizes["draw"], int(study["identified_records"])
+    errors = [percent(study["coverage_error"].sel(level=level)) for level in LEVELS]
+    found = f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
+    found += f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors)."
+    head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "uniform ranks, p"]
+    rows = [
+        [PARAMETERS[str(name)]]
+        + [
+            percent(one[kind].sel(level=level)) if np.isfinite(one[kind].sel(level=level)) else "–"
+            for kind in ("coverage", "coverage_by_least_squares")
+            for level in LEVELS
+        ]
+        + [number(one["rank_p_value"], 2)]
+        for name, one in ((name, study.sel(parameter=name)) for name in study["parameter"].values)
+    ]
+    return f"{found}\n\n{table(head, rows)}"
+
+
+def support(data: Data) -> str:
+    """Which damping models the evidence supports for the records of the ladders, at each noise."""
+    study = data[IDENTIFICATION]
+    names = list(map(str, study["damping_model"].values))
+    head = ["made by", "noise", "records", "maker most probable", *names]
+    rows = []
+    for maker in dict.fromkeys(study["record_made_by"].values.tolist()):
+        for factor in study["noise_factor"].values:
+            of = study["probability"].sel(noise_factor=factor).isel(record=(study["record_made_by"] == maker).values)
+            known = of.isel(record=np.isfinite(of).any("damping_model").values).fillna(0.0)
+            most = [names[index] for index in known.argmax("damping_model").values]
+            rows.append(
+                [maker, f"× {factor:g}", f"{known.sizes['record']} of {of.sizes['record']}"]
+                + [str(most.count(maker)) if maker in names else "–"]
+                + [f"{float(known.sel(damping_model=name).mean()):.2f}" for name in names]
+            )
+    missing = int(np.isnan(study["log_evidence"]).sum())
+    return f"{table(head, rows)}\n\nOf {study['log_evidence'].size} evidences {missing} were not determined."
+
+
 TABLES: dict[str, Callable[[Data], str]] = {
     function.__name__: function
     for function in (
@@ -300,6 +353,8 @@ TABLES: dict[str, Callable[[Data], str]] = {
         checks,
         orders,
         response_length,
+        coverage,
+        support,
         verdicts,
     )
 }
@@ -307,13 +362,21 @@ TABLES: dict[str, Callable[[Data], str]] = {
 
 def written(page: str, data: Data) -> str:
     """Return the text of a page with its tables made anew."""
-    return BLOCK.sub(lambda block: f"{block['name']} -->\n{TABLES[block['name']](data)}\n", page)
+
+    def anew(block: re.Match[str]) -> str:
+        if block["name"] in OF_IDENTIFICATION and IDENTIFICATION not in data:
+            return block[0]
+        return f"{block['name']} -->\n{TABLES[block['name']](data)}\n"
+
+    return BLOCK.sub(anew, page)
 
 
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = ("accuracy", "comparison", "natural/check", "natural/orders", "population/check", "equivalence", "windows")
     names += tuple(f"match/{study}" for study in STUDIES)
+    if (results / f"{IDENTIFICATION}.nc").exists():
+        names += (IDENTIFICATION,)
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
@@ -325,5 +388,6 @@ if __name__ == "__main__":
     opened = read(results)
     for page in (ROOT / name for name in PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
-    for name in PICTURES:
-        shutil.copyfile(results / f"figures/{name}", ROOT / f"docs/figures/{name}")
+    for picture in (results / name for name in PICTURES):
+        if IDENTIFICATION in opened or "identification" not in picture.name:
+            shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

@@ -14,6 +14,8 @@ import yaml
 from published_models import PUBLISHED
 from repository import ROOT
 
+from rockdamp.histories.under_a_record import made_by
+from rockdamp.motions.records import read_record
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import MODELS, RECOMMENDED_ORDER, STUDIES
@@ -64,6 +66,7 @@ def made_up():
         "natural/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
         "windows": windows,
+        measured_tables.IDENTIFICATION: identification_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }
@@ -77,6 +80,17 @@ def orders_as_configured():
     made_up = report_content.made_up("earthquake_orders")
     repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
     return made_up.isel(repeated).assign_coords(wanted).assign(restitution_change=natural["restitution_change"])
+
+
+def identification_as_configured():
+    """Made-up numbers of the records, noises and models of the full study."""
+    text = (ROOT / "config/identification-full.yaml").read_text(encoding="utf-8")
+    study = yaml.safe_load(text)["identification"]
+    wanted = {"record": study["ladder"], "noise_factor": study["noise"], "damping_model": study["damping_models"]}
+    made_up = made_up_studies.identification()
+    repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
+    makers = [made_by(read_record(ROOT / path)) for path in study["ladder"]]
+    return made_up.isel(repeated).assign_coords(wanted).assign(record_made_by=("record", makers))
 
 
 def test_every_table_stands_on_a_page():
@@ -105,6 +119,8 @@ def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
 def test_the_pages_hold_the_numbers_of_the_built_datasets():
     data = built()
     for name, make in measured_tables.TABLES.items():
+        if name in measured_tables.OF_IDENTIFICATION and measured_tables.IDENTIFICATION not in data:
+            continue
         shown, written = SHOWN[name], make(data)
         assert NUMBER.sub("x", shown) == NUMBER.sub("x", written)
         # Another processor's rounding may turn a last digit.
@@ -189,3 +205,32 @@ def test_where_no_order_is_enough_the_table_says_none(made_up):
     told = measured_tables.orders({"natural/orders": orders})
     assert "**Order none" not in told and "No order is enough at every e" in told
     assert re.search(r"^\| 0\.\d+ \|.*\| none \|$", told, flags=re.MULTILINE)
+
+
+def test_coverage_is_told_by_parameter_with_what_chance_does_to_it(made_up):
+    study = made_up[measured_tables.IDENTIFICATION].assign(identified_records=36)
+    told = measured_tables.coverage({measured_tables.IDENTIFICATION: study})
+    assert told.startswith(
+        "Of 40 records 36 were identified, and 4 refused. By chance a share differs from its level by"
+    )
+    (row,) = (numbers(line.replace("b1", "")) for line in told.splitlines() if line.startswith("| b1 |"))
+    of_b1 = study.sel(parameter="plateau_ratio")
+    shares = [*of_b1["coverage"].values, *of_b1["coverage_by_least_squares"].values]
+    assert row[:4] == pytest.approx([100 * share for share in shares], rel=0.02)
+    assert "| its correlation from sample to sample |" in told and "| – | – |" in told
+
+
+def test_probabilities_are_means_over_the_records_of_a_maker_that_were_determined(made_up):
+    study = made_up_studies.identification()
+    study["probability"][1] = np.nan  # cr-quarter
+    told = measured_tables.support({measured_tables.IDENTIFICATION: study}).splitlines()
+    assert told[0] == "| made by | noise | records | maker most probable | CR | ECD16 | ECD |"
+    assert told[2] == "| CR | × 1 | 1 of 2 | 1 | 0.73 | 0.27 | 0.00 |"
+    assert told[4] == "| ECD | × 1 | 1 of 1 | 1 | 0.00 | 0.00 | 1.00 |"
+    assert told[-1] == "Of 18 evidences 2 were not determined."
+
+
+def test_tables_of_the_full_study_of_identification_stay_where_it_is_not_built(made_up):
+    data = {name: made for name, made in made_up.items() if name != measured_tables.IDENTIFICATION}
+    text = TEXT["docs/identification.md"]
+    assert measured_tables.written(text, data) == text != measured_tables.written(text, made_up)

@@ -13,7 +13,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import made_by
 from rockdamp.motions.records import Record
-from rockdamp.progress import track
+from rockdamp.progress import track, without_bars
 from rockdamp.studies.candidates import Candidate
 from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities
 from rockdamp.studies.identification.importance import Evidence
@@ -61,7 +61,8 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     for name, factor in track(cases, "models of the ladder's records"):
         random = np.random.RandomState([given.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
-        found.append([_evidence(given, record, model) for model in given.damping_models])
+        with without_bars():
+            found.append([_evidence(given, record, model) for model in given.damping_models])
     shape = (len(records), len(given.noise), len(given.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)

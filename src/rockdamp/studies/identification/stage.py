@@ -9,7 +9,7 @@ import xarray as xr
 
 from rockdamp.config import Config
 from rockdamp.motions.records import Record
-from rockdamp.progress import track
+from rockdamp.progress import track, without_bars
 from rockdamp.studies.identification.ladder import supported
 from rockdamp.studies.identification.settings import IdentificationSettings
 from rockdamp.studies.identification.simulated import Maker, gathered
@@ -32,7 +32,10 @@ def identification(config: Config, ladder: Mapping[str, Record]) -> xr.Dataset:
     """
     given = IdentificationSettings.of(config)
     maker = maker_of(given)
-    records = [maker.judged(number) for number in track(range(given.simulated.draws), "simulated records")]
+    records = []
+    for number in track(range(given.simulated.draws), "simulated records"):
+        with without_bars():
+            records.append(maker.judged(number))
     return gathered(maker.names, records).merge(supported(given, ladder))
 
 
