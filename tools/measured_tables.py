@@ -18,6 +18,7 @@ import pandas as pd
 import xarray as xr
 
 from rockdamp.claims.verdicts import spans
+from rockdamp.figures.identification import compared
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
@@ -328,16 +329,17 @@ def support(data: Data) -> str:
     rows = []
     for maker in dict.fromkeys(study["record_made_by"].values.tolist()):
         for factor in study["noise_factor"].values:
-            of = study["probability"].sel(noise_factor=factor).isel(record=(study["record_made_by"] == maker).values)
-            known = of.isel(record=np.isfinite(of).any("damping_model").values).fillna(0.0)
+            of = compared(study).sel(noise_factor=factor).isel(record=(study["record_made_by"] == maker).values)
+            known = of.dropna("record")
             most = [names[index] for index in known.argmax("damping_model").values]
             rows.append(
                 [maker, f"× {factor:g}", f"{known.sizes['record']} of {of.sizes['record']}"]
                 + [str(most.count(maker)) if maker in names else "–"]
-                + [f"{float(known.sel(damping_model=name).mean()):.2f}" for name in names]
+                + [f"{float(known.sel(damping_model=name).mean()):.2f}" if known.size else "–" for name in names]
             )
     missing = int(np.isnan(study["log_evidence"]).sum())
-    return f"{table(head, rows)}\n\nOf {study['log_evidence'].size} evidences {missing} were not determined."
+    told = f"Of {study['log_evidence'].size} evidences {missing} were not determined; their records are left out."
+    return f"{table(head, rows)}\n\n{told}"
 
 
 TABLES: dict[str, Callable[[Data], str]] = {

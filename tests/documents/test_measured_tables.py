@@ -222,12 +222,13 @@ def test_coverage_is_told_by_parameter_with_what_chance_does_to_it(made_up):
 
 def test_probabilities_are_means_over_the_records_of_a_maker_that_were_determined(made_up):
     study = made_up_studies.identification()
-    study["probability"][1] = np.nan  # cr-quarter
+    study["log_evidence"][0, 1, 2] = np.nan
     told = measured_tables.support({measured_tables.IDENTIFICATION: study}).splitlines()
     assert told[0] == "| made by | noise | records | maker most probable | CR | ECD16 | ECD |"
-    assert told[2] == "| CR | × 1 | 1 of 2 | 1 | 0.73 | 0.27 | 0.00 |"
-    assert told[4] == "| ECD | × 1 | 1 of 1 | 1 | 0.00 | 0.00 | 1.00 |"
-    assert told[-1] == "Of 18 evidences 2 were not determined."
+    assert told[2] == "| CR | × 1 | 2 of 2 | 1 | 0.55 | 0.45 | 0.00 |"
+    assert told[3] == "| CR | × 2 | 1 of 2 | 0 | 0.38 | 0.62 | 0.00 |"
+    assert told[4] == "| ECD | × 1 | 0 of 1 | 0 | – | – | – |"
+    assert told[-1].startswith("Of 18 evidences 3 were not determined; ")
 
 
 def test_tables_of_the_full_study_of_identification_stay_where_it_is_not_built(made_up):

@@ -189,9 +189,14 @@ def _coverage(axes: Axes, identification: xr.Dataset) -> None:
     axes.legend(loc="upper center", ncols=2, fontsize=7)
 
 
+def compared(identification: xr.Dataset) -> xr.DataArray:
+    """Return the probability of each model, NaN for a record of which the evidence of one was not determined."""
+    return identification["probability"].where(np.isfinite(identification["log_evidence"]).all("damping_model"))
+
+
 def confusion(identification: xr.Dataset) -> xr.DataArray:
     """Return the mean probability of each model, over the records of one origin, at each noise."""
-    return identification["probability"].groupby(identification["record_made_by"]).mean()
+    return compared(identification).groupby(identification["record_made_by"]).mean()
 
 
 def _supported(axes: Axes, identification: xr.Dataset) -> None:
