@@ -191,7 +191,7 @@ def _coverage(axes: Axes, identification: xr.Dataset) -> None:
 
 def compared(identification: xr.Dataset) -> xr.DataArray:
     """Return the probability of each model, NaN for a record of which the evidence of one was not determined."""
-    return identification["probability"].where(np.isfinite(identification["log_evidence"]).all("damping_model"))
+    return identification["probability"].where(identification["log_evidence"].notnull().all("damping_model"))
 
 
 def confusion(identification: xr.Dataset) -> xr.DataArray:
