@@ -140,8 +140,8 @@ def test_a_setting_is_in_the_address_and_opens_from_there(chromium, explorer_pag
     before = shown(chromium), [value(chromium, name) for name in names]
     open_page(chromium, explorer_page, fragment=fragment)
     assert (shown(chromium), [value(chromium, name) for name in names]) == before
-    top = chromium.execute_script("return document.getElementById('explorer').getBoundingClientRect().top")
-    assert abs(top) < 60  # the link lands where it points
+    top = "return document.getElementById('explorer').getBoundingClientRect().top"
+    WebDriverWait(chromium, PATIENCE).until(lambda one: abs(one.execute_script(top)) < 60)  # lands where it points
     open_page(chromium, explorer_page, fragment="#explorer?a1=0.9&b1=x&e=2&softening=none&m=3.4")
     assert complaints(chromium) == [] and "b1 is not a number in the address" in message(chromium)
     assert "e is 2; it must be" in message(chromium)
