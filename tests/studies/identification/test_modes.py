@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rockdamp.studies.identification.modes import climb, triangular
+from rockdamp.studies.identification.modes import _derivatives, _offsets, climb, triangular
 
 CENTRE = np.array([1.0, -2.0, 0.5])
 LOWER = np.array([[0.1, 0.0, 0.0], [0.3, 0.02, 0.0], [0.0, 0.01, 1.0]])
@@ -57,3 +57,12 @@ def test_a_root_of_a_covariance_is_made_triangular_even_if_it_is_nearly_singular
     lower = triangular(root)
     np.testing.assert_allclose(lower @ lower.T, root @ root.T, atol=1e-12)
     assert np.all(np.triu(lower, 1) == 0) and np.all(np.diag(lower) >= 0)
+
+
+def test_derivatives_of_a_quadratic_are_exact_along_pairs_of_axes_too():
+    gradient, curvature = np.array([0.1, -0.2, 0.3]), np.array([[2.0, 0.5, -0.3], [0.5, 1.0, 0.2], [-0.3, 0.2, 3.0]])
+    offsets, pairs = _offsets(3)
+    around = offsets @ gradient - 0.5 * np.einsum("ni,ij,nj->n", offsets, curvature, offsets)
+    found = _derivatives(around, 3, pairs)
+    np.testing.assert_allclose(found[0], gradient, atol=1e-12)
+    np.testing.assert_allclose(found[1], curvature, atol=1e-12)

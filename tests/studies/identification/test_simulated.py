@@ -37,13 +37,13 @@ def test_a_record_is_made_of_parameters_that_rock_and_stand(given):
 
 def test_an_interval_holds_the_truth_where_its_rank_is_in_the_middle_and_refused_records_do_not_count():
     ranks = np.tile((np.arange(100) + 0.5)[:, None] / 100, (1, 5))
-    ranks[:, 1] = 0.97
+    ranks[:, 1], ranks[:, 2] = 0.97, 0.03
     nothing = np.full(5, np.nan)
     records = [Judged(nothing, rank, nothing, nothing, rank[:3]) for rank in ranks]
     found = gathered(NAMES, [*records, Judged(nothing, nothing, nothing, nothing, np.full(3, np.nan))])
     assert int(found["identified_records"]) == 100
-    np.testing.assert_allclose(found["coverage"].sel(level=0.5), [0.5, 0, 0.5, 0.5, 0.5])
-    np.testing.assert_allclose(found["coverage"].sel(level=0.9), [0.9, 0, 0.9, 0.9, 0.9])
+    np.testing.assert_allclose(found["coverage"].sel(level=0.5), [0.5, 0, 0, 0.5, 0.5])
+    np.testing.assert_allclose(found["coverage"].sel(level=0.9), [0.9, 0, 0, 0.9, 0.9])
     assert found["rank_p_value"][0] > 0.99 and found["rank_p_value"][1] < 1e-6
     assert np.isnan(found["coverage_by_least_squares"][:, 3:]).all()
 
