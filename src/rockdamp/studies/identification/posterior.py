@@ -15,6 +15,7 @@ from rockdamp.studies.identification.importance import Weighted, array_statistic
 from rockdamp.studies.identification.mixture import Mixture
 from rockdamp.studies.identification.problem import Problem
 
+TAILS = (0.05, 0.95)  # quantiles whose effective sample sizes count beside that of the bulk
 # What is asked of the draws, by Vehtari et al. (2021, doi:10.1214/20-BA1221); r-hat is that of many short chains,
 # nested in ensembles (Margossian et al., 2024, doi:10.1214/24-BA1453).
 HIGHEST_R_HAT = 1.01
@@ -177,6 +178,3 @@ def diagnosed(coordinates: Array, least_effective: float) -> Draws:
             for chain in chains
         ]
     return Draws(coordinates, r_hat.astype(float), np.min(np.array(sizes, dtype=float), axis=1), least_effective)
-
-
-TAILS = (0.05, 0.95)

@@ -20,9 +20,8 @@ from rockdamp.studies.least_squares import DRAWS, LOST, Fit, Solution
 # The standard deviation and correlation of the displacement sensor's noise, and a factor on the measured motion.
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation", "motion_gain")
 NEAREST = 1e-3  # to an end of the prior, of its width, at the start
-GAIN_STEP = (
-    1e-3  # of the central difference by the gain: as large as the noise itself, lest the solver's roughness show
-)
+# Of the central difference by the gain: as large as the noise itself, lest the solver's roughness show.
+GAIN_STEP = 1e-3
 FARTHEST = 8.0  # the gain's deviations at most
 KEPT_SHARE = 0.999  # of the variance of what the motion's noise shifts, by the directions that are kept
 MOST_DIRECTIONS = 16
