@@ -47,7 +47,8 @@ TINY = 1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse ar
 # --- a power, which numba would compute one lane at a time ----------------------------------------------------------
 
 # Of x = 2^e m, m from sqrt(1/2) to sqrt(2): log2(m)/s by s^2, s = (m - 1)/(m + 1), and 2^r, |r| <= 1/2, by r. Both
-# interpolate at Chebyshev's points, to 1.5e-17 and 2.1e-17 of the value; the highest power comes first.
+# interpolate at Chebyshev's points, to 1.5e-17 and 2.1e-17 of the value; the highest power comes first. They are made
+# by tools/power_coefficients.py.
 LOG2 = (
     0.2136589569431927,
     0.2209130842311768,

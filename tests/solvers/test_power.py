@@ -1,16 +1,21 @@
 """The kernel's power x^n = 2^(n log2 x): its polynomials, what rounding adds, and the ends of its range."""
 
+from itertools import pairwise
+
 import mpmath
 import numpy as np
+import power_coefficients
 import pytest
 from numba import njit
 from numpy.polynomial import Chebyshev
 
 from rockdamp import kernels
-from rockdamp.kernels import EXP2, LOG2, power
+from rockdamp.kernels import EXP2, LOG2, exp2_within, log2_over_s, power
 
 ROUNDING = 2.0**-53
 TAYLOR = 40  # terms of a series, far more than 30 digits need
+LARGEST_S = (np.sqrt(2) - 1) / (np.sqrt(2) + 1) * (1 + 1e-12)  # (m - 1)/(m + 1) of m = sqrt(2)
+LARGEST_R = 0.5 + 2.0**-43  # of y - floor(y + 0.5), where |y| is 1023 and the sum is rounded by 2^-44
 
 
 def largest_difference(coefficients, series, low, high):
@@ -39,18 +44,84 @@ def test_a_power_in_chebyshev_polynomials_is_what_the_bound_takes_it_for():
     assert largest_difference(zero, [*zero[:5], 1], -1, 1) == pytest.approx(1.0, abs=1e-15)
 
 
-def test_the_logarithm_s_polynomial_is_off_by_a_fifth_of_a_rounding_at_most():
-    largest = (np.sqrt(2) - 1) / (np.sqrt(2) + 1) * (1 + 1e-12)
+def test_the_coefficients_are_those_that_their_program_makes():
+    assert power_coefficients.coefficients() == {"LOG2": LOG2, "EXP2": EXP2}
+
+
+def off_of_log2():
+    """Bound how far the logarithm's polynomial is from 2 atanh(s)/(s ln 2), in roundings of it."""
+    assert LARGEST_S ** (2 * TAYLOR) < 1e-40  # what the series leaves out
     with mpmath.workdps(40):
-        series = [2 / mpmath.log(2) / (2 * k + 1) for k in range(TAYLOR)]  # 2 atanh(s)/(s ln 2)
-    assert largest ** (2 * TAYLOR) < 1e-40  # what the series leaves out
-    assert largest_difference(LOG2, series, 0.0, largest**2) / LOG2[-1] < ROUNDING / 5
+        series = [2 / mpmath.log(2) / (2 * k + 1) for k in range(TAYLOR)]
+    return largest_difference(LOG2, series, 0.0, LARGEST_S**2) / LOG2[-1] / ROUNDING
+
+
+def off_of_exp2():
+    """Bound how far the polynomial of 2^r is from it, in roundings of it."""
+    with mpmath.workdps(40):
+        series = [mpmath.log(2) ** k / mpmath.factorial(k) for k in range(TAYLOR)]
+    assert series[-1] * LARGEST_R**TAYLOR < 1e-60  # what the series leaves out
+    return largest_difference(EXP2, series, -LARGEST_R, LARGEST_R) / 2**-LARGEST_R / ROUNDING
+
+
+def test_the_logarithm_s_polynomial_is_off_by_a_fifth_of_a_rounding_at_most():
+    assert off_of_log2() < 1 / 5
 
 
 def test_the_power_of_two_s_polynomial_is_off_by_a_third_of_a_rounding_at_most():
-    with mpmath.workdps(40):
-        series = [mpmath.log(2) ** k / mpmath.factorial(k) for k in range(TAYLOR)]
-    assert largest_difference(EXP2, series, -0.5, 0.5) / 2**-0.5 < ROUNDING / 3
+    assert off_of_exp2() < 1 / 3
+
+
+class Rounded:
+    """A computed number: between which two it lies, and how far at most it is from the exact one.
+
+    Each sum and each product rounds once; where the compiler fuses the two, they round less.
+    """
+
+    def __init__(self, low, high, error=0.0):
+        self.low, self.high, self.error = low, high, error
+
+    @property
+    def largest(self):
+        return max(abs(self.low), abs(self.high))
+
+    @classmethod
+    def of(cls, corners, error):
+        rounding = ROUNDING * (max(map(abs, corners)) + error)
+        return cls(min(corners) - rounding, max(corners) + rounding, error + rounding)
+
+    def __add__(self, other):
+        other = other if isinstance(other, Rounded) else Rounded(other, other)
+        return self.of([self.low + other.low, self.high + other.high], self.error + other.error)
+
+    def __mul__(self, other):
+        other = other if isinstance(other, Rounded) else Rounded(other, other)
+        corners = [a * b for a in (self.low, self.high) for b in (other.low, other.high)]
+        error = self.error * other.largest + other.error * self.largest + self.error * other.error
+        return self.of(corners, error)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def largest_rounding(polynomial, low, high, relative_error, pieces=64):
+    """Bound what rounding adds to a polynomial's value, in roundings of it; its argument is off by so much already."""
+    ends = np.linspace(low, high, pieces + 1)
+    values = [polynomial(Rounded(a, b, relative_error * max(abs(a), abs(b)))) for a, b in pairwise(ends)]
+    return max(value.error / value.low for value in values) / ROUNDING
+
+
+def test_the_bound_of_a_power_holds_for_every_rounding_of_its_formula():
+    """What the kernel's comment counts, m - 1, e, y - floor(y + 1/2) and the last product being exact."""
+    of_s = 2.0  # of m + 1 and of the quotient
+    of_series = largest_rounding(log2_over_s, 0.0, LARGEST_S**2, (2 * of_s + 1) * ROUNDING) + off_of_log2()
+    of_product = of_s + of_series + 1
+    assert of_series < 1.3
+    # Beside an e that is not 0 |log2 x| is at least 1/2, and the product at most 1/2.
+    of_n_log2 = of_product + 1 + 1
+    of_exp2 = largest_rounding(exp2_within, -LARGEST_R, LARGEST_R, 0.0) + off_of_exp2()
+    assert of_n_log2 * np.log(2) < 4.4
+    assert of_exp2 < 2.3
+    # The bound states 4 and 5 |n log2 x|, which leaves room for products of two roundings: these are 1e-12 of it.
 
 
 @pytest.fixture(scope="module")
