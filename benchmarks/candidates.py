@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from growth import population_config
-from kernel import batch
+from kernel import Batch, batch
 from measure import Section, Table, crossing, interleaved, number
 from numpy.typing import NDArray
 from peers import SOURCE, CLoop, compile_c
@@ -198,27 +198,6 @@ class SingleLoop(CLoop):
         self.work = self.start.copy()
 
 
-@dataclass(frozen=True)
-class Lanes:
-    """What the C loop asks of a batch."""
-
-    model: str
-    curve: TrilinearCurve
-    parameter: np.ndarray
-    release: np.ndarray
-    load_factor: np.ndarray
-    ground: np.ndarray
-    steps: int
-    step: np.ndarray
-    substeps: int
-    exponent: float = 0.0
-
-    @property
-    def lanes(self) -> int:
-        """Number of walls."""
-        return self.parameter.size
-
-
 def _by_precision(found: Section, library: tuple[ctypes.CDLL, ctypes.CDLL], histories: int, quick: bool) -> Table:
     """Time both loops, and say what single precision adds to the errors of the same histories at today's steps."""
     table = Table(
@@ -237,7 +216,7 @@ def _by_precision(found: Section, library: tuple[ctypes.CDLL, ctypes.CDLL], hist
             for many in np.unique(group.today):
                 some = np.flatnonzero(group.today == many)
                 parameter = group.damping.restitution if model == "CR" else group.damping.damping_ratio
-                lanes = Lanes(
+                lanes = Batch(
                     model,
                     group.curve.map(lambda values, some=some: values[some]),
                     parameter[some],

@@ -66,6 +66,8 @@ def real(name: str, value: Any) -> Array:
         kind = ""
     if kind not in ("i", "u", "f"):
         raise InputError(f"{name} is {shown(value)}; it must be {NUMBER}")
+    if found.dtype == np.float64:
+        return np.asarray(found, order="C")
     with np.errstate(over="ignore"):
         return np.asarray(found, dtype=float, order="C")
 
@@ -174,9 +176,10 @@ def broadcast(**values: Any) -> tuple[int, ...]:
     for name, value in values.items():
         own = getattr(value, "shape", None)
         shapes[name] = np.shape(value) if own is None else own
+    unlike = {shape for shape in shapes.values() if shape}  # NumPy is slow at scalars and at shapes that are alike
     stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
     try:
-        shape = np.broadcast_shapes(*shapes.values())
+        shape = np.broadcast_shapes(*unlike) if len(unlike) > 1 else unlike.pop() if unlike else ()
     except ValueError:
         raise InputError(f"shapes do not broadcast against each other: {stated}") from None
     if math.prod(shape) > MOST_ELEMENTS:

@@ -7,7 +7,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
-from rockdamp.solvers.newmark import available_threads, solve, stable_step
+from rockdamp.solvers.newmark import _aligned_zeros, available_threads, solve, stable_step
 from rockdamp.solvers.response import (
     COLLAPSED,
     COMPLETED,
@@ -331,3 +331,9 @@ def test_the_stability_limit_is_2_over_the_first_branch_s_frequency_for_each_wal
     np.testing.assert_allclose(stable_step(curves), 2 * np.sqrt(np.array([0.02, 0.2]) / 0.5), rtol=1e-15)
     with pytest.raises(InputError, match="stability limit"):
         solve(curves, Damping("CDC", 0.0), step=0.5, steps=10)  # fine for the second wall only
+
+
+@pytest.mark.parametrize("count", [1, 24 * 64, 3 * 24 * 64])
+def test_blocks_begin_with_a_line_of_the_cache_and_are_zero(count):
+    several = [_aligned_zeros(count) for _ in range(4)]
+    assert all(zeros.ctypes.data % 64 == 0 and zeros.shape == (count,) and not zeros.any() for zeros in several)

@@ -144,7 +144,8 @@ class TrilinearCurve(ByValue):
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        return np.broadcast_shapes(*(np.shape(p) for p in self.parameters()))
+        given = (self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio)
+        return np.broadcast_shapes(*map(np.shape, given))
 
     def parameters(self) -> tuple[Array, ...]:
         """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""

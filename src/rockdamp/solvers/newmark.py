@@ -31,6 +31,7 @@ from rockdamp.solvers.response import (
 
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
+CACHE_LINE = 8  # doubles
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -306,7 +307,8 @@ class _Batch:
         work = np.zeros((kernels.ROWS, self.blocks, self.width))
         for row, value in rows.items():
             self._fill(work[row // kernels.LANES], value)
-        blocks = np.zeros((self.blocks, kernels.ROWS, kernels.LANES))
+        blocks = _aligned_zeros(self.blocks * kernels.ROWS * kernels.LANES)
+        blocks = blocks.reshape(self.blocks, kernels.ROWS, kernels.LANES)
         blocks[:, :, : self.width] = work.swapaxes(0, 1)
         return blocks.reshape(self.blocks, kernels.ROWS * kernels.LANES)
 
@@ -360,6 +362,13 @@ class _Batch:
         """Return histories in the shape (*shape, stored)."""
         stored = histories.shape[-1]
         return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
+
+
+def _aligned_zeros(count: int) -> Array:
+    """Return zeros that begin with a line of the processor's cache, so that no vector of a block lies in two."""
+    spare = np.zeros(count + CACHE_LINE - 1)
+    start = -(spare.ctypes.data // spare.itemsize) % CACHE_LINE
+    return spare[start : start + count]
 
 
 def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:
