@@ -10,7 +10,7 @@ from rockdamp.motions import catalogue
 
 from rockdamp.pipeline import soundness
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, reported
+from rockdamp.pipeline.stages import STAGES, keys_of, reported
 from rockdamp.config.between_keys import validate, warn
 from rockdamp.config.command_line import values_of
 from rockdamp.config.merging import merged
@@ -44,18 +44,18 @@ try:
     validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
     if workflow.is_main_process:  # once, not for every job
         require_own_folder(config["results"], tree=workflow.basedir)
-    for path in (config["validation"]["record"], *config["validation"]["ladder"], *config["identification"]["ladder"]):
+    tests = [soundness.stated(config, key) for key in keys_of("record")]
+    for path in [*tests, *(path for key in keys_of("ladder") for path in soundness.stated(config, key))]:
         read_record(path)
         refuse_braces([path])
-    for entries in (config["records"], config["population"]["records"]):
-        refuse_braces(catalogue.files_of(entries))
+    lists = [soundness.stated(config, key) for key in keys_of("motions")]
+    own_motions = [path for entries in lists for path in catalogue.files_of(entries)]
+    refuse_braces(own_motions)
     with warnings_as_lines():
         if workflow.is_main_process:
             warn(config, files)
-            catalogue.warn_of_left_out([*config["records"], *config["population"]["records"]])
-            catalogue.from_file(config["validation"]["record"])
-        for path in catalogue.files_of(config["records"]):
-            if workflow.is_main_process:
+            catalogue.warn_of_left_out([entry for entries in lists for entry in entries])
+            for path in dict.fromkeys([*tests, *own_motions]):
                 catalogue.from_file(path)
 except InputError as error:
     raise WorkflowError(str(error)) from None

@@ -61,6 +61,12 @@ def _read() -> dict[str, Stage]:
 STAGES = _read()
 
 
+def keys_of(*fields: str) -> list[str]:
+    """Return the keys of the config that stages name in some of their fields, such as ``record`` and ``ladder``."""
+    named = [getattr(stage, field) for stage in STAGES.values() for field in fields]
+    return list(dict.fromkeys(key for key in named if key))
+
+
 def each_study(dataset: str) -> list[str]:
     """Return the names that ``match/{study}`` stands for; any other name stands for itself."""
     return [dataset.replace("{study}", study) for study in STUDIES] if "{study}" in dataset else [dataset]

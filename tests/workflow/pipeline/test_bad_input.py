@@ -96,12 +96,15 @@ def test_a_bad_ground_motion_stops_the_run(tree, entry, expected):
     assert expected in refused(tree, f"records: ['{entry}']\n")
 
 
-def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line(tree):
-    (tree.place / "big.AT2").write_text(AT2.format(peak=312), encoding="utf-8")
-    run = tree.snakemake("--dry-run", overlay="records: [big.AT2]\n")
+def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line_whatever_it_is_for(tree):
+    files = ("big.AT2", "large.AT2")
+    for file in files:
+        (tree.place / file).write_text(AT2.format(peak=312), encoding="utf-8")
+    run = tree.snakemake("--dry-run", overlay="records: [big.AT2]\npopulation: {records: [big.AT2, large.AT2]}\n")
     assert run.returncode == 0, run.stdout + run.stderr
-    (line,) = [line for line in run.stderr.splitlines() if "big.AT2" in line and "warning" in line.lower()]
-    assert line.startswith("warning: big.AT2: PGA is 3.06e+03 m s-2, over 3 g")
+    for file in files:
+        (line,) = [line for line in run.stderr.splitlines() if file in line and "warning" in line.lower()]
+        assert line.startswith(f"warning: {file}: PGA is 3.06e+03 m s-2, over 3 g")
     assert "RecordWarning" not in run.stderr
 
 
