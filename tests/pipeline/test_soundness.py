@@ -160,6 +160,6 @@ def test_a_job_is_told_what_it_must_find(folder, expected, monkeypatch):
 def test_folders_of_one_name_have_tags_of_their_own():
     assert soundness.tag("results") == "results" and soundness.tag("results/minimal/") == "minimal"
     assert soundness.tag("results/a/same") == "a/same"
-    tags = [soundness.tag(folder) for folder in ("a/same", "b/same", "/tmp/same", "../same", "same", "results/same")]
+    tags = [soundness.tag(folder) for folder in ("a/same", "b/same", "/there/same", "../same", "same", "results/same")]
     assert len(set(tags)) == len(tags)
     assert not any(tag.startswith(("/", "..")) for tag in tags)

@@ -41,7 +41,7 @@ def make_tree(place):
 
 def edit(tree, page):
     """Make the edits of a page in a copy of the tree."""
-    for block in blocks(page, "python", "yaml"):
+    for block in blocks(page, "python", "yaml", "markdown"):
         first, _, code = block.partition("\n")
         place = PLACE.fullmatch(first)
         assert place, f"{page}.md: {first!r} does not say where the block goes"

@@ -36,19 +36,22 @@ class Sizes(NamedTuple):
 
 def wall_problems(config: Config) -> Iterator[Problem]:
     """Every wall can rock: it is higher than thick, and has a restitution above 0; the overburden stands on it."""
-    for sizes in _sizes(config):
-        t, h, strip = sizes.thickness, sizes.thickness * sizes.slenderness, sizes.hinge_ratio is not None
-        try:
-            plausibility.require_rocking(
-                t, h, sizes.restitution, 1.0 if strip else 0.0, "Eq. (7)" if strip else "Housner's formula"
-            )
-        except InputError as error:
-            yield Problem(sizes.path, f"makes a wall that cannot rock: {error}")
+    yield from _told_once([problem for sizes in _sizes(config) for problem in _rocking_problems(sizes)])
     for path, wall in ((("wall",), config["wall"]), (("validation", "wall"), config["validation"]["wall"])):
         limit = wall["thickness"] / 2
         if not abs(wall["eccentricity"]) <= limit:
             text = f"is {wall['eccentricity']}; it must be at most half the thickness, {limit} m, either way"
             yield Problem((*path, "eccentricity"), text)
+
+
+def _rocking_problems(sizes: Sizes) -> Iterator[Problem]:
+    t, h, strip = sizes.thickness, sizes.thickness * sizes.slenderness, sizes.hinge_ratio is not None
+    try:
+        plausibility.require_rocking(
+            t, h, sizes.restitution, 1.0 if strip else 0.0, "Eq. (7)" if strip else "Housner's formula"
+        )
+    except InputError as error:
+        yield Problem(sizes.path, f"makes a wall that cannot rock: {error}")
 
 
 def wall_doubts(config: Config) -> list[Problem]:
@@ -65,8 +68,13 @@ def wall_doubts(config: Config) -> list[Problem]:
         for sizes in (*_sizes(config), highest)
         for doubt in plausibility.of_wall(sizes.thickness, sizes.thickness * sizes.slenderness)
     ]
-    told = any(doubt.path[0] == "wall" for doubt in doubts)  # the studies vary that one
-    return [doubt for doubt in doubts if not (told and doubt.path[0] == "studies")]
+    return _told_once(doubts)
+
+
+def _told_once(problems: list[Problem]) -> list[Problem]:
+    """Leave out what is said of the studies' walls where it is said of the wall that they vary."""
+    told = any(problem.path[0] == "wall" for problem in problems)
+    return [problem for problem in problems if not (told and problem.path[0] == "studies")]
 
 
 def _sizes(config: Config) -> Iterator[Sizes]:
