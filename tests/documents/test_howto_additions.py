@@ -1,20 +1,13 @@
 """A study and a figure, added to a copy of the tree as the how-tos say, word by word."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 import xarray as xr
-from howto_pages import edit, follow, make_tree
+from howto_pages import REPORT, edit, follow, make_tree, python
 
 pytestmark = pytest.mark.workflow
 RESULTS = "results/minimal"
-PAGE = """
-from report_content import content
-from rockdamp import report
-print(report.build(content()))
-"""
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +28,7 @@ def dictionary(tree):
 @pytest.fixture(scope="module")
 def page(tree):
     """The report of the copy, of made-up datasets: building all that the real one is given takes minutes."""
-    places = [str(tree.place / name) for name in ("src", "tests/support")]
-    script = f"import sys; sys.path[:0] = {places}\n{PAGE}"
-    run = subprocess.run([sys.executable, "-c", script], cwd=tree.place, capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    return run.stdout
+    return python(tree, "-c", REPORT)
 
 
 def test_the_new_study_is_released_and_matched_as_the_others(tree):

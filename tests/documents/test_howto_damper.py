@@ -1,20 +1,13 @@
 """A damper, added to a copy of the tree as the how-to says, word by word."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 import xarray as xr
-from howto_pages import edit, follow, make_tree
+from howto_pages import REPORT, edit, follow, make_tree, python
 
 pytestmark = pytest.mark.workflow
 NAME = "QVD"
-REPORT = """
-from report_content import content
-from rockdamp import report
-print(report.build(content()))
-"""
 
 
 @pytest.fixture(scope="module")
@@ -24,15 +17,6 @@ def tree(tmp_path_factory):
     edit(tree, "add-a-damper")
     tree.printed = follow(tree, "add-a-damper")
     return tree
-
-
-def run(tree, *arguments):
-    """What Python prints in the copy, its tests' helpers on the path."""
-    places = [str(tree.place / name) for name in ("src", "tests/support")]
-    environment = {**tree.environment, "PYTHONPATH": ":".join(places)}
-    done = subprocess.run([sys.executable, *arguments], cwd=tree.place, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def test_decay_equivalent_and_respond_know_it(tree):
@@ -55,7 +39,7 @@ def test_its_matched_decay_stands_beside_the_others(tree):
 
 
 def test_the_report_shows_it(tree):
-    page = run(tree, "-c", REPORT)
+    page = python(tree, "-c", REPORT)
     assert '"title":"quadratic velocity damper"' in page.replace('": "', '":"')
     assert f"<td>{NAME}</td>" in page or f">{NAME}<" in page
 
@@ -63,5 +47,5 @@ def test_the_report_shows_it(tree):
 def test_the_suite_takes_it_up_without_an_edit(tree):
     folders = [f"tests/{name}" for name in ("mechanics", "solvers", "equivalence/test_closed_form.py", "figures")]
     chosen = f"{NAME} or test_models_are_told_apart or fig_natural or fig5 or fig_pulses"
-    told = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *folders, "-k", chosen)
+    told = python(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *folders, "-k", chosen)
     assert int(re.search(r"(\d+) passed", told)[1]) > 20

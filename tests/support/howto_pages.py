@@ -15,6 +15,13 @@ from workflow_tree import Tree
 PLACE = re.compile(r"# (?P<file>[\w./-]+\.\w+)(?:, (?P<where>before|after): (?P<line>.+))?")
 
 
+REPORT = """
+from report_content import content
+from rockdamp import report
+print(report.build(content()))
+"""
+
+
 def blocks(page, *languages):
     """The blocks of code of a page, in their order."""
     text = (ROOT / f"docs/howto/{page}.md").read_text(encoding="utf-8")
@@ -68,3 +75,12 @@ def follow(tree, page):
         assert run.returncode == 0, block + run.stdout + run.stderr
         printed += run.stdout
     return printed
+
+
+def python(tree, *arguments):
+    """What Python prints in the copy, its tests' helpers on the path."""
+    places = [str(tree.place / name) for name in ("src", "tests/support")]
+    environment = {**tree.environment, "PYTHONPATH": ":".join(places)}
+    done = subprocess.run([sys.executable, *arguments], cwd=tree.place, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout

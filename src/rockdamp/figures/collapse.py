@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -43,6 +43,12 @@ SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
 SCALE_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
 SMALLEST_PEAK = 0.003  # u/u_ins; below, nothing but the first branch
 BAND = "#D9D9D9"
+SHARES: dict[str, Any] = {  # of histories under CR that collapse
+    "linestyle": "none",
+    "marker": "o",
+    "markerfacecolor": "white",
+    "color": style_of(REFERENCE).colour,
+}
 SOURCE_MARKS = {"fit": "<", "error": "o", "closed form": ">"}
 
 
@@ -223,12 +229,9 @@ def _curves(axes: Axes, wall: xr.Dataset) -> None:
     axes.plot(
         wall["scale"],
         cr["collapse_fraction"],
-        linestyle="none",
-        marker="o",
-        color=style_of(REFERENCE).colour,
-        markerfacecolor="white",
         markersize=2.8,
         zorder=4,
+        **SHARES,
     )
 
 
@@ -274,15 +277,7 @@ def _handles(fragility: xr.Dataset) -> list[Line2D | Patch]:
     handles: list[Line2D | Patch] = [
         Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker="o",
-            markerfacecolor="white",
-            color=style_of(REFERENCE).colour,
-            label="CR, share of the records",
-        ),
+        Line2D([], [], label="CR, share of the records", **SHARES),
     ]
     handles += [Line2D([], [], label=title_of(model), **line_of(model)) for model in dampers(fragility)]
     return handles + [

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.special import ndtr
 
-from rockdamp.figures.collapse import BAND, envelope
+from rockdamp.figures.collapse import BAND, SHARES, envelope
 from rockdamp.figures.natural import plain_logarithmic
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, dampers, line_of, new_figure, style_of, styled, title_of
 from rockdamp.vocabulary import REFERENCE
@@ -55,15 +55,7 @@ def fig_population(population: xr.Dataset) -> Figure:
             Line2D([], [], label=title_of(model), marker=style_of(model).marker, markersize=3.5, **line_of(model))
             for model in dampers(population)
         ),
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker="o",
-            markerfacecolor="white",
-            color=style_of(REFERENCE).colour,
-            label="CR, share of the runs",
-        ),
+        Line2D([], [], label="CR, share of the runs", **SHARES),
         *(Patch(edgecolor=GREY, linewidth=0.5, **look) for look in BARS.values()),
     ]
     walls, records = population.sizes["wall"], int(population["records"])
@@ -89,12 +81,9 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
     axes.plot(
         population["intensity"],
         cr["collapse_fraction"],
-        linestyle="none",
-        marker="o",
         markersize=2.8,
-        color=style_of(REFERENCE).colour,
-        markerfacecolor="white",
         zorder=4,
+        **SHARES,
     )
     plain_logarithmic(axes, TICKS)
     axes.set_xlim(low, high)
