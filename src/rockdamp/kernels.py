@@ -470,6 +470,8 @@ def march(advance):
 def plain_cubic_in_five(table, at, found):
     """Read a table at some points: through the four nodes nearest to a point, a cubic in each of five variables.
 
+    SciPy's splines are as near (NdBSpline, map_coordinates), and take nine times as long: docs/accuracy.md.
+
     Parameters
     ----------
     table : ndarray, five-dimensional, at least four nodes in each

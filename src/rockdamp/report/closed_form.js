@@ -147,7 +147,7 @@ function closedForm(constants) {
     return (low + high) / 2;
   }
 
-  return { curve, force, energy, coefficient, speedAt, factor, dampingRatio, gianniniMasiani, limits, clamp, setOrder };
+  return { exact: (model) => model in exact, curve, force, energy, coefficient, speedAt, factor, dampingRatio, gianniniMasiani, limits, clamp, setOrder };
 }
 
 if (typeof module !== "undefined") module.exports = closedForm;

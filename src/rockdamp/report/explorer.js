@@ -5,6 +5,7 @@ const explorer = (function () {
   const data = JSON.parse(document.getElementById("explorer-data").textContent);
   const form = closedForm(data.constants);
   const solver = freeDecays(form);
+  const table = data.table && ratioTable(data.table); // none where Err is summed over another length
   const state = { ...data.start };
   const find = (id) => document.getElementById(id);
   const inputs = [...document.querySelectorAll("#explorer-controls [data-name]")];
@@ -60,7 +61,22 @@ const explorer = (function () {
       find(`xi-${model}`).textContent = dampers[model].xi.toFixed(6);
       find(`error-${model}`).textContent = dampers[model].error.toFixed(6);
     }
+    drawLeast(dampers);
     find("xi-eq15").textContent = form.gianniniMasiani(state.e).toFixed(6);
+  }
+
+  // The ratio of least Err, from the table; of dampers with an exact ratio, that one.
+  function drawLeast(dampers) {
+    const refused = {};
+    for (const model of models) {
+      const exact = { xi: dampers[model].xi, refusal: "" };
+      const none = { refusal: "Err is summed here over another length of the response than that of the table" };
+      const { xi, refusal } = form.exact(model) ? exact : table ? table.read(model, state) : none;
+      find(`least-${model}`).textContent = refusal ? "–" : xi.toFixed(4);
+      if (refusal) (refused[refusal] ??= []).push(model);
+    }
+    const reasons = Object.entries(refused).map(([reason, of]) => `${of.join(", ")}: ${reason}.`);
+    find("explorer-least").textContent = reasons.join(" ");
   }
 
   function drawDecays({ reference, dampers, frequency, u_ins: whole }) {

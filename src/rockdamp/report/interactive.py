@@ -13,6 +13,7 @@ from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
+from rockdamp.report import ratio_table
 from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, TITLES, VISCOUS_MODELS
 
 DASHES = {"solid": [], "dashed": [6, 3], "dashdot": [8, 3, 2, 3], "dotted": [2, 3]}
@@ -106,6 +107,7 @@ def data(
             "frequency_root_height": float(wall.frequency_parameter * np.sqrt(wall.height)),
             "hinge": float(wall.hinge_ratio),
         },
+        "table": ratio_table.data(window),
         "reference": REFERENCE,
         "recommended": RECOMMENDED,
         "models": list(MODELS),

@@ -15,6 +15,7 @@ import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp.equivalence.tabulated import LARGEST_ERROR
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
@@ -29,7 +30,7 @@ from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
-SCRIPTS = ("closed_form.js", "decay.js", "chart.js", "page.js", "wall.js", "explorer.js")
+SCRIPTS = ("closed_form.js", "ratio_table.js", "decay.js", "chart.js", "page.js", "wall.js", "explorer.js")
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -85,6 +86,7 @@ def build(content: Content) -> str:
         scripts=[_script(_text(name)) for name in SCRIPTS],
         explorer=_explorer(content, curve),
         controls=interactive.CONTROLS,
+        table_error=f"{100 * LARGEST_ERROR:g}",
         styles=interactive.styles(),
         reference=REFERENCE,
         recommended=RECOMMENDED,

@@ -10,7 +10,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
-from rockdamp.vocabulary import VISCOUS_MODELS
+from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 SETTINGS = [
     {"e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper", "x0": 0.5},
@@ -104,6 +104,24 @@ def test_the_page_computes_what_the_package_computes(browser):
             assert page["xi"] == pytest.approx(float(damping.damping_ratio), abs=1e-6)
             assert page["error"] == pytest.approx(error, abs=1e-6)
             np.testing.assert_allclose(page["x"], history[::100], rtol=0, atol=1e-6)
+    assert complaints(browser) == []
+
+
+@pytest.mark.peers
+def test_the_ratio_of_least_err_is_the_tables_or_refused_with_its_reason(browser):
+    study = TrilinearCurve(0.04, 0.85)
+    preset(browser, "study")
+    for e in (0.75, 0.9, 0.95):
+        put(browser, "e", e)
+        for model in VISCOUS_MODELS:
+            told = float(browser.find_element(By.ID, f"least-{model}").text)
+            assert told == pytest.approx(float(rockdamp.damping_ratio_table(study, model, e)), abs=0.5001e-4)
+        assert browser.find_element(By.ID, "explorer-least").text == ""
+    put(browser, "e", 0.6)
+    assert [browser.find_element(By.ID, f"least-{model}").text for model in PAPER_MODELS] == ["–"] * len(PAPER_MODELS)
+    reason = rockdamp.table_refusal(study, "CDC", 0.6).item()
+    assert browser.find_element(By.ID, "explorer-least").text == f"{', '.join(PAPER_MODELS)}: {reason}."
+    assert float(browser.find_element(By.ID, "least-ECD").text) > 0
     assert complaints(browser) == []
 
 
