@@ -5,10 +5,13 @@ from __future__ import annotations
 import io
 import logging
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import STYLE
@@ -19,6 +22,7 @@ logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
 # What each format would store of the moment of writing; None leaves it out.
 _DATES = {"pdf": "CreationDate", "svg": "Date"}
+LAID_OUT: dict[Any, Any] = {"figure.constrained_layout.use": False}
 
 
 def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], resolution: float) -> list[Path]:
@@ -49,7 +53,8 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
     written = []
     base = Path(path)
     base.parent.mkdir(parents=True, exist_ok=True)
-    with matplotlib.style.context(STYLE, after_reset=True), matplotlib.rc_context({"svg.hashsalt": base.name}):
+    settings: dict[Any, Any] = {**LAID_OUT, "svg.hashsalt": base.name}
+    with matplotlib.style.context([STYLE, settings], after_reset=True), _laid_out(figure, resolution):
         for suffix in formats:
             target = base.with_name(f"{base.name}.{suffix}")
             metadata = {_DATES[suffix]: None} if suffix in _DATES else {}
@@ -59,3 +64,20 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
                 temporary.write_bytes(drawn.getvalue())
             written.append(target)
     return written
+
+
+@contextmanager
+def _laid_out(figure: Figure, resolution: float) -> Iterator[None]:
+    """Lay a figure out once for all formats; each would do it anew, and draw all of it once more for that."""
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    FigureCanvasAgg(figure)
+    try:
+        if engine is not None:
+            figure.dpi = resolution
+            engine.execute(figure)
+            figure.dpi = dpi
+            figure.set_layout_engine(None)
+        yield
+    finally:
+        figure.dpi = dpi
+        figure.set_layout_engine(engine)
