@@ -10,7 +10,7 @@ import pytest
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study, keys_of, reported, writes
-from rockdamp.storage import dataset
+from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
 COMPUTED = [name for name, stage in STAGES.items() if stage.dataset]
@@ -22,7 +22,7 @@ def function_of(entry):
 
 
 def test_each_dataset_of_the_registry_is_a_stage_or_written_by_the_command_line():
-    datasets = dataset.registry()["datasets"]
+    datasets = registry()["datasets"]
     assert [name for name, entry in datasets.items() if ("written_by" in entry) == (name in STAGES)] == []
     assert set(COMPUTED) <= set(datasets)
 

@@ -9,6 +9,7 @@ from rockdamp.config import between_keys as checks
 from rockdamp.errors import InputError
 from rockdamp.pipeline import dictionary
 from rockdamp.storage import dataset, yaml_file
+from rockdamp.storage.registry import registry
 from rockdamp.studies import damping_loops, decays, matches
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.studies.walls import StudySettings
@@ -26,7 +27,7 @@ def fifth(request, monkeypatch):
     """Its name and parameter, and a small config that has it: of the wall, and of the curve."""
     name, parameter, values = request.param
     monkeypatch.setitem(STUDIES, name, parameter)
-    monkeypatch.setitem(dataset.registry()["common"], parameter, {"units": "1", "long_name": MEANINGS[parameter]})
+    monkeypatch.setitem(registry()["common"], parameter, {"units": "1", "long_name": MEANINGS[parameter]})
     config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
     config["solver"]["step"] = 0.01
     config["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.05}

@@ -22,7 +22,7 @@ logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
 # What each format would store of the moment of writing; None leaves it out.
 _DATES = {"pdf": "CreationDate", "svg": "Date"}
-LAID_OUT: dict[Any, Any] = {"figure.constrained_layout.use": False}
+LAID_OUT: dict[Any, Any] = {"figure.constrained_layout.use": False}  # or a figure without a layout engine gets one
 
 
 def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], resolution: float) -> list[Path]:
@@ -70,13 +70,14 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
 def _laid_out(figure: Figure, resolution: float) -> Iterator[None]:
     """Lay a figure out once for all formats; each would do it anew, and draw all of it once more for that."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
-    FigureCanvasAgg(figure)
+    if engine is None:
+        yield
+        return
+    FigureCanvasAgg(figure)  # measures the text
+    figure.dpi = resolution
     try:
-        if engine is not None:
-            figure.dpi = resolution
-            engine.execute(figure)
-            figure.dpi = dpi
-            figure.set_layout_engine(None)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
         yield
     finally:
         figure.dpi = dpi

@@ -24,7 +24,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import OUTCOMES, Histories, Response
-from rockdamp.storage.dataset import ATTRIBUTES, registry
+from rockdamp.storage.dataset import ATTRIBUTES
+from rockdamp.storage.registry import registry
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 STEP = 0.0025  # in tau, at most: that of the studies

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported, writes
-from rockdamp.storage.dataset import CONVENTIONS, registry
+from rockdamp.storage.dataset import CONVENTIONS
+from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
 

@@ -11,6 +11,7 @@ from importlib.resources import files
 from typing import Any
 
 from rockdamp.storage import yaml_file
+from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
 
@@ -46,13 +47,11 @@ class Stage:
 
 
 def _read() -> dict[str, Stage]:
-    table, registry = (
-        yaml_file.load(files("rockdamp").joinpath(name).read_text(encoding="utf-8"))
-        for name in ("pipeline/stages.yaml", "storage/variables.yaml")
-    )
+    table = yaml_file.load(files("rockdamp").joinpath("pipeline/stages.yaml").read_text(encoding="utf-8"))
+    datasets = registry()["datasets"]
 
     def stage(name: str, entry: dict[str, Any]) -> Stage:
-        title = registry["datasets"][name]["title"] if entry["file"].endswith(".nc") else entry["title"]
+        title = datasets[name]["title"] if entry["file"].endswith(".nc") else entry["title"]
         return Stage(**{"rule": name, "title": title, **entry, "name": name})
 
     return {name: stage(name, entry) for name, entry in table.items()}

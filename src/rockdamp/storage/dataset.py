@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +12,9 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.errors import printable
-from rockdamp.storage import yaml_file
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.provenance import config_digest
+from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
 CONVENTIONS = "CF-1.11"
@@ -35,15 +33,6 @@ class DatasetError(ValueError):
 
     def __init__(self, message: str) -> None:
         super().__init__(printable(message))
-
-
-@cache
-def registry() -> dict[str, Any]:
-    """Return the registry, variables.yaml, with the common attributes filled in."""
-    raw = yaml_file.load(files("rockdamp.storage").joinpath("variables.yaml").read_text(encoding="utf-8"))
-    for entry in raw["datasets"].values():
-        entry["variables"] = {name: {**raw["common"].get(name, {}), **own} for name, own in entry["variables"].items()}
-    return raw
 
 
 def kinds() -> tuple[str, ...]:
