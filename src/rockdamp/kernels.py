@@ -33,10 +33,10 @@ GROUP = 16  # lanes that the compiler's vector loop takes together; a block has 
 
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
-ROWS = 24
+ROWS = 25
 X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
 K1, B1, KS, A1, A2, A3, H, G, E = (LANES * row for row in range(9, 18))
-C0, C1, C2, BY_ENERGY, HALF_N, ORDER = (LANES * row for row in range(18, 24))
+C0, C1, C2, BY_ENERGY, HALF_N, ORDER, G_BEFORE = (LANES * row for row in range(18, 25))
 CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
 
 PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
@@ -303,7 +303,7 @@ def restitution_located(w, width, p0, p1, step):
     """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
     for i in range(width):
         x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
-        start, end = w[G + i] * p0, w[G + i] * p1
+        start, end = w[G_BEFORE + i] * p0, w[G + i] * p1
         ahead = x + h * (v + 0.5 * h * a)
         hit = crossed(x, ahead)
         s = impact_within(x, v, a, h) if hit else 0.0
@@ -396,7 +396,20 @@ def plain_march(advance):
     """Return the loop over blocks and steps for one kind of step, as Python runs it."""
 
     def march(
-        blocks, width, ground, substeps, first, last, reference, row, checkpoints, error, every, displacement, velocity
+        blocks,
+        width,
+        ground,
+        factors,
+        substeps,
+        first,
+        last,
+        reference,
+        row,
+        checkpoints,
+        error,
+        every,
+        displacement,
+        velocity,
     ):
         """Advance blocks of lanes by the steps `first` to `last`, in place; the first of a run is step 1.
 
@@ -406,8 +419,12 @@ def plain_march(advance):
             State, observations and parameters, laid out as the constants above say.
         width : int
             Lanes of each block, a multiple of `GROUP`; the rest of its rows is idle.
-        ground : ndarray, shape (samples,)
-            Shared acceleration, linear between samples; empty for a free decay. Row G holds each lane's factor on it.
+        ground : ndarray, shape (motions, samples)
+            Shared accelerations, linear between samples; empty for a free decay. Of one motion, rows G and G_BEFORE
+            hold each lane's factor on it.
+        factors : ndarray, shape (blocks, motions, width)
+            Of several motions, each lane's factors on them. Rows G and G_BEFORE then hold its loads at the end of the
+            step and at its start.
         substeps, first, last : int
             Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
         reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, width)
@@ -418,7 +435,7 @@ def plain_march(advance):
         every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
             Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
         """
-        forced = ground.size > 0
+        forced, motions = ground.size > 0, ground.shape[0]
         compare = reference.shape[0] > 0
         store = displacement.shape[0] > 0
         for b in range(blocks.shape[0]):
@@ -426,7 +443,7 @@ def plain_march(advance):
             window = 0
             while window < checkpoints.size - 1 and checkpoints[window] < first:
                 window += 1
-            p1 = ground[(first - 1) // substeps] if forced else 0.0
+            p1 = ground[0, (first - 1) // substeps] if forced else 0.0
             if store and first == 1:
                 for i in range(width):
                     displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
@@ -434,9 +451,20 @@ def plain_march(advance):
                 p0 = p1
                 if forced:
                     sample, part = divmod(step, substeps)
-                    p1 = ground[sample]
+                    p1 = ground[0, sample]
                     if part > 0:
-                        p1 += (ground[sample + 1] - p1) * part / substeps
+                        p1 += (ground[0, sample + 1] - p1) * part / substeps
+                    if motions > 1:
+                        for i in range(width):
+                            w[G_BEFORE + i] = w[G + i]
+                            w[G + i] = factors[b, 0, i] * p1
+                        for motion in range(1, motions):
+                            p1 = ground[motion, sample]
+                            if part > 0:
+                                p1 += (ground[motion, sample + 1] - p1) * part / substeps
+                            for i in range(width):
+                                w[G + i] += factors[b, motion, i] * p1
+                        p0, p1 = 1.0, 1.0
                 advance(w, width, p0, p1, step)
                 if compare:
                     compare_with(w, width, reference, row[b], step)

@@ -171,6 +171,21 @@ def test_the_batch_has_the_shape_that_the_arguments_broadcast_to():
     assert none.displacement.shape == (0, 4)
 
 
+@pytest.mark.parametrize("model", ["CR", "CDC", "ECD16"])
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_the_load_of_several_motions_is_their_sum_each_times_the_lanes_factor(model, substeps):
+    """Two blocks, the second one not full."""
+    motions = np.random.default_rng(5).normal(size=(3, 81))
+    factors = np.random.default_rng(6).normal(size=(3, 70)) * [[0.3], [0.1], [0.05]]
+    damping = Damping(model, 0.8 if model == "CR" else 0.05)
+    run = {"step": 0.05 / substeps, "steps": 80 * substeps, "substeps": substeps, "store_every": 1}
+    together = solve(CURVE, damping, load_factor=factors, ground_acceleration=motions, **run).displacement
+    for lane in (0, 5, 69):
+        alone = solve(CURVE, damping, load_factor=1.0, ground_acceleration=factors[:, lane] @ motions, **run)
+        np.testing.assert_allclose(together[lane], alone.displacement, atol=1e-12)
+    assert np.ptp(together[:, -1]) > 1e-3
+
+
 # --- Eq. (17) ---------------------------------------------------------------------------------------------------------
 
 
@@ -307,7 +322,13 @@ BAD = [
     ({"load_factor": "big"}, r"load_factor is 'big'; it must be a number"),
     ({"ground_acceleration": [0.0, np.nan]}, r"ground_acceleration is nan; it must be a finite number"),
     ({"ground_acceleration": np.zeros(100)}, r"steps is 100; it must be at most 99, the record's length"),
-    ({"ground_acceleration": np.zeros((2, 200))}, r"dimensions of ground_acceleration is 2; it must be 1"),
+    ({"ground_acceleration": np.zeros((2, 2, 200))}, r"dimensions of ground_acceleration is 3; it must be 1 or 2"),
+    ({"ground_acceleration": np.zeros((0, 200))}, r"number of motions is 0; it must be at least 1"),
+    ({"ground_acceleration": np.zeros((2, 200))}, r"first axis of load_factor is 1; it must be 2, a factor on each"),
+    (
+        {"ground_acceleration": np.zeros((2, 200)), "load_factor": [1.0, 1.0], "scheme": "paper"},
+        r"number of motions is 2; it must be 1 by the scheme 'paper'",
+    ),
     ({"scheme": "explicit"}, r"scheme is 'explicit'; it must be one of newmark, paper"),
     ({"reference": Reference(STILL[:, :100], 0, [50])}, r"the reference has 99 steps; it must have at least 100"),
     ({"reference": Reference(STILL[0], 0, [50])}, r"dimensions of the reference is 1; it must be 2"),

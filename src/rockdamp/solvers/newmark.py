@@ -129,9 +129,10 @@ def solve(
     release_amplitude, release_velocity : float or ndarray
         Displacement and velocity at the start, broadcast. [-]
     load_factor : float or ndarray
-        Factor that makes `ground_acceleration` the load: `Wall.load_factor`, broadcasts. [s2 m-1]
-    ground_acceleration : ndarray, shape (samples,)
-        Shared record, linear between its samples; empty for a free decay. [m s-2]
+        Factor that makes `ground_acceleration` the load: `Wall.load_factor`, broadcasts. Of several motions it has
+        them as its first axis: a lane's load is their sum, each times the lane's factor on it. [s2 m-1]
+    ground_acceleration : ndarray, shape (samples,) or (motions, samples)
+        Shared record, or several, linear between the samples; empty for a free decay. [m s-2]
     substeps : int
         Steps of the solver per sample of the record.
     reference : Reference, optional
@@ -179,20 +180,23 @@ def solve(
     threads = None if threads is None else whole("threads", threads, 1)
     # The kernel is compiled for arrays that can be written, so this is a copy of the copy.
     ground = np.array(numbers("ground_acceleration", ground_acceleration), order="C")
-    _check_record(ground, steps, substeps)
-    h, x0, v0, g = _check_start(curve, step, release_amplitude, release_velocity, load_factor)
+    ground = _check_record(ground, steps, substeps, scheme)
+    h, x0, v0 = _check_start(curve, step, release_amplitude, release_velocity)
+    factors = _factors(load_factor, len(ground))
+    g = factors[0] if len(factors) == 1 else _load_at_start(factors, ground)
     case = 0 if reference is None else instance("reference", reference, Reference).case
     lanes = {"step": h, "release_amplitude": x0, "release_velocity": v0, "load_factor": g, "case": case}
     batch = _Batch(broadcast(curve=curve, damping=damping, **lanes))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
-    start = _start_acceleration(curve, damping, x0, v0, g, ground)
+    start = _start_acceleration(curve, damping, x0, v0, _load_at_start(factors, ground))
     work = batch.pack(
         {
             kernels.X: x0,
             kernels.V: v0,
             kernels.H: h,
             kernels.G: g,
+            kernels.G_BEFORE: g,
             kernels.E: 1.0,
             kernels.A: start,
             kernels.ALIVE: 1.0,
@@ -202,6 +206,7 @@ def solve(
         }
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
+    by_lane = batch.by_motion(factors)
     displacement, velocity = (batch.histories(stored) for _ in range(2))
 
     def advance(part: slice, stopped: Event) -> None:
@@ -212,6 +217,7 @@ def solve(
                 work[blocks],
                 batch.width,
                 ground,
+                by_lane[blocks],
                 substeps,
                 first,
                 last,
@@ -241,18 +247,41 @@ def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
         raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
 
 
-def _check_record(ground: Array, steps: int, substeps: int) -> None:
-    require(ground.ndim == 1, "the number of dimensions of ground_acceleration", ground.ndim, "1")
-    if ground.size and steps > (ground.size - 1) * substeps:
-        raise InputError(f"steps is {steps}; it must be at most {(ground.size - 1) * substeps}, the record's length")
+def _check_record(ground: Array, steps: int, substeps: int, scheme: str) -> Array:
+    """Return the motions, shape (motions, samples)."""
+    require(ground.ndim in (1, 2), "the number of dimensions of ground_acceleration", ground.ndim, "1 or 2")
+    if ground.size and steps > (ground.shape[-1] - 1) * substeps:
+        raise InputError(
+            f"steps is {steps}; it must be at most {(ground.shape[-1] - 1) * substeps}, the record's length"
+        )
+    motions = np.atleast_2d(ground)
+    require(len(motions) > 0, "the number of motions", len(motions), "at least 1")
+    require(scheme != "paper" or len(motions) == 1, "the number of motions", len(motions), "1 by the scheme 'paper'")
+    return motions
+
+
+def _factors(load_factor: ArrayLike, motions: int) -> Array:
+    """Return the lanes' factors on each motion, shape (motions, ...)."""
+    factors = numbers("load_factor", load_factor)
+    if motions == 1:
+        return factors[None]
+    shape = factors.shape or (1,)
+    require(shape[0] == motions, "the first axis of load_factor", shape[0], f"{motions}, a factor on each motion")
+    return factors
+
+
+def _load_at_start(factors: Array, ground: Array) -> Array:
+    """Return the load of each lane at the start, of all motions. [-]"""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0]) if ground.size else 0.0)
 
 
 def _check_start(
-    curve: TrilinearCurve, step: ArrayLike, amplitude: ArrayLike, velocity: ArrayLike, load_factor: ArrayLike
-) -> tuple[Array, Array, Array, Array]:
-    """Return step, displacement, velocity and load factor as arrays."""
-    given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity, "load_factor": load_factor}
-    h, x0, v0, g = (numbers(name, value) for name, value in given.items())
+    curve: TrilinearCurve, step: ArrayLike, amplitude: ArrayLike, velocity: ArrayLike
+) -> tuple[Array, Array, Array]:
+    """Return step, displacement and velocity as arrays."""
+    given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity}
+    h, x0, v0 = (numbers(name, value) for name, value in given.items())
     require(h > 0, "step", h, "greater than 0")
     require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
     limit = stable_step(curve)
@@ -261,15 +290,12 @@ def _check_start(
     require(h < limit, "step", h, allowed)
     broadcast(release_amplitude=x0, curve=curve)
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
-    return h, x0, v0, g
+    return h, x0, v0
 
 
-def _start_acceleration(
-    curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load_factor: Array, ground: Array
-) -> Array:
+def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
     """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
     with np.errstate(over="ignore", invalid="ignore"):
-        load = load_factor * ground[0] if ground.size else 0.0
         start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
@@ -315,6 +341,15 @@ class _Batch:
     def unpack(self, work: Array, row: int) -> Array:
         """Return one row in the batch's shape."""
         return work[:, row : row + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
+
+    def by_motion(self, factors: Array) -> Array:
+        """Return the lanes' factors on each of several motions, shape (blocks, motions, width)."""
+        if len(factors) == 1:
+            return np.empty((self.blocks, 0, 0))
+        blocks = np.empty((len(factors), self.blocks, self.width))
+        for motion, factor in enumerate(factors):
+            self._fill(blocks[motion], factor)
+        return np.ascontiguousarray(blocks.swapaxes(0, 1))
 
     def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
         """Return what `Response` holds: how each lane ended, and its peak."""

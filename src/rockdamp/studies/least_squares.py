@@ -22,6 +22,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.solvers.tangent import derivative_by_motion
 from rockdamp.studies.candidates import GRID, RANGE, Candidate
 from rockdamp.vocabulary import SOFTENING
 
@@ -35,6 +36,7 @@ BATCH = 1024  # histories held at once
 DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
 DRAWS, DRAWS_SEED = 256, 0  # of the motion's noise
 DRAWN = 0.3  # of its size: small enough for the response to be linear, and large against the solver's roughness
+MOST_DIRECTIONS = 2048  # of the motion's noise: each sample is one, or as many are drawn where there are more samples
 LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
 LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stands
 
@@ -86,7 +88,7 @@ class Fit:
         trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
         resting = float(np.std(measured[: rest_samples(record)]))
         basis = np.linalg.qr(trend)[0]
-        motion = _at_steps(record, _substeps(record, wall, step))
+        motion = _at_steps(record.ground_acceleration, _substeps(record, wall, step))
         return cls(
             record,
             wall,
@@ -104,7 +106,11 @@ class Fit:
 
     def with_step(self, step: float) -> Fit:
         """Return the same fit with another step of the solver."""
-        return replace(self, step=step, motion=_at_steps(self.record, _substeps(self.record, self.wall, step)))
+        return replace(self, step=step).with_motion(self.record.ground_acceleration)
+
+    def with_motion(self, ground_acceleration: Array) -> Fit:
+        """Return the same fit under another motion, sampled as the record is. [m s-2]"""
+        return replace(self, motion=_at_steps(ground_acceleration, _substeps(self.record, self.wall, self.step)))
 
     @cached_property
     def u_ins(self) -> float:
@@ -137,31 +143,44 @@ class Fit:
         end = (1.0 if self.softening == "steeper" else self.ultimate_ratio) - points[..., 1]
         return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
 
-    def computed(self, parameters: Array, gain: Array | float = 1.0) -> Array:
-        """Displacement for parameters of shape (batch, 3 or more), under `gain` times the motion, shape (batch,).
+    def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
+        """Displacement for parameters of shape (batch, 3 or more), and for further motions, each times a factor.
+
+        Parameters
+        ----------
+        motions : ndarray, shape (motions, samples), optional
+            Added to the ground acceleration. [m s-2]
+        factors : ndarray, shape (motions, batch), optional
 
         Returns
         -------
         ndarray, shape (batch, samples)
             [m]
         """
-        damping = self.candidate.damping(*parameters[:, 2:].T)
-        curve = TrilinearCurve(parameters[:, 0], parameters[:, 1], self.ultimate_ratio, self.softening)
-        # Collapsed walls must stay comparable numbers, and lose.
-        return self.u_ins * np.nan_to_num(self._respond(curve, damping, gain), nan=LOST)
-
-    def _respond(self, curve: TrilinearCurve, damping: Damping, gain: Array | float) -> Array:
-        """Response to the motion, at the record's samples. [-]"""
-        substeps = (self.motion.size - 1) // (self.record.elapsed.size - 1)
-        return solve(
-            curve,
-            damping,
-            step=self.frequency * self.record.step / substeps,
+        load_factor, motion = np.array(self.load_factor), self.motion
+        if motions is not None and factors is not None:
+            load_factor = self.load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
+            motion = np.stack([motion, *(_at_steps(further, self._substeps) for further in motions)])
+        response = solve(
+            *self._wall(parameters),
+            step=self.frequency * self.record.step / self._substeps,
             steps=self.motion.size - 1,
-            load_factor=self.load_factor * gain,
-            ground_acceleration=self.motion,
-            store_every=substeps,
+            load_factor=load_factor,
+            ground_acceleration=motion,
+            store_every=self._substeps,
         ).displacement
+        # Collapsed walls must stay comparable numbers, and lose.
+        return self.u_ins * np.nan_to_num(response, nan=LOST)
+
+    def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
+        """Curve and damping of parameters of shape (..., 3 or more)."""
+        a1, b1, *of_damper = np.moveaxis(parameters, -1, 0)
+        return TrilinearCurve(a1, b1, self.ultimate_ratio, self.softening), self.candidate.damping(*of_damper)
+
+    @property
+    def _substeps(self) -> int:
+        """Steps of the solver between two samples."""
+        return (self.motion.size - 1) // (self.record.elapsed.size - 1)
 
     def without_trend(self, histories: Array) -> Array:
         """What of histories, shape (..., samples), no offset and drift can explain."""
@@ -174,36 +193,46 @@ class Fit:
         residuals = (self.without_trend(self.measured - self.computed(self.physical(batch))) for batch in some)
         return np.concatenate([np.einsum("ij,ij->i", residual, residual) for residual in residuals])
 
-    def derivative(self, parameters: Array, *, at_point: bool = False) -> Array:
+    def derivative(self, parameters: Array, *, at_point: bool = False, difference: float = DIFFERENCE) -> Array:
         """Derivative of the computed history by the parameters, or at a point by the point; shape (samples, 3)."""
-        h = DIFFERENCE * self.width
+        h = difference * self.width
         sides = np.concatenate([parameters + np.diag(h), parameters - np.diag(h)])
         computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
-    def shifts_by_motion(self, parameters: Array, computed: Array, count: int = DRAWS) -> Array:
+    def derivative_by_motion(self, parameters: Array, directions: Array) -> Array:
+        """Derivative of the computed history by the motion, in directions of shape (directions, samples); as they."""
+        substeps = self._substeps
+        return self.u_ins * derivative_by_motion(
+            *self._wall(parameters),
+            directions,
+            step=self.frequency * self.record.step / substeps,
+            substeps=substeps,
+            load_factor=self.load_factor,
+            ground_acceleration=self.motion,
+        )
+
+    def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
         """Draw what the accelerometer's noise alone adds to the computed history, to first order.
 
         It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
         hardly show it. Taken as white; its size is that of the differences between samples before and after the
-        motion.
+        motion. It is drawn, as near collapse the derivative by the motion would make it too small.
 
         Returns
         -------
-        ndarray, shape (count, samples)
+        ndarray, shape (DRAWS, samples)
             [m]
         """
         acceleration = self.record.ground_acceleration
         size = DRAWN * motion_noise(self.record)
-        draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((count, acceleration.size))
+        draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
 
         def shift(noise: Array) -> Array:
-            record = replace(self.record, ground_acceleration=acceleration + noise)
-            moved = replace(self, motion=_at_steps(record, (self.motion.size - 1) // (acceleration.size - 1)))
-            return (moved.computed(parameters[None])[0] - computed) / DRAWN
+            return (self.with_motion(acceleration + noise).computed(parameters[None])[0] - computed) / DRAWN
 
         with ThreadPoolExecutor(available_threads()) as pool:
-            return np.array(list(track(pool.map(shift, draws), "noise of the motion", count)))
+            return np.array(list(track(pool.map(shift, draws), "noise of the motion", DRAWS)))
 
     def solution(self) -> Solution:
         """Search the least squares, and say what surrounds it."""
@@ -309,6 +338,21 @@ class Solution:
         return covariance_by_sensor(self.derivative, self.residual)
 
 
+def noise_directions(record: Record) -> Array:
+    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients.
+
+    Returns
+    -------
+    ndarray, shape (directions, samples)
+        [m s-2]
+    """
+    deviation, samples = motion_noise(record), record.elapsed.size
+    if samples <= MOST_DIRECTIONS:
+        return deviation * np.eye(samples)
+    random = np.random.RandomState(DRAWS_SEED)
+    return deviation / np.sqrt(MOST_DIRECTIONS) * random.standard_normal((MOST_DIRECTIONS, samples))
+
+
 def motion_noise(record: Record) -> float:
     """Standard deviation of the accelerometer's noise, by the differences of samples before and after the motion."""
     acceleration = record.ground_acceleration
@@ -322,10 +366,10 @@ def _substeps(record: Record, wall: Wall | Parapet, step: float) -> int:
     return int(np.ceil(float(wall.frequency_parameter) * record.step / step * (1 - 1e-12)))
 
 
-def _at_steps(record: Record, substeps: int) -> Array:
+def _at_steps(ground_acceleration: Array, substeps: int) -> Array:
     """Ground acceleration at the solver's steps, by a cubic spline: straight lines would cut a pulse's peak off."""
-    index = np.arange(record.elapsed.size)
-    return CubicSpline(index, record.ground_acceleration)(np.arange((index.size - 1) * substeps + 1) / substeps)
+    index = np.arange(ground_acceleration.size)
+    return CubicSpline(index, ground_acceleration)(np.arange((index.size - 1) * substeps + 1) / substeps)
 
 
 def covariance_by_sensor(derivative: Array, residual: Array) -> tuple[Array, int]:

@@ -25,6 +25,12 @@ def test_the_density_is_that_of_the_dense_covariance():
         assert value == pytest.approx(multivariate_normal(cov=whole).logpdf(residual), rel=1e-9)
 
 
+def test_residuals_are_multiplied_by_the_inverse_of_the_dense_covariance():
+    found = Noise(ROWS).by_inverse(RESIDUALS, DEVIATION, CORRELATION)
+    for product, residual, sigma, phi in zip(found, RESIDUALS, DEVIATION, CORRELATION, strict=True):
+        np.testing.assert_allclose((dense(sigma, phi) + ROWS.T @ ROWS) @ product, residual, atol=1e-9)
+
+
 def test_what_is_linear_is_drawn_from_its_conditional_distribution():
     sigma, phi, many = 0.4, 0.8, 4000
     repeated = np.repeat(RESIDUALS[1:], many, axis=0)

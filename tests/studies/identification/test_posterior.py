@@ -17,7 +17,7 @@ from rockdamp.studies.identification.identify import posterior, require_good
 from rockdamp.studies.identification.posterior import Draws, Sampler, diagnosed
 from rockdamp.studies.identification.prior import Prior
 from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import DRAWS, Fit
+from rockdamp.studies.least_squares import Fit
 from rockdamp.vocabulary import ANY_ORDER
 
 SHORT = Sampler(ensembles=4, walkers=32, burn_in=100, steps=100, rounds=3, effective=200, seed=7)
@@ -69,17 +69,6 @@ def test_walkers_that_do_not_agree_are_refused():
         require_good(Draws(stuck, np.ones(2), diagnosed(stuck, 400).effective, 4000), ("first", "second"))
 
 
-def test_the_directions_of_the_motions_noise_hold_its_covariance():
-    random = np.random.RandomState(2)
-    shapes = np.stack([np.sin(np.arange(60) / 7), np.cos(np.arange(60) / 3), np.linspace(0, 1, 60)])
-    shifts = random.standard_normal((DRAWS, 3)) @ (shapes * [[3.0], [1.0], [0.5]])
-    rows = problem._directions(shifts)
-    assert len(rows) <= 3
-    covariance = shifts.T @ shifts / len(shifts)
-    left = np.trace(covariance - rows.T @ rows) / np.trace(covariance)
-    assert 0 <= left + 1e-12 < 1 - problem.KEPT_SHARE + 1e-12
-
-
 def test_the_packages_that_a_posterior_needs_are_named_where_they_are_missing():
     with pytest.raises(InputError, match=r"needs the packages emcee and arviz-stats; pip install emcee arviz-stats"):
         importance.needed("emcee_that_is_not_there")
@@ -119,5 +108,7 @@ def test_where_the_order_is_free_the_modes_follow_it(monkeypatch):
     fit = Fit.of(record, WALL, Candidate.of(ANY_ORDER), ultimate_ratio=1.0, softening="steeper", step=0.03)
     made = Problem.of(fit, Prior())
     orders = [made.values(mode.centre[None])[0, made.names.index("order")] for mode in made.modes]
-    assert orders == pytest.approx([14.25], rel=1e-3)  # of 0.56, 2.8 and 14.3 that nearest to what made it
-    assert made.modes[0].lower.shape == (7, 7)
+    # Of 0.56, 2.8 and 14.3 that nearest to what made it, and then the next.
+    assert orders == pytest.approx([14.25, 2.83], rel=1e-3)
+    assert made.modes[0].log_density > made.modes[1].log_density + 5
+    assert made.modes[0].lower.shape == (6, 6)

@@ -8,18 +8,32 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.studies.identification.importance import Evidence, explore
+from rockdamp.studies.identification.importance import Evidence, Weighted, explore
 from rockdamp.studies.identification.prior import Prior
 from rockdamp.studies.identification.problem import Problem
 from rockdamp.studies.least_squares import Fit
 
+CHECKED, CHECKED_SEED = 32, 0  # draws at which the response to the noise of the motion must be linear
 UNDETERMINED = Evidence(np.nan, np.nan, np.nan)
+
+
+def weighted_draws(problem: Problem, random: np.random.RandomState) -> Weighted:
+    """Draw from the posterior of a problem.
+
+    Raises
+    ------
+    InputError
+        If the response to the noise of the motion is not linear there.
+    """
+    found = explore(problem, random)
+    problem.require_linear(found.resampled(CHECKED, np.random.RandomState(CHECKED_SEED)))
+    return found
 
 
 def evidence_of(fit: Fit, prior: Prior, seed: int) -> Evidence:
     """Return the evidence of a model; NaN where its posterior is not found, or its weights are not to be relied on."""
     try:
-        found = explore(Problem.of(fit, prior), np.random.RandomState(seed))
+        found = weighted_draws(Problem.of(fit, prior), np.random.RandomState(seed))
     except InputError:
         return UNDETERMINED
     return found.evidence if found.good else replace(UNDETERMINED, k_hat=found.evidence.k_hat)

@@ -15,8 +15,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities
-from rockdamp.studies.identification.importance import Evidence, explore
+from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities, weighted_draws
+from rockdamp.studies.identification.importance import Evidence
 from rockdamp.studies.identification.noise import correlated
 from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Sampler, draw
 from rockdamp.studies.identification.prior import Prior
@@ -90,7 +90,7 @@ def posterior(
         return Fit.of(record, wall, Candidate.of(name), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
 
     chosen = Problem.of(fit(names[0]), prior)
-    weighted = explore(chosen, np.random.RandomState(sampler.seed))
+    weighted = weighted_draws(chosen, np.random.RandomState(sampler.seed))
     draws = draw(chosen, weighted, sampler)
     require_good(draws, chosen.names)
     found = {names[0]: weighted.evidence if weighted.good else UNDETERMINED}
@@ -152,9 +152,9 @@ def _predicted(problem: Problem, values: Array, random: np.random.RandomState) -
     """Return the sensor's mean zero and drift, the band of what it would show less these, and the share in it."""
     computed = problem.computed(values)
     residuals = problem.residuals(values, computed)
-    linear = problem.noise.draw(residuals, values[:, -3], values[:, -2], random)
+    linear = problem.noise.draw(residuals, values[:, -2], values[:, -1], random)
     shown = problem.fit.measured - residuals + linear @ problem.noise.rows
-    shown += np.stack([_sensor_noise(row, random, shown.shape[1]) for row in values[:, -3:-1]])
+    shown += np.stack([_sensor_noise(row, random, shown.shape[1]) for row in values[:, -2:]])
     trend = linear[:, :2].mean(axis=0) * [problem.prior.sensor_zero, problem.prior.sensor_drift]
     low, high = np.quantile(shown, [0.5 - LEVELS[-1] / 2, 0.5 + LEVELS[-1] / 2], axis=0)
     inside = float(np.mean((low <= problem.fit.measured) & (problem.fit.measured <= high)))

@@ -13,19 +13,17 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.studies.candidates import SEARCHED_ORDER
 from rockdamp.studies.identification.modes import Mode, climb, triangular
+from rockdamp.studies.identification.motion import MotionNoise
 from rockdamp.studies.identification.noise import Noise
 from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.least_squares import DRAWS, LOST, Fit, Solution
+from rockdamp.studies.least_squares import LOST, Fit, Solution
 
-# The standard deviation and correlation of the displacement sensor's noise, and a factor on the measured motion.
-INSTRUMENTS = ("sensor_deviation", "sensor_correlation", "motion_gain")
+INSTRUMENTS = ("sensor_deviation", "sensor_correlation")  # standard deviation of the noise, and from sample to sample
 NEAREST = 1e-3  # to an end of the prior, of its width, at the start
-# Of the central difference by the gain: as large as the noise itself, lest the solver's roughness show.
-GAIN_STEP = 1e-3
-FARTHEST = 8.0  # the gain's deviations at most
-KEPT_SHARE = 0.999  # of the variance of what the motion's noise shifts, by the directions that are kept
-MOST_DIRECTIONS = 16
-ROUGH_DRAWS = 32  # of the motion's noise, where its effect is needed about the least squares alone
+ROUNDS = 16  # of linearising the response to the noise of the motion, each about what the one before explains best
+LINEAR = 0.3  # of the sensor's deviation: what the response may differ from a linear one, a tenth of the variance
+PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the way there, of which the best is taken
+GAINED = 0.1  # in the logarithm of the density of parameters and noise: below it the noise is found
 STARTS = 4  # local minima of the scan from which modes are looked for, beside the least squares
 # A poor model leaves what correlated noise explains better than white: its mode may be another minimum's.
 WIDER = 5.0  # the scale about those, as they are no more than points of a grid
@@ -38,14 +36,10 @@ ORDERS = 8  # of the damper of any order, at each of which the mode of the other
 class Problem:
     """A record, a candidate and a prior."""
 
-    fit: Fit
     prior: Prior
-    solution: Solution  # of least squares
-    noise: Noise
-    gain_deviation: float  # of a factor on the motion that acts as the motion's noise mostly does
-    by_gain: Array  # derivative of the response by that factor [m]
-    beside_gain: Array  # what the noise changes beside that, in proportion to that factor [m]
-    found: tuple[Mode, ...]  # modes of the posterior, before its noise was known about the highest of them
+    solution: Solution  # of least squares, or what another point has in its place
+    motion: MotionNoise  # about that point
+    found: tuple[Mode, ...] = ()  # modes of the posterior; where the order is free, those at the order of the search
 
     @classmethod
     def about(cls, solution: Solution, prior: Prior) -> Problem:
@@ -57,10 +51,15 @@ class Problem:
             If the wall is so near to collapse that the noise of the measured motion decides on it, or if it does not
             rock where the record is explained best.
         """
-        rough = cls._about(solution, prior, ROUGH_DRAWS)
-        modes = rough._distinct(rough._climb(centre, lower, rough._told) for centre, lower in rough._starts())
-        estimate = rough.values(modes[0].centre[None])[0, :3]
-        return cls._about(solution.about(estimate), prior, DRAWS, tuple(modes))
+        problem = cls._about(solution, prior, solution.estimate, np.zeros(solution.fit.record.elapsed.size))
+        problem = problem._with_modes_from(problem._starts())
+        for _ in range(ROUNDS):
+            nearer = problem._nearer()
+            if nearer is None:
+                break
+            there = cls._about(solution, prior, *nearer)
+            problem = there._with_modes_from((mode.centre, mode.lower) for mode in problem.found)
+        return problem
 
     @classmethod
     def of(cls, fit: Fit, prior: Prior) -> Problem:
@@ -68,24 +67,50 @@ class Problem:
         return cls.about(fit.solution(), prior)
 
     @classmethod
-    def _about(cls, solution: Solution, prior: Prior, draws: int, found: tuple[Mode, ...] = ()) -> Problem:
-        """Find what the noise of the measured motion does to the response about some parameters.
-
-        Mostly it does what a slightly larger or smaller motion would do. This is far from linear against the sensor's
-        noise, and so a factor on the motion is sampled; what is left of it is small, and taken as linear.
-        """
+    def _about(
+        cls, solution: Solution, prior: Prior, estimate: Array, noise: Array, sensor: tuple[float, float] | None = None
+    ) -> Problem:
+        """Linearise the response to the noise of the motion about parameters and a noise."""
         fit = solution.fit
-        shifts = fit.shifts_by_motion(solution.estimate, solution.computed, draws)
-        if np.abs(shifts).max() > LOST / 2 * fit.u_ins:
-            raise InputError("the wall is so near to collapse that the noise of the measured motion decides on it")
-        sides = fit.computed(np.stack([solution.estimate] * 2), 1 + GAIN_STEP * np.array([1.0, -1.0]))
-        by_gain = (sides[0] - sides[1]) / (2 * GAIN_STEP)
-        gains = np.einsum("it,t->i", shifts, by_gain) / np.einsum("t,t->", by_gain, by_gain)
-        variance = np.mean(gains**2)
-        together = np.einsum("i,it->t", gains, shifts) / len(gains) / variance
+        if sensor is None:
+            sensor = _deviation_and_correlation(fit.without_trend(fit.measured - fit.computed(estimate[None])[0]))
         trend = fit.trend.T * np.array([[prior.sensor_zero], [prior.sensor_drift]])
-        rows = np.concatenate([trend, _directions(shifts - gains[:, None] * together)])
-        return cls(fit, prior, solution, Noise(rows), float(np.sqrt(variance)), by_gain, together - by_gain, found)
+        motion = MotionNoise.at(fit, estimate, noise, trend, sensor)
+        return cls(prior, replace(solution, fit=motion.fit).about(estimate), motion)
+
+    def _with_modes_from(self, starts: Iterable[tuple[Array, Array]]) -> Problem:
+        modes = self._distinct(self._climb(centre, lower, self._told) for centre, lower in starts)
+        return replace(self, found=tuple(modes))
+
+    def _nearer(self) -> tuple[Array, Array, tuple[float, float]] | None:
+        """Return parameters, a noise of the motion and the sensor's, that explain the record better than those here.
+
+        Those of the highest mode do so in as far as the response is linear; None if nothing better is found.
+        """
+        values = self.values(self.found[0].centre[None])
+        deviation, phi = values[:, -2], values[:, -1]
+        noise = self.motion.mean(self.residuals(values, self.computed(values)), deviation, phi)[0]
+        trend_alone = Noise(self.motion.noise.rows[:2])
+
+        def explained(part: float) -> tuple[float, Array, Array]:
+            estimate = self.solution.estimate + part * (values[0, :3] - self.solution.estimate)
+            z = self.motion.about + part * (noise - self.motion.about)
+            left = self.fit.measured - self.motion.under(z).computed(estimate[None])
+            return float(trend_alone.log_likelihood(left, deviation, phi)[0] - 0.5 * z @ z), estimate, z
+
+        here = explained(0.0)[0]
+        best, estimate, z = max((explained(part) for part in PARTS), key=lambda found: found[0])
+        return (estimate, z, (float(deviation[0]), float(phi[0]))) if best > here + GAINED else None
+
+    @property
+    def noise(self) -> Noise:
+        """The sensor's zero and drift, and the noise of the motion."""
+        return self.motion.noise
+
+    @property
+    def fit(self) -> Fit:
+        """Under the measured motion and the noise about which this is."""
+        return self.motion.fit
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,22 +119,20 @@ class Problem:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """The box of the prior, in coordinates; the last one is the gain's, in its deviations."""
-        low, high = self.prior.bounds(self.names[:-1])
-        return np.append(low, -FARTHEST), np.append(high, FARTHEST)
+        """The box of the prior, in coordinates."""
+        return self.prior.bounds(self.names)
 
     def values(self, coordinates: Array) -> Array:
         """From coordinates, shape (batch, parameters), to values."""
-        gain = 1 + self.gain_deviation * coordinates[:, -1:]
-        return np.concatenate([self.prior.values(self.names[:-1], coordinates[:, :-1]), gain], axis=1)
+        return self.prior.values(self.names, coordinates)
 
     def computed(self, values: Array) -> Array:
-        """Displacement for rows of values. [m]"""
-        return self.fit.computed(values[:, : -len(INSTRUMENTS)], values[:, -1])
+        """Displacement for rows of values, under the noise of the motion that the record asks for. [m]"""
+        return self.motion.computed(values[:, : -len(INSTRUMENTS)])
 
     def residuals(self, values: Array, computed: Array) -> Array:
-        """What is left of the measured displacement, with what the motion's noise does beside its gain. [m]"""
-        return self.fit.measured - computed - (values[:, -1:] - 1) * self.beside_gain
+        """What is left of the measured displacement for the instruments' errors. [m]"""
+        return self.motion.residuals(values[:, : -len(INSTRUMENTS)], computed)
 
     def log_density(self, coordinates: Array) -> Array:
         """Return the logarithm of prior times likelihood, shape (batch,); -inf where the prior is zero.
@@ -125,21 +148,33 @@ class Problem:
         density = np.full(len(coordinates), -np.inf)
         if not inside.any():
             return density
-        values, gain = values[inside], coordinates[inside, -1]
+        values = values[inside]
         computed = self.computed(values)
-        likelihood = self.noise.log_likelihood(self.residuals(values, computed), values[:, -3], values[:, -2])
+        likelihood = self.noise.log_likelihood(self.residuals(values, computed), values[:, -2], values[:, -1])
         largest = np.abs(computed).max(axis=1)
         rocks = (largest > values[:, 0] * self.fit.u_ins) & (largest < LOST * self.fit.u_ins)
-        prior = -np.log((high - low)[:-1]).sum() - 0.5 * (gain**2 + np.log(2 * np.pi))
-        density[inside] = np.where(rocks, likelihood + prior, -np.inf)
+        density[inside] = np.where(rocks, likelihood - np.log(high - low).sum(), -np.inf)
         return density
+
+    def require_linear(self, coordinates: Array) -> None:
+        """Raise `InputError` unless the response to the noise of the motion is linear at draws of the posterior."""
+        values = self.values(coordinates)
+        computed = self.computed(values)
+        noise = self.motion.mean(self.residuals(values, computed), values[:, -2], values[:, -1])
+        beyond = self.motion.beyond_linear(values[:, : -len(INSTRUMENTS)], computed, noise)
+        share = float(np.sqrt(np.mean((beyond / values[:, -2, None]) ** 2)))
+        if not share <= LINEAR:
+            raise InputError(
+                f"the response to the noise of the measured motion differs from a linear one by {share:.2g} of the"
+                f" sensor's deviation; it must be at most {LINEAR}: the wall rocks too long or too near to collapse"
+            )
 
     @cached_property
     def modes(self) -> list[Mode]:
         """Modes that are part of the posterior, the highest first; where the order is free, one at each of several."""
         if "order" in self.names:
             return self._distinct(self._along_orders(self.found[0]))
-        return self._distinct(self._climb(mode.centre, mode.lower, self._told) for mode in self.found)
+        return list(self.found)
 
     @property
     def _told(self) -> NDArray[np.intp]:
@@ -195,26 +230,17 @@ class Problem:
         values = np.array([[*estimate, *order, deviation, phi]])
         low, high = self.bounds
         margin = NEAREST * (high - low)
-        coordinates = np.append(self.prior.coordinates(self.names[:-1], values)[0], 0.0)
-        return np.clip(coordinates, low + margin, high - margin)
+        return np.clip(self.prior.coordinates(self.names, values)[0], low + margin, high - margin)
 
     @property
     def _scale(self) -> Array:
-        """Root of the covariance of all parameters but the order, by the linear problem about the least squares.
-
-        It has the instruments' errors as unknowns beside them.
-        """
+        """Root of the covariance of all parameters but the order, by the linear problem about the least squares."""
         low, high = self.bounds
-        deviation, phi = _deviation_and_correlation(self.solution.residual)
-        by_gain = self.fit.without_trend(self.by_gain + self.beside_gain)[None] * self.gain_deviation
-        slope = self.solution.estimate[:1] if self.prior.cracked_stiffness_ratio.distribution == "loguniform" else [1.0]
-        design = np.concatenate([self.solution.derivative.T * [slope, [1.0], [1.0]], by_gain, self.noise.rows])
-        variance = deviation**2 * (1 + phi) / (1 - phi)
-        known = np.concatenate([1 / (high - low)[:3] ** 2, np.ones(1 + len(self.noise.rows))])
-        covariance = np.linalg.inv(np.einsum("it,jt->ij", design, design) / variance + np.diag(known))
-        lower = np.diag([1.0, 1.0, 1.0, *NOISE_SCALE, 1.0])
-        parameters = [0, 1, 2, 5]
-        lower[np.ix_(parameters, parameters)] = np.linalg.cholesky(covariance[:4, :4])
+        slope = self.solution.estimate[0] if self.prior.cracked_stiffness_ratio.distribution == "loguniform" else 1.0
+        slopes = np.array([slope, 1.0, 1.0])
+        precision = self.motion.precision * slopes * slopes[:, None] + np.diag(1 / (high - low)[:3] ** 2)
+        lower = np.diag([1.0, 1.0, 1.0, *NOISE_SCALE])
+        lower[:3, :3] = np.linalg.cholesky(np.linalg.inv(precision))
         return lower
 
 
@@ -222,19 +248,3 @@ def _deviation_and_correlation(residual: Array) -> tuple[float, float]:
     """Of what a model leaves: its standard deviation, and the correlation of neighbours."""
     phi = float(np.clip(residual[1:] @ residual[:-1] / (residual @ residual), 0.01, 0.98))
     return float(np.sqrt(np.mean(residual**2))), phi
-
-
-def _directions(shifts: Array) -> Array:
-    """Return rows whose products sum up to nearly all of the covariance of the shifts.
-
-    By Cholesky's decomposition with pivots, cut short: few rows hold nearly all, and the order of its sums is the same
-    on any number of cores.
-    """
-    covariance_of = np.einsum("it,it->t", shifts, shifts) / len(shifts)
-    rows, left = np.empty((0, covariance_of.size)), covariance_of.copy()
-    while len(rows) < MOST_DIRECTIONS and left.sum() > (1 - KEPT_SHARE) * covariance_of.sum():
-        pivot = int(np.argmax(left))
-        row = np.einsum("i,it->t", shifts[:, pivot], shifts) / len(shifts)
-        row = (row - np.einsum("k,kt->t", rows[:, pivot], rows)) / np.sqrt(left[pivot])
-        rows, left = np.concatenate([rows, row[None]]), np.maximum(left - row**2, 0.0)
-    return rows

@@ -7,7 +7,7 @@ least squares are judged by the same records.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,15 +21,17 @@ from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.experimental_style import table_pulse
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.importance import explore
+from rockdamp.studies.identification.evidence import weighted_draws
 from rockdamp.studies.identification.noise import correlated
 from rockdamp.studies.identification.prior import Prior
 from rockdamp.studies.identification.problem import INSTRUMENTS, Problem
 from rockdamp.studies.identification.settings import Simulated
 from rockdamp.studies.least_squares import LOST, Fit, Solution
 
-DRAWN = INSTRUMENTS[:-1]  # of the instruments: the gain stands for noise of the motion, which has no single value
 LEVELS = np.array([0.5, 0.9])
+
+
+Draws = tuple[Array, Array]  # coordinates, shape (draws, parameters), and weights whose sum is 1
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Maker:
     @property
     def names(self) -> tuple[str, ...]:
         """The parameters that are drawn."""
-        return (*self.candidate.parameters, *DRAWN)
+        return (*self.candidate.parameters, *INSTRUMENTS)
 
     def fit(self, record: Record) -> Fit:
         """Prepare the fit of a record."""
@@ -90,7 +92,7 @@ class Maker:
             moved = self.fit(Record(elapsed, pulse, np.zeros_like(elapsed)))
             if values[0, 0] >= 0.99 * moved.physical(np.array([1.0, values[0, 1], 0.0]))[0]:
                 continue
-            displacement = moved.computed(values[:, : -len(DRAWN)])[0]
+            displacement = moved.computed(values[:, : -len(INSTRUMENTS)])[0]
             if values[0, 0] * moved.u_ins < np.abs(displacement).max() < LOST * moved.u_ins:
                 break
         zero, drift = random.standard_normal(2) * [self.prior.sensor_zero, self.prior.sensor_drift]
@@ -98,8 +100,16 @@ class Maker:
         measured = pulse + given.motion_noise * random.standard_normal(elapsed.size)
         return Record(elapsed, measured, displacement + zero + drift * elapsed + noise), values[0]
 
-    def judged(self, number: int) -> Judged:
-        """Make the record of a number, identify it, and compare with what made it."""
+    def judged(self, number: int, draw: Callable[[Problem, np.random.RandomState], Draws] | None = None) -> Judged:
+        """Make the record of a number, identify it, and compare with what made it.
+
+        Parameters
+        ----------
+        number : int
+        draw : callable, optional
+            From a posterior; by default weighted draws from a mixture. It raises `InputError` if they are not to be
+            relied on.
+        """
         random = np.random.RandomState([self.given.seed, number])
         record, truth = self.record(random)
         nothing, by_least_squares = np.full(truth.size, np.nan), np.full(3, np.nan)
@@ -107,15 +117,20 @@ class Maker:
             solution = self.fit(record).solution()
             by_least_squares = _rank_by_least_squares(solution, truth[:3])
             problem = Problem.about(solution, self.prior)
-            found = explore(problem, random)
+            coordinates, weights = (draw or _weighted)(problem, random)
         except InputError:
             return Judged(truth, nothing, nothing, nothing, by_least_squares)
-        if not found.good:
-            return Judged(truth, nothing, nothing, nothing, by_least_squares)
-        values = problem.values(found.coordinates)[:, : truth.size]
-        mean = found.weights @ values
-        deviation = np.sqrt(found.weights @ (values - mean) ** 2)
-        return Judged(truth, found.weights @ (values < truth), mean, deviation, by_least_squares)
+        values = problem.values(coordinates)
+        mean = weights @ values
+        deviation = np.sqrt(weights @ (values - mean) ** 2)
+        return Judged(truth, weights @ (values < truth), mean, deviation, by_least_squares)
+
+
+def _weighted(problem: Problem, random: np.random.RandomState) -> Draws:
+    found = weighted_draws(problem, random)
+    if not found.good:
+        raise InputError("the weights of the draws are not to be relied on")
+    return found.coordinates, found.weights
 
 
 def gathered(names: Sequence[str], records: Sequence[Judged]) -> xr.Dataset:
@@ -124,7 +139,7 @@ def gathered(names: Sequence[str], records: Sequence[Judged]) -> xr.Dataset:
     identified = int(np.isfinite(rank).all(axis=1).sum())
     by_least_squares = np.full(rank.shape, np.nan)
     by_least_squares[:, :3] = [record.rank_by_least_squares for record in records]
-    dims, wall = ("draw", "parameter"), [index for index, name in enumerate(names) if name not in DRAWN]
+    dims, wall = ("draw", "parameter"), [index for index, name in enumerate(names) if name not in INSTRUMENTS]
     of_wall = ("draw", "wall_parameter")
     return xr.Dataset(
         {

@@ -1,0 +1,165 @@
+r"""What noise of the measured motion does to the response.
+
+The motion that moved the wall is the measured one and a noise, whose directions have standard normal coefficients z. A
+wall that rocks long responds to that noise with far more than the displacement sensor's, and not in proportion to it.
+But the record tells its trajectory to within the sensor's noise. So the response is linearised about the noise z that
+leads to the record's trajectory, which is another one for other parameters:
+
+.. math:: z_0(\theta) = z_0 + Z \, (\theta - \theta_0)
+
+What is left of z is integrated out, as linear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.studies.identification.noise import Noise
+from rockdamp.studies.least_squares import LOST, Fit, noise_directions
+
+NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
+MOST_ROWS = 64
+DIFFERENCE = 1e-3  # of a parameter's range: step of the central differences, so that the solver's roughness is small
+# Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
+NEAR = 8.0
+
+
+@dataclass(frozen=True)
+class MotionNoise:
+    r"""The response's change by the noise of the motion, about parameters and a noise.
+
+    Parameters
+    ----------
+    fit : Fit
+        Under the measured motion and the noise :math:`z_0`.
+    directions : ndarray, shape (directions, samples)
+        Of the noise. [m s-2]
+    parameters : ndarray, shape (3,)
+        :math:`\theta_0`.
+    about : ndarray, shape (directions,)
+        :math:`z_0`. [-]
+    effect : ndarray, shape (directions, samples)
+        Derivative of the response by z. [m]
+    derivative : ndarray, shape (3, samples)
+        Derivative of the response by the parameters.
+    follows : ndarray, shape (directions, 3)
+        Z.
+    precision : ndarray, shape (3, 3)
+        Of the parameters, by the linear problem.
+    """
+
+    fit: Fit
+    directions: Array
+    parameters: Array
+    about: Array
+    effect: Array
+    derivative: Array
+    noise: Noise
+    follows: Array
+    precision: Array
+
+    @classmethod
+    def at(
+        cls, measured: Fit, parameters: Array, about: Array, trend: Array, sensor: tuple[float, float]
+    ) -> MotionNoise:
+        """Linearise the response of a fit that has the measured motion.
+
+        Raises
+        ------
+        InputError
+            If the noise decides on whether the wall collapses.
+        """
+        directions = noise_directions(measured.record)
+        acceleration = measured.record.ground_acceleration + about @ directions
+        fit = measured.with_motion(acceleration)
+        effect = fit.derivative_by_motion(parameters, directions)
+        # The noise of one standard deviation that shifts the response most, where it shifts it most.
+        at = int(np.argmax(np.einsum("kt,kt->t", effect, effect)))
+        worst = effect[:, at] @ directions / max(float(np.linalg.norm(effect[:, at])), np.finfo(float).tiny)
+        sides = [measured.with_motion(acceleration + side * worst).computed(parameters[None]) for side in (-1.0, 1.0)]
+        if np.abs(sides).max() >= LOST * fit.u_ins:
+            raise InputError("the wall is so near to collapse that the noise of the measured motion decides on it")
+        noise = Noise(np.concatenate([trend, main_directions(effect, (NEGLIGIBLE * fit.rest_deviation) ** 2)]))
+        derivative = _derivative(fit, parameters)
+        deviation, correlation = (np.full(len(derivative), value) for value in sensor)
+        weighted = noise.by_inverse(derivative, deviation, correlation)
+        follows = -np.einsum("kt,pt->kp", effect, weighted)
+        precision = np.einsum("pt,qt->pq", derivative, weighted)
+        return cls(fit, directions, parameters, about, effect, derivative, noise, follows, precision)
+
+    @cached_property
+    def _shift(self) -> tuple[Array, Array]:
+        """What z_0 and Z add to the response, shape (samples,) and (3, samples). [m]"""
+        by_parameters = np.einsum("kp,kt->pt", self.follows, self.effect)
+        return np.einsum("k,kt->t", self.about, self.effect), by_parameters
+
+    @cached_property
+    def _motions(self) -> Array:
+        """Of the noise that follows the parameters, shape (3, samples). [m s-2]"""
+        return np.einsum("kp,ks->ps", self.follows, self.directions)
+
+    def _followed(self, parameters: Array) -> Array:
+        """Return how far the noise follows parameters, shape (batch, 3)."""
+        away = parameters[:, :3] - self.parameters
+        square = np.einsum("bp,pq,bq->b", away, self.precision, away)
+        return np.asarray(away * np.exp(-0.5 * square / NEAR**2)[:, None])
+
+    def computed(self, parameters: Array) -> Array:
+        """Displacement under z_0 of parameters, shape (batch, samples). [m]"""
+        return self.fit.computed(parameters, self._motions, self._followed(parameters).T)
+
+    def residuals(self, parameters: Array, computed: Array) -> Array:
+        """What is left of the measured displacement where the noise is its mean, zero, as far as it is linear. [m]"""
+        shift, by_parameters = self._shift
+        return self.fit.measured - computed + shift + np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
+
+    def mean(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
+        """Return the mean of z by residuals, shape (batch, samples); shape (batch, directions)."""
+        weighted = self.noise.by_inverse(residuals, deviation, correlation)
+        return np.asarray(np.einsum("kt,bt->bk", self.effect, weighted))
+
+    def under(self, noise: Array) -> Fit:
+        """Return the fit under a noise, shape (directions,), in place of that about which this is."""
+        return self.fit.with_motion(self.fit.record.ground_acceleration + noise @ self.directions)
+
+    def beyond_linear(self, parameters: Array, computed: Array, noise: Array) -> Array:
+        """What the response to noise, shape (batch, directions), differs from a linear one, shape (batch, samples). [m]
+
+        `computed` is the response to the noise that follows the parameters.
+        """
+        shift, by_parameters = self._shift
+        linear = computed + np.einsum("bk,kt->bt", noise, self.effect) - shift
+        linear = linear - np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
+        exact = [self.under(z).computed(row[None])[0] for z, row in zip(noise, parameters, strict=True)]
+        return np.stack(exact) - linear
+
+
+def _derivative(fit: Fit, parameters: Array) -> Array:
+    """Derivative of the response by the parameters, shape (3, samples); of a damper at an end of its range just inside.
+
+    1 is the largest e there is.
+    """
+    low, high, reach = *(end[2] for end in fit.range), DIFFERENCE * fit.width[2]
+    inside = np.array([*parameters[:2], np.clip(parameters[2], low + reach, high - reach)])
+    return fit.derivative(inside, difference=DIFFERENCE).T
+
+
+def main_directions(effect: Array, negligible: float) -> Array:
+    """Return rows of which the products sum up to those of the effect's, but for a variance that is negligible.
+
+    By Cholesky's decomposition with pivots, cut short: few rows hold nearly all, and the order of its sums is the same
+    on any number of cores.
+    """
+    variance = np.einsum("kt,kt->t", effect, effect)
+    rows, left = np.empty((0, variance.size)), variance.copy()
+    while len(rows) < MOST_ROWS and left.max() > negligible:
+        pivot = int(np.argmax(left))
+        row = np.einsum("k,kt->t", effect[:, pivot], effect)
+        row = (row - np.einsum("k,kt->t", rows[:, pivot], rows)) / np.sqrt(left[pivot])
+        rows, left = np.concatenate([rows, row[None]]), np.maximum(left - row**2, 0.0)
+    return rows

@@ -1,0 +1,82 @@
+"""The noise of the measured motion: its main directions, its mean, and the response to it as it follows parameters."""
+
+import numpy as np
+import pytest
+from repository import ROOT
+from scipy.linalg import eigh
+
+from rockdamp.errors import InputError
+from rockdamp.motions.experimental_style import WALL
+from rockdamp.motions.records import read_record
+from rockdamp.studies.candidates import Candidate
+from rockdamp.studies.identification import problem
+from rockdamp.studies.identification.motion import MotionNoise, main_directions
+from rockdamp.studies.identification.prior import Prior
+from rockdamp.studies.identification.problem import Problem
+from rockdamp.studies.least_squares import Fit
+
+MADE = np.array([0.0305, 0.798, 0.84])
+SENSOR = (1.5e-4, 0.1)
+
+
+@pytest.fixture(scope="module")
+def noise():
+    record = read_record(ROOT / "data/ladder/cr-nine-tenths.csv")
+    fit = Fit.of(
+        record, WALL, Candidate.of("CR"), ultimate_ratio=1.0, softening="steeper", step=0.00125
+    )  # fine, so that the solver is smooth
+    return MotionNoise.at(fit, MADE, np.zeros(record.elapsed.size), 1e-3 * fit.trend.T, SENSOR)
+
+
+def test_the_main_directions_hold_all_but_a_negligible_variance():
+    random = np.random.RandomState(2)
+    shapes = np.stack([np.sin(np.arange(60) / 7), np.cos(np.arange(60) / 3), np.linspace(0, 1, 60)])
+    effect = random.standard_normal((256, 3)) @ (shapes * [[3.0], [1.0], [0.5]])
+    rows = main_directions(effect, 1e-6)
+    assert len(rows) == 3
+    np.testing.assert_allclose(rows.T @ rows, effect.T @ effect, atol=1e-5)
+    whole = np.sum(effect**2, axis=0)
+    fewer = main_directions(effect, 0.2 * whole.max())
+    left = whole - np.sum(fewer**2, axis=0)
+    assert len(fewer) < 3 and 0 < left.max() <= 0.2 * whole.max()
+
+
+def test_the_mean_of_the_noise_explains_what_a_known_noise_did(noise):
+    made = np.random.RandomState(1).standard_normal(noise.about.size)
+    residual = made @ noise.effect
+    found = noise.mean(residual[None], np.array([SENSOR[0]]), np.array([0.0]))[0]
+    # It has no part in directions that the response does not show, and so it is smaller than what was made.
+    assert np.linalg.norm(found) < 0.5 * np.linalg.norm(made)
+    assert np.std(residual) > 5 * np.std(residual - found @ noise.effect)
+
+
+@pytest.fixture(scope="module")
+def ridge(noise):
+    """One standard deviation along that change of parameters which the noise of the motion hides best."""
+    by_sensor_alone = noise.derivative @ noise.derivative.T / SENSOR[0] ** 2
+    return eigh(by_sensor_alone, noise.precision)[1][:, -1]
+
+
+def test_the_noise_follows_the_parameters_so_that_the_response_stays_where_it_was(noise, ridge):
+    there = np.stack([MADE, MADE + ridge, MADE - ridge])
+    followed, alone = noise.computed(there), noise.fit.computed(there)
+    np.testing.assert_array_equal(followed[0], alone[0])
+    for with_noise, without in zip(followed[1:], alone[1:], strict=True):
+        assert np.std(with_noise - followed[0]) < 0.3 * np.std(without - alone[0])
+
+
+def test_what_is_left_is_as_if_the_noise_had_not_followed_where_its_effect_is_small_enough_to_be_linear(noise, ridge):
+    there = np.stack([MADE + 0.1 * ridge, MADE - 0.1 * ridge])
+    followed, alone = noise.computed(there), noise.fit.computed(there)
+    left = noise.residuals(there, followed)
+    assert np.std(followed - alone) > 5 * np.std(left - (noise.fit.measured - alone))
+
+
+def test_a_response_that_is_not_linear_in_the_noise_is_refused(monkeypatch, noise):
+    solution = noise.fit.with_step(0.02).solution()
+    made = Problem.about(solution, Prior())
+    draws = made.modes[0].centre + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made.modes[0].lower.T
+    made.require_linear(draws)
+    monkeypatch.setattr(problem, "LINEAR", 1e-6)
+    with pytest.raises(InputError, match=r"differs from a linear one by .* of the sensor's deviation; it must be at"):
+        made.require_linear(draws)
