@@ -1,52 +1,69 @@
-"""The derivative of a response by its ground motion, against differences of the response itself."""
+"""Derivatives of a response by its ground motion and by parameters, against differences of the response itself."""
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.tangent import derivative_by_motion
+from rockdamp.solvers.tangent import derivatives
 
 CURVE = TrilinearCurve(0.1, 0.7)
 SAMPLES, SUBSTEPS, STEP, LOAD_FACTOR = 161, 20, 0.005, 0.4
 TIME = np.arange(SAMPLES) * SUBSTEPS * STEP
+MOTION = 2.0 * np.exp(-((TIME - 3) ** 2)) * np.sin(2 * TIME)
 DAMPERS = [Damping.cr(0.8), Damping("CDC", 0.05), Damping("SDR", 0.1), Damping.of_restitution(0.8, order=16)]
 
 
 def at_steps(samples):
-    from scipy.interpolate import CubicSpline
-
     return CubicSpline(np.arange(SAMPLES), samples)(np.arange((SAMPLES - 1) * SUBSTEPS + 1) / SUBSTEPS)
 
 
-def response(damping, samples):
+def response(curve, damping, samples):
     ground = at_steps(samples)
     run = {"step": STEP, "steps": ground.size - 1, "load_factor": LOAD_FACTOR, "store_every": SUBSTEPS}
-    return solve(CURVE, damping, ground_acceleration=ground, **run).displacement.reshape(-1)
+    return solve(curve, damping, ground_acceleration=ground, **run).displacement.reshape(-1)
+
+
+def along(damping, motion, directions, sides=()):
+    run = {"step": STEP, "substeps": SUBSTEPS, "load_factor": LOAD_FACTOR, "ground_acceleration": at_steps(motion)}
+    return derivatives((CURVE, damping), directions, sides, **run)
 
 
 @pytest.mark.parametrize("damping", DAMPERS, ids=lambda damping: damping.model)
-def test_the_derivative_is_what_a_small_change_of_the_motion_does(damping):
-    motion = 2.0 * np.exp(-((TIME - 3) ** 2)) * np.sin(2 * TIME)
+def test_the_derivative_by_the_motion_is_what_a_small_change_of_it_does(damping):
     random = np.random.RandomState(4)
-    # From a slow change to one from sample to sample.
-    rough = np.where(
-        abs(np.arange(SAMPLES) - 80) < 70, random.standard_normal(SAMPLES), 0.0
-    )  # ends are splines of their own
+    # From a slow change to one from sample to sample; a spline is another one near its ends.
+    rough = np.where(abs(np.arange(SAMPLES) - 80) < 70, random.standard_normal(SAMPLES), 0.0)
     directions = np.stack([np.sin(TIME), rough, np.eye(SAMPLES)[60]])
-    found = derivative_by_motion(
-        CURVE,
-        damping,
-        directions,
-        step=STEP,
-        substeps=SUBSTEPS,
-        load_factor=LOAD_FACTOR,
-        ground_acceleration=at_steps(motion),
-    )
-    assert np.abs(response(damping, motion)).max() > 0.2  # beyond the first branch and with impacts
+    found, _ = along(damping, MOTION, directions)
+    assert np.abs(response(CURVE, damping, MOTION)).max() > 0.2  # beyond the first branch and with impacts
     for direction, derivative in zip(directions, found, strict=True):
-        small = 2e-3 * direction / np.abs(direction).max()
-        difference = (response(damping, motion + small) - response(damping, motion - small)) / 2
-        scale = np.abs(difference).max()
-        np.testing.assert_allclose(2e-3 / np.abs(direction).max() * derivative, difference, atol=0.02 * scale)
+        size = 2e-3 / np.abs(direction).max()
+        more, less = (response(CURVE, damping, MOTION + sign * size * direction) for sign in (1, -1))
+        np.testing.assert_allclose(2 * size * derivative, more - less, atol=0.02 * np.abs(more - less).max())
+
+
+@pytest.mark.parametrize("damping", DAMPERS, ids=lambda damping: damping.model)
+def test_the_derivative_by_a_parameter_is_what_a_little_more_of_it_does(damping):
+    apart = 1e-4
+    loss = "restitution" if damping.is_impact else "damping_ratio"
+    value, order = float(getattr(damping, loss)), {"order": 16} if damping.model == "ECD" else {}
+    change = [Damping(damping.model, value + sign * apart, **order) for sign in (1, -1)]
+    sides = [
+        ((TrilinearCurve(0.1 + apart, 0.7), damping), (TrilinearCurve(0.1 - apart, 0.7), damping), 2 * apart),
+        ((TrilinearCurve(0.1, 0.7 + apart), damping), (TrilinearCurve(0.1, 0.7 - apart), damping), 2 * apart),
+        ((CURVE, change[0]), (CURVE, change[1]), 2 * apart),
+    ]
+    _, found = along(damping, MOTION, np.zeros((1, SAMPLES)), sides)
+    for (more, less, width), derivative in zip(sides, found, strict=True):
+        difference = (response(*more, MOTION) - response(*less, MOTION)) / width
+        # But for samples at an impact, which is now before and now after them.
+        assert np.quantile(np.abs(derivative - difference), 0.95) < 0.02 * np.abs(difference).max()
+
+
+def test_a_wall_that_collapses_has_no_derivatives():
+    with pytest.raises(InputError, match="the wall collapses; derivatives are those of a response that does not end"):
+        along(Damping.cr(0.9), 20 * MOTION, np.zeros((1, SAMPLES)))

@@ -5,14 +5,14 @@ import xarray as xr
 
 from rockdamp.vocabulary import CANDIDATES
 
-PARAMETERS = ["cracked_stiffness_ratio", "plateau_ratio", "restitution", "order", "sensor_correlation", "motion_gain"]
+PARAMETERS = ["cracked_stiffness_ratio", "plateau_ratio", "restitution", "order", "sensor_correlation"]
 
 
 def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
-    """Return a posterior of six parameters; with the evidence of each model, of which one is not determined."""
+    """Return a posterior of five parameters; with the evidence of each model, of which one is not determined."""
     random = np.random.RandomState(1)
-    centre = np.array([0.033, 0.795, 0.845, 11.0, 0.1, 1.0])
-    draws = centre * (1 + 0.01 * random.standard_normal((200, 6)))
+    centre = np.array([0.033, 0.795, 0.845, 11.0, 0.1])
+    draws = centre * (1 + 0.01 * random.standard_normal((200, 5)))
     elapsed = 0.01 * np.arange(100)
     measured = 0.02 * np.sin(12 * elapsed)
     levels = np.array([[0.25, 0.75], [0.05, 0.95]])
@@ -21,9 +21,9 @@ def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
             "mean": ("parameter", draws.mean(axis=0)),
             "standard_deviation": ("parameter", draws.std(axis=0)),
             "interval": (("level", "bound", "parameter"), np.quantile(draws, levels, axis=0)),
-            "r_hat": ("parameter", np.full(6, 1.002)),
-            "effective_draws": ("parameter", np.full(6, 640.0)),
-            "true_value": ("parameter", [0.033, 0.795, 0.845, np.nan, np.nan, np.nan]),
+            "r_hat": ("parameter", np.full(5, 1.002)),
+            "effective_draws": ("parameter", np.full(5, 640.0)),
+            "true_value": ("parameter", [0.033, 0.795, 0.845, np.nan, np.nan]),
             "draws": (("draw", "parameter"), draws),
             "sensor_deviation": ("draw", np.full(200, 1.5e-4)),
             "sensor_deviation_r_hat": 1.001,

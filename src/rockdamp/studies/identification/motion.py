@@ -24,7 +24,6 @@ from rockdamp.studies.least_squares import LOST, Fit, noise_directions
 
 NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
 MOST_ROWS = 64
-DIFFERENCE = 1e-3  # of a parameter's range: step of the central differences, so that the solver's roughness is small
 # Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
 NEAR = 8.0
 
@@ -77,7 +76,7 @@ class MotionNoise:
         directions = noise_directions(measured.record)
         acceleration = measured.record.ground_acceleration + about @ directions
         fit = measured.with_motion(acceleration)
-        effect = fit.derivative_by_motion(parameters, directions)
+        effect, derivative = fit.tangent(parameters, directions)
         # The noise of one standard deviation that shifts the response most, where it shifts it most.
         at = int(np.argmax(np.einsum("kt,kt->t", effect, effect)))
         worst = effect[:, at] @ directions / max(float(np.linalg.norm(effect[:, at])), np.finfo(float).tiny)
@@ -85,7 +84,6 @@ class MotionNoise:
         if np.abs(sides).max() >= LOST * fit.u_ins:
             raise InputError("the wall is so near to collapse that the noise of the measured motion decides on it")
         noise = Noise(np.concatenate([trend, main_directions(effect, (NEGLIGIBLE * fit.rest_deviation) ** 2)]))
-        derivative = _derivative(fit, parameters)
         deviation, correlation = (np.full(len(derivative), value) for value in sensor)
         weighted = noise.by_inverse(derivative, deviation, correlation)
         follows = -np.einsum("kt,pt->kp", effect, weighted)
@@ -137,16 +135,6 @@ class MotionNoise:
         linear = linear - np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
         exact = [self.under(z).computed(row[None])[0] for z, row in zip(noise, parameters, strict=True)]
         return np.stack(exact) - linear
-
-
-def _derivative(fit: Fit, parameters: Array) -> Array:
-    """Derivative of the response by the parameters, shape (3, samples); of a damper at an end of its range just inside.
-
-    1 is the largest e there is.
-    """
-    low, high, reach = *(end[2] for end in fit.range), DIFFERENCE * fit.width[2]
-    inside = np.array([*parameters[:2], np.clip(parameters[2], low + reach, high - reach)])
-    return fit.derivative(inside, difference=DIFFERENCE).T
 
 
 def main_directions(effect: Array, negligible: float) -> Array:

@@ -16,7 +16,7 @@ from rockdamp.studies.identification.modes import Mode, climb, triangular
 from rockdamp.studies.identification.motion import MotionNoise
 from rockdamp.studies.identification.noise import Noise
 from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.least_squares import LOST, Fit, Solution
+from rockdamp.studies.least_squares import EXPLAINED, LOST, Fit, Solution, noise_directions
 
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation")  # standard deviation of the noise, and from sample to sample
 NEAREST = 1e-3  # to an end of the prior, of its width, at the start
@@ -51,7 +51,8 @@ class Problem:
             If the wall is so near to collapse that the noise of the measured motion decides on it, or if it does not
             rock where the record is explained best.
         """
-        problem = cls._about(solution, prior, solution.estimate, np.zeros(solution.fit.record.elapsed.size))
+        nothing = np.zeros(len(noise_directions(solution.fit.record)))
+        problem = cls._about(solution, prior, solution.estimate, nothing)
         problem = problem._with_modes_from(problem._starts())
         for _ in range(ROUNDS):
             nearer = problem._nearer()
@@ -60,6 +61,12 @@ class Problem:
             there = cls._about(solution, prior, *nearer)
             problem = there._with_modes_from((mode.centre, mode.lower) for mode in problem.found)
         return problem
+
+    @property
+    def _sensor(self) -> tuple[float, float]:
+        """Deviation and correlation of the sensor's noise at the highest mode."""
+        deviation, phi = self.values(self.found[0].centre[None])[0, -2:]
+        return float(deviation), float(phi)
 
     @classmethod
     def of(cls, fit: Fit, prior: Prior) -> Problem:
@@ -100,7 +107,7 @@ class Problem:
 
         here = explained(0.0)[0]
         best, estimate, z = max((explained(part) for part in PARTS), key=lambda found: found[0])
-        return (estimate, z, (float(deviation[0]), float(phi[0]))) if best > here + GAINED else None
+        return (estimate, z, self._sensor) if best > here + GAINED else None
 
     @property
     def noise(self) -> Noise:
@@ -168,6 +175,14 @@ class Problem:
                 f"the response to the noise of the measured motion differs from a linear one by {share:.2g} of the"
                 f" sensor's deviation; it must be at most {LINEAR}: the wall rocks too long or too near to collapse"
             )
+
+    def doubts(self, deviation: float) -> list[str]:
+        """Say it if the model leaves more of the record than the sensor's noise at rest, by the deviation found. [m]"""
+        times = deviation / self.fit.rest_deviation
+        if times <= EXPLAINED:
+            return []
+        left = f"what {self.fit.candidate.name} leaves of the record is {times:.1f} times the sensor's noise at rest"
+        return [f"{left}, {EXPLAINED:g} at most if a model is right: intervals tell what holds under this one alone"]
 
     @cached_property
     def modes(self) -> list[Mode]:

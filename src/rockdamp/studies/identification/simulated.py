@@ -128,8 +128,9 @@ class Maker:
 
 def _weighted(problem: Problem, random: np.random.RandomState) -> Draws:
     found = weighted_draws(problem, random)
-    if not found.good:
-        raise InputError("the weights of the draws are not to be relied on")
+    doubts = problem.doubts(float(found.weights @ problem.values(found.coordinates)[:, -2]))
+    if doubts or not found.good:
+        raise InputError(" ".join(doubts) or "the weights of the draws are not to be relied on")
     return found.coordinates, found.weights
 
 
