@@ -306,7 +306,11 @@ def coverage(data: Data) -> str:
     drawn, identified = study.sizes["draw"], int(study["identified_records"])
     errors = [percent(study["coverage_error"].sel(level=level)) for level in LEVELS]
     found = f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
-    found += f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors)."
+    away = np.abs(study["coverage"] - study["level"]) / study["coverage_error"]
+    found += (
+        f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors); the share that"
+    )
+    found += f" is farthest off differs by {float(away.max()):.1f} of these."
     head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "uniform ranks, p"]
     rows = [
         [PARAMETERS[str(name)]]

@@ -47,10 +47,11 @@ def posterior(
     r"""Return what a measured record says of a1, b1 and the damper, with the errors of the instruments as unknowns.
 
     The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
-    and the accelerometer's white noise, to which the wall responds. Zero, drift and what of the motion's noise acts
-    linearly are integrated out in closed form. From the least squares and the minima of a scan of all parameters the
-    posterior's modes are climbed; a mixture is fitted to it from there, whose weighted draws tell the evidence, and
-    among whose draws ensembles of walkers start. The same seed gives the same draws.
+    and the accelerometer's white noise, to which the wall responds. Zero, drift and the motion's noise are integrated
+    out in closed form, the response to it as linear about the noise that leads to the record's trajectory. From the
+    least squares and the minima of a scan of all parameters the posterior's modes are climbed; a mixture is fitted to
+    it from there, whose weighted draws tell the evidence, and among whose draws ensembles of walkers start. The same
+    seed gives the same draws.
 
     Parameters
     ----------
@@ -81,7 +82,8 @@ def posterior(
     ------
     InputError
         If the walkers do not agree (r-hat above 1.01, or too few effective draws), the record has no displacement, no
-        rest, or is so near to collapse that its noise decides, or the packages that this needs are missing.
+        rest, or is so near to collapse that its noise decides or its response is not linear in it, or the packages that
+        this needs are missing.
     """
     prior = instance("prior", prior or Prior(), Prior)
     sampler = instance("sampler", sampler or Sampler(), Sampler)
