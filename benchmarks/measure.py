@@ -6,6 +6,7 @@ import resource
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -91,6 +92,35 @@ class Section:
     def of(cls, data: Mapping[str, Any]) -> Section:
         """Return the section that `data` made."""
         return cls(**{**data, "tables": [Table(**table) for table in data["tables"]]})
+
+
+def second_process(run: Callable[[], Any], repetitions: int) -> float:
+    """Return how many times as fast two processes together are as one alone, each with the same work."""
+    run()  # loads the kernel, before the processes are made
+    alone, together = (min(_slowest(run, processes, repetitions)) for processes in (1, 2))
+    return 2 * alone / together
+
+
+def _slowest(run: Callable[[], Any], processes: int, repetitions: int) -> list[float]:
+    """Return the seconds of the slowest of some processes that begin at once, for each repetition."""
+    context = get_context("fork")
+    barrier, spent = context.Barrier(processes), context.SimpleQueue()
+
+    def work() -> None:
+        for _ in range(repetitions):
+            barrier.wait()
+            start = time.perf_counter()
+            run()
+            spent.put(time.perf_counter() - start)
+            barrier.wait()  # all are done before one begins again
+
+    workers = [context.Process(target=work) for _ in range(processes)]
+    for worker in workers:
+        worker.start()
+    seconds = [spent.get() for _ in range(processes * repetitions)]
+    for worker in workers:
+        worker.join()
+    return [max(seconds[i : i + processes]) for i in range(0, len(seconds), processes)]
 
 
 def number(value: float) -> str:

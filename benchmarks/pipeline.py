@@ -117,8 +117,8 @@ def section(quick: bool) -> Section:
             min(build[which] for build in chain) / min(build[which] for build in empty),
             1.8,
             " times",
-            reason=f"Furthest from their empty jobs are {slowest}. These compute, or lay out and draw a figure twice,"
-            " as PDF and as PNG.",
+            reason=f"Furthest from their empty jobs are {slowest}. These compute, or lay out a figure and draw it"
+            " twice, as PDF and as PNG.",
         )
     found.target(
         "First build of the paper's chain, with the kernel's compilation",
@@ -291,6 +291,7 @@ def natural(quick: bool) -> Section:
         if code:
             raise RuntimeError(f"snakemake natural ended with status {code}")
         records, histories = _counts(tree, config)
+        spent = sorted(_durations(tree.place).items(), key=lambda item: -sum(item[1]))
     table = Table(
         f"`snakemake -c{CORES} natural` from nothing, with the kernel compiled before. Memory is resident, sampled"
         " ten times a second.",
@@ -316,6 +317,12 @@ def natural(quick: bool) -> Section:
         ]
     )
     found.tables.append(table)
+    where = Table(
+        "Where the study's time goes: seconds of each rule's jobs, with two jobs at once.", ["rule", "jobs", "s"]
+    )
+    where.rows = [[rule, str(len(seconds)), number(sum(seconds))] for rule, seconds in spent]
+    found.tables.append(where)
+    most = ", ".join(f"{rule} {sum(seconds):.0f} s" for rule, seconds in spent[:3])
     if not quick:
         found.target(
             f"Study of earthquakes from nothing, processor time over {CORES} cores",
@@ -323,7 +330,7 @@ def natural(quick: bool) -> Section:
             90,
             " s",
             reason=f"It runs {histories:,} histories at three steps, and at five near to collapse; what was tried"
-            " to make them cheaper is told below.",
+            f" to make them cheaper is told below. Its longest rules are {most}.",
         )
         found.target(
             "Memory of the study of earthquakes, all processes at once", peak.together / MEBIBYTE, 1024, " MiB"
