@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from rockdamp import plausibility
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import natural_problems, population_problems
+from rockdamp.config.identification import identification_problems
 from rockdamp.config.limits import cost_problems, size_problems
 from rockdamp.config.pulses import damper_order_problems, pulse_problems
 from rockdamp.config.schema import COMMAND_LINE, KeyPath, Problem, ascending, dotted, origin, schema_problems
@@ -108,6 +109,7 @@ def problems(config: Config) -> list[Problem]:
         wrong += _window_problems(config, cases)
     wrong += [*_grid_problems(config), *_study_problems(config)]
     wrong += [*_dispersion_problems(config), *pulse_problems(config), *damper_order_problems(config)]
+    wrong += identification_problems(config)
     of_walls = list(natural_problems(config))
     wrong += of_walls or _matched_wall_problems(config)
     of_population = list(population_problems(config))

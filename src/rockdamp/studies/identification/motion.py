@@ -46,6 +46,8 @@ class MotionNoise:
         Derivative of the response by z. [m]
     derivative : ndarray, shape (3, samples)
         Derivative of the response by the parameters.
+    noise : Noise
+        The sensor's zero and drift, and the main directions of the effect.
     follows : ndarray, shape (directions, 3)
         Z.
     precision : ndarray, shape (3, 3)
