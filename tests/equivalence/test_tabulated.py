@@ -56,6 +56,16 @@ def test_the_table_answers_for_every_named_curve():
         assert ratio.shape == (2, len(PRESETS)) and np.isfinite(ratio).all()
 
 
+def test_the_studys_curve_is_answered_for_at_every_e_of_the_study():
+    e = np.arange(0.70, 0.981, 0.005)
+    for model in PAPER_MODELS:
+        assert np.isfinite(rd.damping_ratio_table(CURVE, model, e)).all()
+
+
+def test_under_each_model_less_than_a_tenth_of_the_range_is_refused():
+    assert max(refused.mean() for refused in tabulated.shipped().refused.values()) < 0.1
+
+
 def test_dampers_that_lose_the_same_from_every_amplitude_need_no_table():
     far = rd.TrilinearCurve(0.001, 0.95)
     assert rd.damping_ratio_table(far, "ecd", [0.3, 0.85], 0.9) == pytest.approx(exact_ratio([0.3, 0.85]))
@@ -107,7 +117,7 @@ def test_one_wall_outside_the_range_is_refused_with_its_value_and_among_many_it_
 
 
 def test_a_cell_near_a_switch_is_refused_and_its_neighbours_answer():
-    cells = tabulated.shipped().refused[PAPER_MODELS.index("CDC")]
+    cells = tabulated.shipped().refused["CDC"]
     beside = np.argwhere(cells[..., :-1] & ~cells[..., 1:])[0]
     middle = (beside[:, None] + 0.5 + np.array([[0, 0], [0, 0], [0, 0], [0, 0], [0, 1]])) / np.array(cells.shape)[
         :, None
@@ -132,8 +142,9 @@ def test_a_wall_has_one_ratio_whatever_stands_beside_it(monkeypatch):
 def test_a_file_is_believed_only_if_it_is_whole_and_of_this_range():
     content = tabulated.packed(tabulated.shipped(), tabulated.protocol(step=STEP))
     own = tabulated.unpacked(content, "table.npz")
-    np.testing.assert_array_equal(own.log_ratio, tabulated.shipped().log_ratio)
-    np.testing.assert_array_equal(own.refused, tabulated.shipped().refused)
+    for model in PAPER_MODELS:
+        np.testing.assert_array_equal(own.log_ratio[model], tabulated.shipped().log_ratio[model])
+        np.testing.assert_array_equal(own.refused[model], tabulated.shipped().refused[model])
     for damaged in (b"", content[:-30], content.replace(b"PK", b"pk"), b"not a table"):
         with pytest.raises(InputError, match="table.npz: is damaged"):
             tabulated.unpacked(damaged, "table.npz")
@@ -160,8 +171,8 @@ def test_the_stated_error_was_not_exceeded_by_any_wall_drawn_or_searched():
         assert int(row["walls"]) >= 4000 and int(row["searched"]) >= 500
 
 
-def test_cells_beside_one_that_is_off_and_at_a_corner_with_two_minima_are_refused():
+def test_cells_beside_one_that_is_off_and_at_a_corner_with_two_minima_are_found():
     off = np.zeros((3, 4), dtype=bool)
     off[1, 2] = True
-    assert np.argwhere(tabulate_ratios.beside(off)).tolist() == [[0, 2], [1, 1], [1, 3], [2, 2]]
+    assert np.argwhere(tabulate_ratios.and_beside(off)).tolist() == [[0, 2], [1, 1], [1, 2], [1, 3], [2, 2]]
     assert np.argwhere(tabulate_ratios.at_a_corner(off)).tolist() == [[0, 1], [0, 2], [1, 1], [1, 2]]

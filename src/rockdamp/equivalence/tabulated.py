@@ -19,6 +19,7 @@ import zipfile
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,12 +35,17 @@ from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS, VISCOUS_MODELS
 
 FILE = "ratios.npz"
 LARGEST_ERROR = 0.01  # of xi, stated; tools/tabulate_ratios.py checks it
-NODES = (12, 9, 12, 4, 15)  # of e, a1, b1, a3 and the release
+NODES = {  # of e, a1, b1, a3 and the release; under CDC xi ripples the most
+    "CDC": (21, 9, 16, 6, 21),
+    "CDR": (12, 9, 12, 4, 15),
+    "SDR": (12, 9, 12, 4, 15),
+}
 RESTITUTION, PLATEAU_RATIO, ULTIMATE_RATIO = (0.70, 0.99), (0.4, 0.9), (0.7, 1.0)
 LEAST_A1 = 0.02
 ROOM = 2.5  # 1/a1 is at least 1/a2 and this
 LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE = 0.1, 1.5, 0.8  # u0 from 0.1 + 1.5 a1 to 0.8 a3
 UNIT = 5e-5  # of ln(xi/xi_E) in the file
+DIFFERENCED = (4, 0, 2)  # axes, in the file
 ROUNDING = 1e-9  # beyond the range, over its width, that still counts as within it
 SCALED = ", for the table; with translated softening displacements and forces count over a3"
 REFUSALS = (  # what is refused, and what it must be
@@ -63,25 +69,25 @@ class Table:
 
     Attributes
     ----------
-    log_ratio : ndarray, shape (models, *NODES)
-        ln(xi/xi_E) at the nodes, models in the order of `PAPER_MODELS`. [-]
-    refused : ndarray of bool, shape (models, *cells)
-        Whether a cell between nodes must not be used.
+    log_ratio : dict of ndarray, shape NODES[model]
+        ln(xi/xi_E) at the nodes, by model. [-]
+    refused : dict of ndarray of bool, shape NODES[model] - 1
+        Whether a cell between nodes must not be used, by model.
     """
 
-    log_ratio: Array
-    refused: NDArray[np.bool_]
+    log_ratio: dict[str, Array]
+    refused: dict[str, NDArray[np.bool_]]
 
     def read(self, model: str, at: Array) -> Array:
         """Return ln(xi/xi_E) of a model at points in the unit box, shape (5, points). [-]"""
-        last = np.array(NODES)[:, None] - 1.0
+        last = np.array(NODES[model])[:, None] - 1.0
         found = np.empty(at.shape[1])
-        kernels.cubic_in_five()(self.log_ratio[PAPER_MODELS.index(model)], at * last, found)
+        kernels.cubic_in_five()(self.log_ratio[model], at * last, found)
         return found
 
     def refuses(self, model: str, at: Array) -> NDArray[np.bool_]:
         """Tell which points of the unit box lie in a cell that must not be used."""
-        cells = self.refused[PAPER_MODELS.index(model)]
+        cells = self.refused[model]
         cell = [np.minimum((one * n).astype(int), n - 1) for one, n in zip(at, cells.shape, strict=True)]
         within: NDArray[np.bool_] = cells[tuple(cell)]
         return within
@@ -91,21 +97,18 @@ def protocol(**made_by: float) -> str:
     """Return in words what a table is of; one that says otherwise is not believed."""
     ranges = (RESTITUTION, (LEAST_A1, ROOM), PLATEAU_RATIO, ULTIMATE_RATIO)
     release = (LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE)
-    own = {"models": PAPER_MODELS, "window": DEFAULT_WINDOW, "nodes": NODES, "unit": UNIT}
+    own = {"window": DEFAULT_WINDOW, "nodes": NODES, "unit": UNIT}
     return json.dumps({**own, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
 
 
 def packed(table: Table, stated: str) -> bytes:
     """Return the content of the file: the table, what it is of, and a digest of both."""
-    whole = np.round(table.log_ratio / UNIT).astype(np.int16)
+    parts = {model: (_differences(table.log_ratio[model]), np.packbits(table.refused[model])) for model in NODES}
+    arrays: dict[str, Any] = {"protocol": np.array(stated), "digest": np.array(_digest(parts, stated))}
+    for model, (of_nodes, of_cells) in parts.items():
+        arrays |= {f"{model}_log_ratio": of_nodes, f"{model}_refused": of_cells}
     stream = io.BytesIO()
-    np.savez_compressed(
-        stream,
-        log_ratio=whole,
-        refused=np.packbits(table.refused),
-        protocol=np.array(stated),
-        digest=np.array(_digest(whole, table.refused, stated)),
-    )
+    np.savez_compressed(stream, **arrays)
     return stream.getvalue()
 
 
@@ -117,25 +120,48 @@ def unpacked(content: bytes, source: str) -> Table:
     InputError
         If it is not.
     """
-    shape = (len(PAPER_MODELS), *(n - 1 for n in NODES))
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            whole, bits, stated, digest = (file[name] for name in ("log_ratio", "refused", "protocol", "digest"))
-        refused = np.unpackbits(bits, count=int(np.prod(shape))).reshape(shape).astype(bool)
-        sound = str(digest) == _digest(whole, refused, str(stated))
-        told, own = json.loads(str(stated)), json.loads(protocol())
+            parts = {model: (file[f"{model}_log_ratio"], file[f"{model}_refused"]) for model in NODES}
+            stated = str(file["protocol"])
+            sound = str(file["digest"]) == _digest(parts, stated)
+        told, own = json.loads(stated), json.loads(protocol())
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         sound = False
     if not sound:
         raise InputError(f"{source}: is damaged; it must be what tools/tabulate_ratios.py wrote")
     if {name: told.get(name) for name in own} != own:
         raise InputError(f"{source}: is of another range or response; tools/tabulate_ratios.py makes it anew")
-    return Table(whole * UNIT, refused)
+    return Table(
+        {model: np.asarray(_summed(of_nodes) * UNIT, dtype=float) for model, (of_nodes, _) in parts.items()},
+        {model: _cells(model, of_cells) for model, (_, of_cells) in parts.items()},
+    )
 
 
-def _digest(whole: NDArray[np.int16], refused: NDArray[np.bool_], stated: str) -> str:
-    parts = (str(whole.shape).encode(), whole.astype("<i2").tobytes(), np.packbits(refused).tobytes(), stated.encode())
-    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+def _differences(log_ratio: Array) -> NDArray[np.int16]:
+    """Whole units, then differences along three axes: half the file. Beyond 16 bits they wrap, there and back."""
+    whole = np.round(log_ratio / UNIT).astype(np.int16)
+    for axis in DIFFERENCED:
+        whole = np.diff(whole, axis=axis, prepend=np.int16(0))
+    return whole
+
+
+def _summed(differences: NDArray[np.int16]) -> NDArray[np.int16]:
+    for axis in reversed(DIFFERENCED):
+        differences = differences.cumsum(axis=axis, dtype=np.int16)
+    return differences
+
+
+def _cells(model: str, bits: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    shape = tuple(n - 1 for n in NODES[model])
+    return np.unpackbits(bits, count=int(np.prod(shape))).reshape(shape).astype(bool)
+
+
+def _digest(parts: dict[str, tuple[NDArray[np.int16], NDArray[np.uint8]]], stated: str) -> str:
+    told = [stated.encode()]
+    for model, (of_nodes, of_cells) in sorted(parts.items()):
+        told += [f"{model}{of_nodes.shape}".encode(), of_nodes.astype("<i2").tobytes(), of_cells.tobytes()]
+    return hashlib.sha256(b"\0".join(told)).hexdigest()
 
 
 @cache

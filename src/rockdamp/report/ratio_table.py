@@ -1,6 +1,6 @@
 """The part of the table of damping ratios that the page holds: walls of a3 = 1, and all of translated softening.
 
-With translated softening a3 drops out of xi. That part needs no other nodes of a3, and is a quarter of the whole.
+With translated softening a3 drops out of xi. That part needs no other nodes of a3, and is a fifth of the whole.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.equivalence import tabulated
-from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS
+from rockdamp.vocabulary import DEFAULT_WINDOW
 
 A3 = tabulated.AXES.index(3)  # among the refusals
 NOT_1 = "1 with steeper softening, on this page; the command `rockdamp equivalent` has others"
@@ -34,11 +34,11 @@ def data(window: float) -> dict[str, Any] | None:
     return {
         "models": {
             model: {
-                "nodes": [*tabulated.NODES[:3], tabulated.NODES[4]],
-                "units": _text(np.round(log_ratio[:, :, :, -1] / tabulated.UNIT).astype("<i2")),
-                "refused": _text(np.packbits(refused[:, :, :, -1])),
+                "nodes": [*nodes[:3], nodes[4]],
+                "units": _text(np.round(table.log_ratio[model][:, :, :, -1] / tabulated.UNIT).astype("<i2")),
+                "refused": _text(np.packbits(table.refused[model][:, :, :, -1])),
             }
-            for model, log_ratio, refused in zip(PAPER_MODELS, table.log_ratio, table.refused, strict=True)
+            for model, nodes in tabulated.NODES.items()
         },
         "unit": tabulated.UNIT,
         "rounding": tabulated.ROUNDING,
