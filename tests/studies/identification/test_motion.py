@@ -91,3 +91,12 @@ def test_a_model_that_leaves_more_than_the_noise_at_rest_is_doubted(made):
     assert not made.doubts(1.4 * at_rest)
     (doubt,) = made.doubts(3.2 * at_rest)
     assert doubt.startswith("what CR leaves of the record is 3.2 times the sensor's noise at rest")
+
+
+def test_a_short_rest_is_no_measure_of_the_sensors_noise():
+    """Of samples from one distribution the deviation is as much too small as told once in a thousand times."""
+    random = np.random.RandomState(6)
+    rests = random.standard_normal((4000, 20))
+    beyond = np.mean([1 / rest.std() > problem._by_chance(rest) for rest in rests])
+    assert 0 < beyond < 0.004
+    assert problem._by_chance(random.standard_normal(2000)) < 1.1

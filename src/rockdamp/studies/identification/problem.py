@@ -8,9 +8,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.histories.under_a_record import rest_samples
 from rockdamp.studies.candidates import SEARCHED_ORDER
 from rockdamp.studies.identification.modes import Mode, climb, triangular
 from rockdamp.studies.identification.motion import MotionNoise
@@ -29,6 +31,7 @@ STARTS = 4  # local minima of the scan from which modes are looked for, beside t
 WIDER = 5.0  # the scale about those, as they are no more than points of a grid
 NOISE_SCALE = (0.1, 0.05)  # of the noise's deviation, in its logarithm, and of its correlation
 BELOW = 20.0  # the highest mode, in the logarithm of the density: what is lower is no part of the posterior
+RARELY = 1000  # so that the noise of a short rest is not taken for that of the sensor
 ORDERS = 8  # of the damper of any order, at each of which the mode of the other parameters is looked for
 
 
@@ -179,10 +182,11 @@ class Problem:
     def doubts(self, deviation: float) -> list[str]:
         """Say it if the model leaves more of the record than the sensor's noise at rest, by the deviation found. [m]"""
         times = deviation / self.fit.rest_deviation
-        if times <= EXPLAINED:
+        most = max(EXPLAINED, _by_chance(self.fit.measured[: rest_samples(self.fit.record)]))
+        if times <= most:
             return []
         left = f"what {self.fit.candidate.name} leaves of the record is {times:.1f} times the sensor's noise at rest"
-        return [f"{left}, {EXPLAINED:g} at most if a model is right: intervals tell what holds under this one alone"]
+        return [f"{left}, {most:.1f} at most if a model is right: intervals tell what holds under this one alone"]
 
     @cached_property
     def modes(self) -> list[Mode]:
@@ -263,3 +267,11 @@ def _deviation_and_correlation(residual: Array) -> tuple[float, float]:
     """Of what a model leaves: its standard deviation, and the correlation of neighbours."""
     phi = float(np.clip(residual[1:] @ residual[:-1] / (residual @ residual), 0.01, 0.98))
     return float(np.sqrt(np.mean(residual**2))), phi
+
+
+def _by_chance(samples: Array) -> float:
+    """Return how many times their standard deviation that of what samples are drawn from may be, once in `RARELY`."""
+    away = samples - samples.mean()
+    _, phi = _deviation_and_correlation(away)
+    independent = max(samples.size * (1 - phi**2) / (1 + phi**2), 2.0)
+    return float(np.sqrt((independent - 1) / chi2.ppf(1 / RARELY, independent - 1)))
