@@ -217,8 +217,8 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             " times",
             least=True,
             reason=f"Two processes that share nothing, each with the same histories on one thread, are"
-            f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}): more"
-            " than that no thread can give here.",
+            f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}),"
+            " in rounds of their own: what this machine gives a second core.",
         )
         text = f"The second core gives rockdamp {min(second):.2f} to {max(second):.2f} times the speed"
         if c_second:
