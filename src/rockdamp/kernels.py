@@ -498,7 +498,7 @@ def march(advance):
 def plain_cubic_in_five(table, at, found):
     """Read a table at some points: through the four nodes nearest to a point, a cubic in each of five variables.
 
-    SciPy's splines are as near (NdBSpline, map_coordinates), and take nine times as long: docs/accuracy.md.
+    SciPy's NdBSpline is as near, its map_coordinates is not, and both take some nine times as long: docs/accuracy.md.
 
     Parameters
     ----------

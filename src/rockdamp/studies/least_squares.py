@@ -36,7 +36,6 @@ BATCH = 1024  # histories held at once
 DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
 DRAWS, DRAWS_SEED = 256, 0  # of the motion's noise
 DRAWN = 0.3  # of its size: small enough for the response to be linear, and large against the solver's roughness
-MOST_DIRECTIONS = 2048  # of the motion's noise: each sample is one, or as many are drawn where there are more samples
 LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
 LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stands
 
@@ -355,21 +354,6 @@ class Solution:
     def covariance_by_sensor(self) -> tuple[Array, int]:
         """Covariance by the residuals, and the samples over which they are taken as correlated."""
         return covariance_by_sensor(self.derivative, self.residual)
-
-
-def noise_directions(record: Record) -> Array:
-    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients.
-
-    Returns
-    -------
-    ndarray, shape (directions, samples)
-        [m s-2]
-    """
-    deviation, samples = motion_noise(record), record.elapsed.size
-    if samples <= MOST_DIRECTIONS:
-        return deviation * np.eye(samples)
-    random = np.random.RandomState(DRAWS_SEED)
-    return deviation / np.sqrt(MOST_DIRECTIONS) * random.standard_normal((MOST_DIRECTIONS, samples))
 
 
 def motion_noise(record: Record) -> float:

@@ -19,9 +19,11 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.motions.records import Record
 from rockdamp.studies.identification.noise import Noise
-from rockdamp.studies.least_squares import LOST, Fit, noise_directions
+from rockdamp.studies.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
 
+MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
 NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
 MOST_ROWS = 64
 # Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
@@ -137,6 +139,21 @@ class MotionNoise:
         linear = linear - np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
         exact = [self.under(z).computed(row[None])[0] for z, row in zip(noise, parameters, strict=True)]
         return np.stack(exact) - linear
+
+
+def noise_directions(record: Record) -> Array:
+    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients.
+
+    Returns
+    -------
+    ndarray, shape (directions, samples)
+        [m s-2]
+    """
+    deviation, samples = motion_noise(record), record.elapsed.size
+    if samples <= MOST_DIRECTIONS:
+        return deviation * np.eye(samples)
+    random = np.random.RandomState(DRAWS_SEED)
+    return deviation / np.sqrt(MOST_DIRECTIONS) * random.standard_normal((MOST_DIRECTIONS, samples))
 
 
 def main_directions(effect: Array, negligible: float) -> Array:

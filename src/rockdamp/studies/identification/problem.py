@@ -15,10 +15,10 @@ from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import rest_samples
 from rockdamp.studies.candidates import SEARCHED_ORDER
 from rockdamp.studies.identification.modes import Mode, climb, triangular
-from rockdamp.studies.identification.motion import MotionNoise
+from rockdamp.studies.identification.motion import MotionNoise, noise_directions
 from rockdamp.studies.identification.noise import Noise
 from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.least_squares import EXPLAINED, LOST, Fit, Solution, noise_directions
+from rockdamp.studies.least_squares import EXPLAINED, LOST, Fit, Solution
 
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation")  # standard deviation of the noise, and from sample to sample
 NEAREST = 1e-3  # to an end of the prior, of its width, at the start
