@@ -6,8 +6,9 @@ import pytest
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers.batch import _aligned_zeros
 from rockdamp.solvers.event_driven import history
-from rockdamp.solvers.newmark import _aligned_zeros, available_threads, solve, stable_step
+from rockdamp.solvers.newmark import available_threads, solve, stable_step
 from rockdamp.solvers.response import (
     COLLAPSED,
     COMPLETED,

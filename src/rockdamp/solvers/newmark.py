@@ -7,17 +7,18 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from threading import Event
-from typing import Any, Unpack, overload
+from typing import Unpack, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rockdamp import kernels
-from rockdamp.arguments import MOST_ELEMENTS, broadcast, instance, numbers, whole
+from rockdamp.arguments import broadcast, instance, numbers, whole
 from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers.batch import Batch
 from rockdamp.solvers.response import (
     COLLAPSED,
     RESPONSES,
@@ -31,7 +32,6 @@ from rockdamp.solvers.response import (
 
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
-CACHE_LINE = 8  # doubles
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -186,7 +186,7 @@ def solve(
     g = factors[0] if len(factors) == 1 else _load_at_start(factors, ground)
     case = 0 if reference is None else instance("reference", reference, Reference).case
     lanes = {"step": h, "release_amplitude": x0, "release_velocity": v0, "load_factor": g, "case": case}
-    batch = _Batch(broadcast(curve=curve, damping=damping, **lanes))
+    batch = Batch(broadcast(curve=curve, damping=damping, **lanes))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
     start = _start_acceleration(curve, damping, x0, v0, _load_at_start(factors, ground))
@@ -299,111 +299,6 @@ def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: 
         start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
-
-
-class _Batch:
-    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
-
-    A block that few lanes do not fill is narrower, as an idle lane costs as much as a busy one.
-    """
-
-    def __init__(self, shape: tuple[int, ...]) -> None:
-        self.shape = shape
-        self.lanes = int(np.prod(shape))
-        groups = max(1, -(-self.lanes // kernels.GROUP))
-        self.width = min(kernels.GROUP * groups, kernels.LANES)
-        self.blocks = -(-self.lanes // self.width)
-
-    def require_room(self, stored: int, checkpoints: int) -> None:
-        """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
-        each = max(stored, checkpoints)
-        if max(self.lanes, 1) * max(kernels.ROWS, each) > MOST_ELEMENTS:
-            raise InputError(
-                f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at"
-                f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
-            )
-
-    def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
-        flat = target.reshape(-1)
-        flat[: self.lanes].reshape(self.shape)[...] = value
-        flat[self.lanes :] = flat[self.lanes - 1] if self.lanes else 0.0
-
-    def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
-        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
-        work = np.zeros((kernels.ROWS, self.blocks, self.width))
-        for row, value in rows.items():
-            self._fill(work[row // kernels.LANES], value)
-        blocks = _aligned_zeros(self.blocks * kernels.ROWS * kernels.LANES)
-        blocks = blocks.reshape(self.blocks, kernels.ROWS, kernels.LANES)
-        blocks[:, :, : self.width] = work.swapaxes(0, 1)
-        return blocks.reshape(self.blocks, kernels.ROWS * kernels.LANES)
-
-    def unpack(self, work: Array, row: int) -> Array:
-        """Return one row in the batch's shape."""
-        return work[:, row : row + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
-
-    def by_motion(self, factors: Array) -> Array:
-        """Return the lanes' factors on each of several motions, shape (blocks, motions, width)."""
-        if len(factors) == 1:
-            return np.empty((self.blocks, 0, 0))
-        blocks = np.empty((len(factors), self.blocks, self.width))
-        for motion, factor in enumerate(factors):
-            self._fill(blocks[motion], factor)
-        return np.ascontiguousarray(blocks.swapaxes(0, 1))
-
-    def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
-        """Return what `Response` holds: how each lane ended, and its peak."""
-        return {
-            "outcome": (self.unpack(work, kernels.ALIVE) == 0.0).astype(np.int8),
-            "outcome_tau": self.unpack(work, kernels.END) * step,
-            "peak": self.unpack(work, kernels.PEAK),
-            "peak_tau": self.unpack(work, kernels.PEAK_AT) * step,
-            "impacts": self.unpack(work, kernels.CROSSINGS).astype(np.int64),
-        }
-
-    def compare(
-        self, reference: Reference | None, steps: int
-    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
-        """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
-        case_of_lane = np.zeros((self.blocks, self.width), dtype=np.int64)
-        if reference is None:
-            return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
-        # The kernel is compiled for arrays that can be written.
-        checkpoints, compared, case = reference.checkpoints.copy(), reference.displacement, reference.case
-        within = (checkpoints >= 1) & (checkpoints <= steps)
-        # Here and not when it is made: it is not copied, as it may be large.
-        require(np.isfinite(compared), "the reference's displacement", compared, "a finite number")
-        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
-        marks = checkpoints.shape
-        require(len(marks) == 1 and marks[0] > 0, "the shape of checkpoints", str(marks), "(count,)")
-        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
-        require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
-        if compared.shape[1] <= steps:
-            raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
-        require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
-        self._fill(case_of_lane, case)
-        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, self.width))
-
-    def by_checkpoint(self, error: Array) -> Array:
-        """Return sums, shape (blocks, checkpoints, width), in the shape (checkpoints, *shape)."""
-        count = error.shape[1]
-        return error.swapaxes(0, 1).reshape(count, -1)[:, : self.lanes].reshape(count, *self.shape)
-
-    def histories(self, stored: int) -> Array:
-        """Return room for `stored` values of each lane, NaN until they are reached."""
-        return np.full((self.blocks if stored else 0, self.width, stored), np.nan)
-
-    def trim(self, histories: Array) -> Array:
-        """Return histories in the shape (*shape, stored)."""
-        stored = histories.shape[-1]
-        return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
-
-
-def _aligned_zeros(count: int) -> Array:
-    """Return zeros that begin with a line of the processor's cache, so that no vector of a block lies in two."""
-    spare = np.zeros(count + CACHE_LINE - 1)
-    start = -(spare.ctypes.data // spare.itemsize) % CACHE_LINE
-    return spare[start : start + count]
 
 
 def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:

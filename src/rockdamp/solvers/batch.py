@@ -1,0 +1,122 @@
+"""A batch of lanes as the kernel wants it: laid out in blocks, and what is read back from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rockdamp import kernels
+from rockdamp.arguments import MOST_ELEMENTS
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, require
+from rockdamp.solvers.response import Reference
+
+CACHE_LINE = 8  # doubles
+
+
+class Batch:
+    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
+
+    A block that few lanes do not fill is narrower, as an idle lane costs as much as a busy one.
+    """
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.shape = shape
+        self.lanes = int(np.prod(shape))
+        groups = max(1, -(-self.lanes // kernels.GROUP))
+        self.width = min(kernels.GROUP * groups, kernels.LANES)
+        self.blocks = -(-self.lanes // self.width)
+
+    def require_room(self, stored: int, checkpoints: int) -> None:
+        """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
+        each = max(stored, checkpoints)
+        if max(self.lanes, 1) * max(kernels.ROWS, each) > MOST_ELEMENTS:
+            raise InputError(
+                f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at"
+                f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
+            )
+
+    def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
+        flat = target.reshape(-1)
+        flat[: self.lanes].reshape(self.shape)[...] = value
+        flat[self.lanes :] = flat[self.lanes - 1] if self.lanes else 0.0
+
+    def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
+        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
+        work = np.zeros((kernels.ROWS, self.blocks, self.width))
+        for row, value in rows.items():
+            self._fill(work[row // kernels.LANES], value)
+        blocks = _aligned_zeros(self.blocks * kernels.ROWS * kernels.LANES)
+        blocks = blocks.reshape(self.blocks, kernels.ROWS, kernels.LANES)
+        blocks[:, :, : self.width] = work.swapaxes(0, 1)
+        return blocks.reshape(self.blocks, kernels.ROWS * kernels.LANES)
+
+    def unpack(self, work: Array, row: int) -> Array:
+        """Return one row in the batch's shape."""
+        return work[:, row : row + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
+
+    def by_motion(self, factors: Array) -> Array:
+        """Return the lanes' factors on each of several motions, shape (blocks, motions, width)."""
+        if len(factors) == 1:
+            return np.empty((self.blocks, 0, 0))
+        blocks = np.empty((len(factors), self.blocks, self.width))
+        for motion, factor in enumerate(factors):
+            self._fill(blocks[motion], factor)
+        return np.ascontiguousarray(blocks.swapaxes(0, 1))
+
+    def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
+        """Return what `Response` holds: how each lane ended, and its peak."""
+        return {
+            "outcome": (self.unpack(work, kernels.ALIVE) == 0.0).astype(np.int8),
+            "outcome_tau": self.unpack(work, kernels.END) * step,
+            "peak": self.unpack(work, kernels.PEAK),
+            "peak_tau": self.unpack(work, kernels.PEAK_AT) * step,
+            "impacts": self.unpack(work, kernels.CROSSINGS).astype(np.int64),
+        }
+
+    def compare(
+        self, reference: Reference | None, steps: int
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
+        """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
+        case_of_lane = np.zeros((self.blocks, self.width), dtype=np.int64)
+        if reference is None:
+            return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
+        # The kernel is compiled for arrays that can be written.
+        checkpoints, compared, case = reference.checkpoints.copy(), reference.displacement, reference.case
+        within = (checkpoints >= 1) & (checkpoints <= steps)
+        # Here and not when it is made: it is not copied, as it may be large.
+        require(np.isfinite(compared), "the reference's displacement", compared, "a finite number")
+        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
+        marks = checkpoints.shape
+        require(len(marks) == 1 and marks[0] > 0, "the shape of checkpoints", str(marks), "(count,)")
+        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
+        require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
+        if compared.shape[1] <= steps:
+            raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
+        require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
+        self._fill(case_of_lane, case)
+        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, self.width))
+
+    def by_checkpoint(self, error: Array) -> Array:
+        """Return sums, shape (blocks, checkpoints, width), in the shape (checkpoints, *shape)."""
+        count = error.shape[1]
+        return error.swapaxes(0, 1).reshape(count, -1)[:, : self.lanes].reshape(count, *self.shape)
+
+    def histories(self, stored: int) -> Array:
+        """Return room for `stored` values of each lane, NaN until they are reached."""
+        return np.full((self.blocks if stored else 0, self.width, stored), np.nan)
+
+    def trim(self, histories: Array) -> Array:
+        """Return histories in the shape (*shape, stored)."""
+        stored = histories.shape[-1]
+        return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
+
+
+def _aligned_zeros(count: int) -> Array:
+    """Return zeros that begin with a line of the processor's cache, so that no vector of a block lies in two."""
+    spare = np.zeros(count + CACHE_LINE - 1)
+    start = -(spare.ctypes.data // spare.itemsize) % CACHE_LINE
+    return spare[start : start + count]
