@@ -117,7 +117,8 @@ class Textbook:
         if self.model in exponents:
             return 2 * w1 * RATIO * (w / w1) ** exponents[self.model]
         x = max(abs(x), 1e-100)
-        return damping_of(self.model).law(w1**2)(x, self.force(x), 2 * self.energy(x), v)
+        damping = damping_of(self.model)
+        return damping.law(x, self.force(x), 2 * self.energy(x), v, damping.law_parameters(w1**2))
 
     def explicit(self, p0, p1):
         """Step by beta 0, gamma 1/2; CR is split where the parabola of the displacement crosses zero."""

@@ -7,17 +7,27 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import ArrayLike
 
 from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity
 from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.viscous import Law, Viscous
+from rockdamp.mechanics.damping.viscous import Viscous
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
 
 Formula = Callable[..., tuple[Any, Any]]
 MULTIPLIED_ORDERS = (0, 1, 2, 4, 8, 16, 32)
+
+
+@register_jitable
+def energy_law(z: float, f: float, double_v: float, v: float, given: tuple[float, ...]) -> float:
+    """C goes with the energy's frequency and cos^2m of the phase's angle: the kernel has the energies' ratio."""
+    scale, w1, m = given
+    root = math.sqrt(double_v)
+    kinetic = math.cos(math.atan2(root, abs(v))) ** (2.0 * m) if m > 0.0 else 1.0
+    return scale * (f / root / w1) * kinetic
 
 
 class EnergyConsistent(Viscous):
@@ -61,18 +71,13 @@ class EnergyConsistent(Viscous):
         scale = 2 * self.damping_ratio * half_cycle_loss.normalisation(self.order)
         return {kernels.C1: scale, kernels.BY_ENERGY: np.ones(()), kernels.ORDER: self.order}
 
-    def law(self, k1: float) -> Law:
+    law = staticmethod(energy_law)
+
+    def law_parameters(self, k1: float) -> tuple[float, ...]:
         w1, m = math.sqrt(k1), float(self.order)
-        # N_m by Gamma functions of its own, and cos^2 of the phase's angle: the kernel has the energies' ratio.
+        # N_m by Gamma functions of its own.
         size = math.exp(math.lgamma(m + 2) - math.lgamma(m + 1.5)) * math.sqrt(math.pi) / 2 if m else 1.0
-        scale = 2 * float(self.damping_ratio) * w1 * size
-
-        def of_state(z: float, f: float, double_v: float, v: float) -> float:
-            root = math.sqrt(double_v)
-            kinetic = math.cos(math.atan2(root, abs(v))) ** (2 * m) if m else 1.0
-            return scale * (f / root / w1) * kinetic
-
-        return of_state
+        return 2 * float(self.damping_ratio) * w1 * size, w1, m
 
 
 class RecommendedOrder(EnergyConsistent):

@@ -1,7 +1,7 @@
 """The viscous dampers of the paper, and the general exponent that lies between them.
 
-A viscous damper states its coefficient twice: `rows` and `formula` for the kernel, and `law` for the event-driven
-solver, in plain numbers. They share nothing, so that each solver checks the other.
+A viscous damper states its coefficient twice: `rows` and `formula` for the kernel, `law_parameters` and `law` for the
+event-driven solver. They share nothing, so that each solver checks the other.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import ArrayLike
 
 from rockdamp import kernels
@@ -18,7 +19,15 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.face import Damping
 
-Law = Callable[[float, float, float, float], float]
+# C of |x|, |f|, 2V, v and what the damper gives besides: plain numbers.
+Law = Callable[[float, float, float, float, tuple[float, ...]], float]
+
+
+@register_jitable
+def secant_law(z: float, f: float, double_v: float, v: float, given: tuple[float, ...]) -> float:
+    """C goes with w^n, w^2 = f/x the secant's."""
+    scale, k1, half_exponent = given
+    return scale * (f / z / k1) ** half_exponent
 
 
 class Viscous(Damping):
@@ -27,6 +36,7 @@ class Viscous(Damping):
     names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
     formula: Any  # of the kernel; it reads the rows
     printed_formula: Any = None  # that of the scheme as printed, if another
+    law: Any  # of the event-driven solver, which compiles it: a `Law`
     constant_branches: Any = 0  # of the curve, counted from x = 0, on which C = 2 w1 xi, as if it were linear
 
     def _newmark(self) -> Callable[..., None]:
@@ -40,8 +50,8 @@ class Viscous(Damping):
         lane = dict(zip(kernels.CURVE, curve.parameters(), strict=True)) | self.rows(curve)
         return np.broadcast_to(self.formula(lane, 0, np.abs(x), v)[1], shape).copy()
 
-    def law(self, k1: float) -> Law:
-        """Return C as a function of |x|, |f|, 2V and v on a curve whose first branch has the stiffness `k1`, for a
+    def law_parameters(self, k1: float) -> tuple[float, ...]:
+        """Return what `law` is given besides the state, where the curve's first branch has the stiffness `k1`; for a
         damper of plain numbers."""
         raise NotImplementedError
 
@@ -49,11 +59,11 @@ class Viscous(Damping):
 class OfTheSecant(Viscous):
     """C = 2 xi w1 (w/w1)^n, w^2 = f/x the secant's."""
 
+    law = staticmethod(secant_law)
     constant_branches = 1
 
-    def law(self, k1: float) -> Law:
-        scale, half_exponent = 2 * float(self.damping_ratio) * math.sqrt(k1), float(self.secant_exponent) / 2
-        return lambda z, f, double_v, v: scale * (f / z / k1) ** half_exponent
+    def law_parameters(self, k1: float) -> tuple[float, ...]:
+        return 2 * float(self.damping_ratio) * math.sqrt(k1), k1, float(self.secant_exponent) / 2
 
 
 class ConstantCoefficient(OfTheSecant):

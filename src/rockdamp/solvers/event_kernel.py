@@ -1,0 +1,437 @@
+"""Compiled code of the event-driven solver: the motion of one wall from one event to the next.
+
+A piece of the motion stays on one branch of the curve, under a load that is linear in time, and its velocity has one
+sign. Where the damping coefficient is constant a piece has a closed form; elsewhere it is one step of DOP853 (Hairer,
+Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.10) near rounding. A moment inside a
+piece is reached from its start, by the closed form or by a step of that length: an event is located by bisection, to
+the last bits of its time.
+
+Nothing here is the batched kernel's, and nothing is reordered or contracted: the bits do not depend on the processor.
+"""
+
+import math
+from functools import cache
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+from scipy.integrate import DOP853
+
+from rockdamp.storage.compiled_cache import checked, digest_of
+
+SOURCE = digest_of(__file__)  # as it is imported
+
+# DOP853's coefficients; the last two are of the estimates of a step's error, which look at the rates at its end too.
+STAGES = DOP853.n_stages
+A, B, C, E3, E5 = (np.ascontiguousarray(of) for of in (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5))
+TOLERANCE = 1e-13  # relative, of a step; absolute it is a thousandth
+GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.9  # of the step, at most, and what it stays below the best
+SMALLEST = 10 * np.finfo(float).eps  # of a step, over tau
+LEAST = 1e-100  # |x| for a damper's law, which may divide by it or by the energy there
+HALVINGS = 100  # of a stretch with an event, at most: to the last bit, or next to the start
+
+# What describes a branch, for low <= x <= high: f = stiffness x + offset; C, or less than 0 where the law has it; how
+# far inwards the law goes on smoothly, and the largest |f| so far; and |x|, |f| and 2V at the inner end.
+DESCRIPTION = 10
+LOW, HIGH, STIFFNESS, OFFSET, CONSTANT, INNERMOST, LARGEST_FORCE, INNER_END, INNER_FORCE, INNER_DOUBLE_V = range(10)
+
+COMPLETED, COLLAPSED, STALLED, FAILED = range(4)  # how a run ends
+
+VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # what an event is a zero of
+
+
+# --- closed form: x'' + c x' + k x = q + slope t, k of either sign or zero --------------------------------------------
+
+
+@register_jitable
+def without_stiffness(c, t):
+    """`responses` for k = 0: t^n phi_n(-c t), n = 1, 2, 3, of the exponential integrator's functions."""
+    z = -c * t
+    if abs(z) < 1.0:  # downwards from the series of the last, well conditioned to c = 0
+        phi3 = term = 1.0 / 6.0
+        for n in range(4, 22):
+            term *= z / n
+            phi3 += term
+        phi2 = 0.5 + z * phi3
+        phi1 = 1.0 + z * phi2
+    else:
+        phi1 = math.expm1(z) / z
+        phi2 = (phi1 - 1.0) / z
+        phi3 = (phi2 - 0.5) / z
+    return t * phi1, t * t * phi2, t * t * t * phi3
+
+
+@register_jitable
+def responses(c, k, t):
+    """Impulse response g of x'' + c x' + k x, and its first and second integrals from 0 to t."""
+    if k == 0.0:
+        return without_stiffness(c, t)
+    half, disc = c / 2.0, c * c / 4.0 - k
+    if disc < 0.0:
+        w, decay = math.sqrt(-disc), math.exp(-half * t)
+        g, even = decay * math.sin(w * t) / w, decay * math.cos(w * t)
+    else:
+        d = math.sqrt(disc)
+        slow = math.exp(-k / (d + half) * t)  # the rate -half + d, without its cancellation
+        g = -slow * math.expm1(-2.0 * d * t) / (2.0 * d) if d > 0.0 else slow * t
+        even = slow * (1.0 + math.exp(-2.0 * d * t)) / 2.0
+    first = (1.0 - even - half * g) / k  # g' = even - half g, and g' - 1 + c g + k first = 0
+    return g, first, (t - c * first - g) / k
+
+
+@register_jitable
+def closed_state(x, v, c, k, q, slope, t):
+    """State at t of the motion from (x, v)."""
+    # The acceleration solves the homogeneous equation: a (g' + c g) + jerk g, integrated once and twice.
+    a = q - c * v - k * x
+    jerk = slope - c * a - k * v
+    g, g1, g2 = responses(c, k, t)
+    return x + v * t + a * (g1 + c * g2) + jerk * g2, v + a * (g + c * g1) + jerk * g1
+
+
+@register_jitable
+def acceleration_zeros(x, v, c, k, q, slope):
+    """First zero of the acceleration after the start, and the time from one to the next; infinite where none is."""
+    a = q - c * v - k * x
+    jerk = slope - c * a - k * v
+    half, disc = c / 2.0, c * c / 4.0 - k
+    b = jerk + half * a  # exp(-half t) (a cos w t + b/w sin w t), or the same with cosh and sinh
+    if a == 0.0 and b == 0.0:
+        return np.inf, np.inf
+    if disc < 0.0:
+        w = math.sqrt(-disc)
+        first = math.atan2(-a * w, b) % math.pi / w
+        return first if first > 0.0 else math.pi / w, math.pi / w
+    d = math.sqrt(disc)
+    if a * b >= 0.0 or d * abs(a) >= abs(b):
+        return np.inf, np.inf
+    return math.atanh(-d * a / b) / d if d > 0.0 else -a / b, np.inf
+
+
+@register_jitable
+def closed_turn(x, v, c, k, q, slope, duration):
+    """A stretch (from, to) in which the velocity first changes sign, and whether there is one before `duration`."""
+    start, v_start = 0.0, v
+    zero, spacing = acceleration_zeros(x, v, c, k, q, slope)
+    while True:  # between zeros of the acceleration the velocity is monotone
+        stop = min(zero, duration)
+        v_stop = closed_state(x, v, c, k, q, slope, stop)[1]
+        if v_start * v_stop < 0.0:
+            return start, stop, True
+        if stop >= duration:
+            return duration, duration, False
+        start, v_start, zero = stop, v_stop, zero + spacing
+
+
+# --- a damper's law: steps of DOP853 ----------------------------------------------------------------------------------
+
+
+@cache
+def coefficient_by(law):
+    """Return C on a branch: a constant, or by the law of |x|, |f|, 2V and v."""
+
+    @register_jitable
+    def coefficient(branch, given, x, v):
+        if branch[CONSTANT] >= 0.0:
+            return branch[CONSTANT]
+        z = max(abs(x), LEAST)
+        f = max(branch[STIFFNESS] * z + abs(branch[OFFSET]), 0.0)
+        # 2V by the area of a trapezoid further than at the inner end.
+        double_v = branch[INNER_DOUBLE_V] + (f + branch[INNER_FORCE]) * (z - branch[INNER_END])
+        return law(z, f, double_v, v, given)
+
+    return _named(coefficient, law)
+
+
+@cache
+def acceleration_by(law):
+    """Return x'' on a branch under the load p."""
+    coefficient = coefficient_by(law)
+
+    @register_jitable
+    def acceleration(branch, given, p, x, v):
+        return p - branch[STIFFNESS] * x - branch[OFFSET] - coefficient(branch, given, x, v) * v
+
+    return _named(acceleration, law)
+
+
+@cache
+def step_by(law):
+    """Return a step of DOP853 of the length h; the rates of its stages are left in `rates`, shape (2, STAGES + 1)."""
+    acceleration = acceleration_by(law)
+
+    @register_jitable
+    def advance(branch, given, start, h, rates):
+        x, v, p, slope = start
+        for stage in range(STAGES):
+            dx, dv = 0.0, 0.0
+            for before in range(stage):
+                dx += A[stage, before] * rates[0, before]
+                dv += A[stage, before] * rates[1, before]
+            rates[0, stage] = v + h * dv
+            rates[1, stage] = acceleration(branch, given, p + slope * (C[stage] * h), x + h * dx, v + h * dv)
+        dx, dv = 0.0, 0.0
+        for stage in range(STAGES):
+            dx += B[stage] * rates[0, stage]
+            dv += B[stage] * rates[1, stage]
+        return x + h * dx, v + h * dv
+
+    return _named(advance, law)
+
+
+@register_jitable
+def error_of(start, end, h, rates):
+    """Estimated error of a step over what is allowed."""
+    third, fifth = 0.0, 0.0
+    for row in range(2):
+        scale = TOLERANCE * (1e-3 + max(abs(start[row]), abs(end[row])))
+        of_third, of_fifth = 0.0, 0.0
+        for stage in range(STAGES + 1):
+            of_third += E3[stage] * rates[row, stage]
+            of_fifth += E5[stage] * rates[row, stage]
+        third += (of_third / scale) ** 2
+        fifth += (of_fifth / scale) ** 2
+    if third == 0.0 and fifth == 0.0:
+        return 0.0
+    return h * fifth / math.sqrt(2.0 * (fifth + 0.01 * third))
+
+
+@register_jitable
+def longest_step(branch, start, remaining):
+    """Step in which no stage looks beyond where the law is smooth: |x| falls by at most |v| h + pull h^2/2 in it."""
+    x, v, p, slope = start
+    reach, speed = abs(x) - branch[INNERMOST], abs(v)
+    pull = branch[LARGEST_FORCE] + max(abs(p), abs(p + slope * remaining))
+    return 2.0 * reach / (speed + math.sqrt(speed * speed + 2.0 * pull * reach))
+
+
+@cache
+def adaptive_step_by(law):
+    """Return a step that keeps the tolerance: its length (0 where none does), its end, and a good length for the next.
+
+    The rates at its end stand last in `rates`.
+    """
+    advance, acceleration = step_by(law), acceleration_by(law)
+
+    @register_jitable
+    def adaptive(branch, given, start, remaining, tau, wanted, rates):
+        h = min(wanted, longest_step(branch, start, remaining), remaining)
+        rejected = False
+        while True:
+            end = advance(branch, given, start, h, rates)
+            rates[0, STAGES] = end[1]
+            rates[1, STAGES] = acceleration(branch, given, start[2] + start[3] * h, end[0], end[1])
+            error = error_of(start, end, h, rates)
+            if error < 1.0:
+                growth = GROWTH if error == 0.0 else min(GROWTH, SAFETY * error**-0.125)
+                growth = min(growth, 1.0) if rejected else growth
+                return h, end, max(growth * h, wanted) if h == remaining else growth * h
+            h *= max(SHRINKAGE, SAFETY * error**-0.125) if error < np.inf else SHRINKAGE
+            rejected = True
+            if not h > SMALLEST * tau:
+                return 0.0, end, wanted
+
+    return _named(adaptive, law)
+
+
+# --- events inside a piece --------------------------------------------------------------------------------------------
+
+
+@cache
+def state_by(law):
+    """Return the state at a moment t of the piece from `start`."""
+    advance = step_by(law)
+
+    @register_jitable
+    def state(branch, given, start, t, rates):
+        if branch[CONSTANT] >= 0.0:
+            x, v, p, slope = start
+            return closed_state(x, v, branch[CONSTANT], branch[STIFFNESS], p - branch[OFFSET], slope, t)
+        return advance(branch, given, start, t, rates)
+
+    return _named(state, law)
+
+
+@cache
+def event_by(law):
+    """Return the last moment before `zero_of` less `bound` changes sign, known to do so once between two moments."""
+    state, acceleration = state_by(law), acceleration_by(law)
+
+    @register_jitable
+    def event(branch, given, start, zero_of, bound, sign_after, before, after, rates):
+        for _ in range(HALVINGS):
+            middle = 0.5 * (before + after)
+            if middle <= before or middle >= after:
+                break
+            x, v = state(branch, given, start, middle, rates)
+            value = v if zero_of == VELOCITY else x
+            if zero_of == ACCELERATION:
+                value = acceleration(branch, given, start[2] + start[3] * middle, x, v)
+            if (value - bound) * sign_after > 0.0:
+                after = middle
+            else:
+                before = middle
+        return before
+
+    return _named(event, law)
+
+
+@cache
+def turn_by(law):
+    """Return where a step of DOP853 first turns, and whether it does.
+
+    A step near rounding is a small part of a cycle: its acceleration changes sign once at most.
+    """
+    state, event = state_by(law), event_by(law)
+
+    @register_jitable
+    def turn(branch, given, start, h, end, rates):
+        a, a_end = rates[1, 0], rates[1, STAGES]
+        v, v_end = start[1], end[1]
+        way = v if v != 0.0 else a
+        if way * v_end < 0.0:
+            fastest = event(branch, given, start, ACCELERATION, 0.0, -way, 0.0, h, rates) if v == 0.0 else 0.0
+            return event(branch, given, start, VELOCITY, 0.0, -way, fastest, h, rates), True
+        if way * a < 0.0 and way * a_end > 0.0:  # slower and faster again: or was it back and forth?
+            slowest = event(branch, given, start, ACCELERATION, 0.0, way, 0.0, h, rates)
+            if way * state(branch, given, start, slowest, rates)[1] < 0.0:
+                return event(branch, given, start, VELOCITY, 0.0, -way, 0.0, slowest, rates), True
+        return h, False
+
+    return _named(turn, law)
+
+
+@cache
+def piece_by(law):
+    """Return the next piece: its length (0 where no step keeps the tolerance), whether it ends at a turn, and a good
+    length for the next step."""
+    adaptive, turn, event = adaptive_step_by(law), turn_by(law), event_by(law)
+
+    @register_jitable
+    def piece(branch, given, start, remaining, tau, wanted, rates):
+        c, k = branch[CONSTANT], branch[STIFFNESS]
+        if c < 0.0:
+            h, end, wanted = adaptive(branch, given, start, remaining, tau, wanted, rates)
+            h, turns = turn(branch, given, start, h, end, rates)
+            return h, turns, wanted
+        x, v, p, slope = start
+        before, after, turns = closed_turn(x, v, c, k, p - branch[OFFSET], slope, remaining)
+        if turns:
+            way = closed_state(x, v, c, k, p - branch[OFFSET], slope, after)[1]
+            before = event(branch, given, start, VELOCITY, 0.0, way, before, after, rates)
+        return before, turns, wanted
+
+    return _named(piece, law)
+
+
+# --- the run ----------------------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def appended(rows, count, first, second):
+    """Rows with one more of two numbers; they are moved to where there is room."""
+    if count == rows.shape[0]:
+        longer = np.empty((2 * count, 2))
+        longer[:count] = rows
+        rows = longer
+    rows[count, 0] = first
+    rows[count, 1] = second
+    return rows
+
+
+def plain_run(law):
+    """Return the run with one damper's law, as Python runs it."""
+    piece, state, event = piece_by(law), state_by(law), event_by(law)
+
+    def run(
+        branches, given, restitution, at, x, v, load, load_step, times, patience, displacement, velocity, impacts, turns
+    ):
+        """Move from tau = 0 to the last of `times`, or to the collapse.
+
+        Parameters
+        ----------
+        branches : ndarray, shape (branches, DESCRIPTION)
+            From the left to the right.
+        given : tuple of float
+            What the law has besides the state.
+        restitution : float
+            What times the velocity at x = 0, Eq. (8).
+        at : int
+            The branch of the start.
+        x, v : float
+            The start.
+        load, load_step : ndarray and float
+            Samples, linear between them and zero after the last, and their spacing.
+        times : ndarray, shape (n,)
+            Ascending.
+        patience : int
+            Pieces without progress before the run gives up.
+        displacement, velocity : ndarray, shape (n,)
+            Filled at each of `times` that is reached.
+        impacts, turns : ndarray, shape (room, 2)
+            Room for tau and v of each crossing of x = 0, and for tau and x of each change of direction.
+
+        Returns
+        -------
+        tuple
+            How it ended, tau, x, the impacts and the turns.
+        """
+        rates = np.zeros((2, STAGES + 1))
+        crossings, changes, reached = 0, 0, 0
+        tau, wanted, stalled = 0.0, np.inf, 0
+        last, samples = times[-1], load.size
+        for segment in range(max(samples, 1)):
+            begin, stop, p, slope = max(samples - 1, 0) * load_step, last, 0.0, 0.0
+            if segment < samples - 1:
+                begin, stop = segment * load_step, min((segment + 1) * load_step, last)
+                p, slope = load[segment], (load[segment + 1] - load[segment]) / load_step
+            while tau < stop and 0 <= at < branches.shape[0]:
+                branch, origin = branches[at], tau
+                start = (x, v, p + slope * (origin - begin), slope)
+                end, turning, wanted = piece(branch, given, start, stop - origin, origin, wanted, rates)
+                if end == 0.0 and not turning and branch[CONSTANT] < 0.0:
+                    return FAILED, tau, x, impacts[:crossings], turns[:changes]
+                # The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once
+                # if the motion goes out, and none if it goes in.
+                x_end, v_end = state(branch, given, start, end, rates)
+                way = 1 if x_end > branch[HIGH] else -1 if x_end < branch[LOW] else 0
+                if way:
+                    bound = branch[HIGH] if way > 0 else branch[LOW]
+                    end = event(branch, given, start, DISPLACEMENT, bound, way, 0.0, end, rates) if x != bound else 0.0
+                    x_end, v_end = bound, state(branch, given, start, end, rates)[1]
+                tau = stop if end == stop - origin else origin + end
+                while reached > 0 and times[reached - 1] >= origin:  # after an impact, once more
+                    reached -= 1
+                while reached < times.size and times[reached] <= tau:
+                    displacement[reached], velocity[reached] = state(
+                        branch, given, start, times[reached] - origin, rates
+                    )
+                    reached += 1
+                x, v, at = x_end, v_end, at + way
+                if turning and not way:
+                    v = 0.0  # to the last bit: from there on, the hyperbolic branch does not amplify rounding
+                    turns = appended(turns, changes, tau, x)
+                    changes += 1
+                if way and x == 0.0 and v != 0.0:
+                    impacts = appended(impacts, crossings, tau, v)
+                    crossings += 1
+                    v *= restitution  # Eq. (8)
+                stalled = stalled + 1 if tau == origin else 0
+                if stalled > patience:
+                    return STALLED, tau, x, impacts[:crossings], turns[:changes]
+        ended = COMPLETED if 0 <= at < branches.shape[0] else COLLAPSED
+        return ended, tau, x, impacts[:crossings], turns[:changes]
+
+    return _named(run, law)
+
+
+@cache
+def run(law):
+    """Return the run with one damper's law, which is compiled when it is first called."""
+    return checked(njit(cache=True, error_model="numpy", nogil=True)(plain_run(law)), SOURCE)
+
+
+def _named(function, law):
+    """Give what is made for a law a name of its own, by which Numba tells machine code and files apart."""
+    function.__name__ = function.__qualname__ = f"{function.__name__}_{law.__name__}"
+    return function
