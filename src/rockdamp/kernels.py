@@ -1,4 +1,4 @@
-"""All compiled code: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes;
+"""The compiled code of the batched solver: the tri-linear curve, the dampers, one step of each scheme, and the loop over steps and lanes;
 beside them the reader of a table.
 
 A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of up to `LANES`, and
@@ -15,7 +15,7 @@ arrays elsewhere, the dampers' with a mapping of rows in place of a block.
 The loop is compiled once for each kind of step, of one damper's formula each. So a step pays for what its damper needs,
 a damper that is added leaves the machine code of the others as it is, and who uses one damper waits for no other.
 
-All compiled code stays in this one file: numba's cache does not notice an edit of a function in another file.
+All of it stays in this one file: numba's cache does not notice an edit of a function in another file.
 """
 
 from functools import cache

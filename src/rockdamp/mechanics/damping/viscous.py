@@ -19,7 +19,8 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.face import Damping
 
-# C of |x|, |f|, 2V, v and what the damper gives besides: plain numbers.
+# C of |x|, |f|, 2V, v and what `law_parameters` returns: plain numbers. It calls no function of its own file: numba's
+# cache would not notice an edit of that.
 Law = Callable[[float, float, float, float, tuple[float, ...]], float]
 
 
@@ -36,7 +37,7 @@ class Viscous(Damping):
     names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
     formula: Any  # of the kernel; it reads the rows
     printed_formula: Any = None  # that of the scheme as printed, if another
-    law: Any  # of the event-driven solver, which compiles it: a `Law`
+    law: Any  # of the event-driven solver, which compiles it; a `Law`
     constant_branches: Any = 0  # of the curve, counted from x = 0, on which C = 2 w1 xi, as if it were linear
 
     def _newmark(self) -> Callable[..., None]:
