@@ -1,5 +1,5 @@
-"""The compiled code of the batched solver: the tri-linear curve, the dampers, one step of each scheme, and the loop over
-steps and lanes; beside them the reader of a table.
+"""The compiled code of the batched solver: the tri-linear curve, the dampers, one step of each scheme, and the loop
+over steps and lanes; beside them the reader of a table.
 
 A *lane* is one time history: one wall, one damper, one release. Lanes advance together in blocks of up to `LANES`, and
 every loop over the lanes of a block is free of branches and allocations, so that the compiler vectorises it. Each lane
