@@ -42,6 +42,11 @@ def numbers(name: str, value: Any) -> Array:
     """
     array = np.array(real(name, value))
     require(np.isfinite(array), name, array, "a finite number")
+    return kept(array)
+
+
+def kept(array: Any) -> Any:
+    """Return an array that cannot be written from now on."""
     array.flags.writeable = False
     return array
 
@@ -54,6 +59,8 @@ def real(name: str, value: Any) -> Array:
     InputError
         If it is anything else.
     """
+    if type(value) is float or type(value) is np.ndarray and value.dtype == np.float64:
+        return np.asarray(value, order="C")  # what is given most often, without the search for what else it may be
     _refuse_what_looks_like_numbers(name, value)
     try:
         found = value.values if is_named(value) else np.asarray(value)
@@ -83,9 +90,7 @@ def whole_numbers(name: str, value: Any) -> NDArray[np.int64]:
     given = numbers(name, value)
     within = (given == np.floor(given)) & (np.abs(given) < 2**53)
     require(within, name, given, "whole")
-    array = given.astype(np.int64)
-    array.flags.writeable = False
-    return array
+    return kept(given.astype(np.int64))
 
 
 def _refuse_what_looks_like_numbers(name: str, value: Any) -> None:
@@ -177,14 +182,18 @@ def broadcast(**values: Any) -> tuple[int, ...]:
         own = getattr(value, "shape", None)
         shapes[name] = np.shape(value) if own is None else own
     unlike = {shape for shape in shapes.values() if shape}  # NumPy is slow at scalars and at shapes that are alike
-    stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
     try:
         shape = np.broadcast_shapes(*unlike) if len(unlike) > 1 else unlike.pop() if unlike else ()
     except ValueError:
-        raise InputError(f"shapes do not broadcast against each other: {stated}") from None
+        raise InputError(f"shapes do not broadcast against each other: {_stated(shapes)}") from None
     if math.prod(shape) > MOST_ELEMENTS:
-        raise InputError(f"shapes broadcast to {shape}: {stated}; there must be at most {MOST_ELEMENTS:,} elements")
+        most = f"there must be at most {MOST_ELEMENTS:,} elements"
+        raise InputError(f"shapes broadcast to {shape}: {_stated(shapes)}; {most}")
     return shape
+
+
+def _stated(shapes: Mapping[str, tuple[int, ...]]) -> str:
+    return ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
 
 
 def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
@@ -195,14 +204,16 @@ def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
     InputError
         If it is anything else: 8.0 is none.
     """
-    allowed = f"a whole number, at least {least}" + (f" and at most {most:,}" if most is not None else "")
     try:
         if isinstance(value, bool | np.bool_):
             raise TypeError
         count = operator.index(value)
+        within = least <= count and (most is None or count <= most)
     except Exception:  # whatever an object raises when it is asked for its number
-        raise InputError(f"{name} is {shown(value)}; it must be {allowed}") from None
-    require(least <= count and (most is None or count <= most), name, count, allowed)
+        count, within = value, False
+    if not within:
+        allowed = f"a whole number, at least {least}" + (f" and at most {most:,}" if most is not None else "")
+        raise InputError(f"{name} is {shown(count)}; it must be {allowed}")
     return count
 
 

@@ -76,13 +76,18 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
     allowed : str
         What would have been accepted, e.g. ``between 0 and 1``.
     """
-    condition = np.asarray(condition)
-    if condition.all():
+    if holds(condition):
         return
     if np.ndim(value):
-        values, bad = np.broadcast_arrays(np.asarray(value), ~condition)
+        values, bad = np.broadcast_arrays(np.asarray(value), ~np.asarray(condition))
         value = values[bad][0]
     raise InputError(f"{name} is {shown(value)}; it must be {allowed}")
+
+
+def holds(condition: ArrayLike) -> bool:
+    """Whether a condition holds everywhere."""
+    condition = np.asarray(condition)
+    return bool(np.count_nonzero(condition) == condition.size)  # `all` takes four times as long where there are few
 
 
 def shown(value: Any) -> str:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp import kernels
-from rockdamp.arguments import numbers, one_of, real, together
+from rockdamp.arguments import broadcast, kept, numbers, one_of, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
 from rockdamp.vocabulary import PRESETS, SOFTENING
@@ -108,26 +109,28 @@ class TrilinearCurve(ByValue):
         b1, a1 = PRESETS[one_of("preset", name, PRESETS)]
         return cls(a1, b1, **kwargs)
 
-    @property
+    # What follows from the parameters, which stay as they are, is computed once.
+
+    @cached_property
     def plateau_end(self) -> Array:
         """a2 = u2/u_ins, where the plateau ends. [-]"""
         start = 1.0 if self.softening == "steeper" else self.ultimate_ratio
-        return np.asarray(start - self.plateau_ratio)
+        return kept(np.asarray(start - self.plateau_ratio))
 
-    @property
+    @cached_property
     def initial_stiffness(self) -> Array:
         """k1 = b1/a1, the first branch's stiffness over K0. [-]"""
-        return np.asarray(self.plateau_ratio / self.cracked_stiffness_ratio)
+        return kept(np.asarray(self.plateau_ratio / self.cracked_stiffness_ratio))
 
-    @property
+    @cached_property
     def softening_stiffness(self) -> Array:
         """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
-        return np.asarray(self.plateau_ratio / (self.ultimate_ratio - self.plateau_end))
+        return kept(np.asarray(self.plateau_ratio / (self.ultimate_ratio - self.plateau_end)))
 
-    @property
+    @cached_property
     def initial_frequency(self) -> Array:
         """w1 = sqrt(k1), the first branch's angular frequency over p. [-]"""
-        return np.sqrt(self.initial_stiffness)
+        return kept(np.asarray(np.sqrt(self.initial_stiffness)))
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
         """Return the curve with a function applied to each of its parameters.
@@ -141,11 +144,10 @@ class TrilinearCurve(ByValue):
         a1, b1, a3 = map(function, parts)
         return TrilinearCurve(a1, b1, a3, self.softening)
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        given = (self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio)
-        return np.broadcast_shapes(*map(np.shape, given))
+        return broadcast(a1=self.cracked_stiffness_ratio, b1=self.plateau_ratio, a3=self.ultimate_ratio)
 
     def parameters(self) -> tuple[Array, ...]:
         """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
@@ -157,6 +159,10 @@ class TrilinearCurve(ByValue):
             self.plateau_end,
             np.asarray(self.ultimate_ratio),
         )
+
+    def rows(self) -> dict[int, Array]:
+        """Return what the kernel's step reads of the curve, by row."""
+        return dict(zip(kernels.CURVE, self.parameters(), strict=True))
 
     def force(self, x: ArrayLike) -> Array:
         """Return f(x), the force over K0 u_ins. [-]

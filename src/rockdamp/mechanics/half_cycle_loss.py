@@ -15,11 +15,12 @@ pi xi/sqrt(1 - xi^2).
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import numbers
+from rockdamp.arguments import kept, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import require
 
@@ -64,6 +65,15 @@ def normalisation(order: ArrayLike) -> Array:
     array([1.    , 1.3333, 1.6   , 2.6958])
     """
     m = check_order(order)
+    return _normalisation(m) if m.ndim else _normalisation_of_one(float(m))
+
+
+@lru_cache
+def _normalisation_of_one(m: float) -> Array:
+    return kept(np.asarray(_normalisation(np.array(m))))
+
+
+def _normalisation(m: Array) -> Array:
     w = m + SHIFT + 1.25
     series = sum(term * w ** (-2.0 * power) for power, term in enumerate(RATIO, start=1))
     shifted = math.prod((m + k + 1.5) / (m + k + 2) for k in range(SHIFT))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.solvers.response import Reference
 
 CACHE_LINE = 8  # doubles
+OBSERVED = (kernels.ALIVE, kernels.END, kernels.PEAK, kernels.PEAK_AT, kernels.CROSSINGS)
 
 
 class Batch:
@@ -25,7 +27,7 @@ class Batch:
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
-        self.lanes = int(np.prod(shape))
+        self.lanes = math.prod(shape)
         groups = max(1, -(-self.lanes // kernels.GROUP))
         self.width = min(kernels.GROUP * groups, kernels.LANES)
         self.blocks = -(-self.lanes // self.width)
@@ -39,51 +41,61 @@ class Batch:
                 f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
             )
 
-    def _fill(self, target: NDArray[Any], value: ArrayLike) -> None:
-        flat = target.reshape(-1)
-        flat[: self.lanes].reshape(self.shape)[...] = value
-        flat[self.lanes :] = flat[self.lanes - 1] if self.lanes else 0.0
+    def _lay(self, rows: NDArray[Any], blocks: NDArray[Any]) -> None:
+        """Lay rows of some values in the batch's shape out in blocks, shape (blocks, rows, width or more)."""
+        rows = rows.reshape(len(rows), self.lanes)
+        full, rest = divmod(self.lanes, self.width)
+        within = rows[:, : full * self.width].reshape(len(rows), full, self.width)
+        blocks[:full, :, : self.width] = within.swapaxes(0, 1)
+        if rest:
+            blocks[full, :, :rest] = rows[:, full * self.width :]
+            blocks[full, :, rest : self.width] = rows[:, -1:]
 
     def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
         """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
-        work = np.zeros((kernels.ROWS, self.blocks, self.width))
+        given = np.zeros((kernels.ROWS, *self.shape))
         for row, value in rows.items():
-            self._fill(work[row // kernels.LANES], value)
+            given[row // kernels.LANES] = value
         blocks = _aligned_zeros(self.blocks * kernels.ROWS * kernels.LANES)
-        blocks = blocks.reshape(self.blocks, kernels.ROWS, kernels.LANES)
-        blocks[:, :, : self.width] = work.swapaxes(0, 1)
+        self._lay(given, blocks.reshape(self.blocks, kernels.ROWS, kernels.LANES))
         return blocks.reshape(self.blocks, kernels.ROWS * kernels.LANES)
 
-    def unpack(self, work: Array, row: int) -> Array:
-        """Return one row in the batch's shape."""
-        return work[:, row : row + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
+    def unpack(self, work: Array, rows: Sequence[int]) -> list[Array]:
+        """Return some rows that follow on each other, each in the batch's shape."""
+        first, count = rows[0] // kernels.LANES, len(rows)
+        blocks = work.reshape(self.blocks, kernels.ROWS, kernels.LANES)[:, first : first + count, : self.width]
+        flat = blocks.swapaxes(0, 1).reshape(count, self.blocks * self.width)
+        return [row[: self.lanes].reshape(self.shape) for row in flat]
 
     def by_motion(self, factors: Array) -> Array:
         """Return the lanes' factors on each of several motions, shape (blocks, motions, width)."""
         if len(factors) == 1:
             return np.empty((self.blocks, 0, 0))
-        blocks = np.empty((len(factors), self.blocks, self.width))
+        each = np.empty((len(factors), *self.shape))
         for motion, factor in enumerate(factors):
-            self._fill(blocks[motion], factor)
-        return np.ascontiguousarray(blocks.swapaxes(0, 1))
+            each[motion] = factor
+        blocks = np.empty((self.blocks, len(factors), self.width))
+        self._lay(each, blocks)
+        return blocks
 
     def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
         """Return what `Response` holds: how each lane ended, and its peak."""
+        alive, end, peak, peak_at, crossings = self.unpack(work, OBSERVED)
         return {
-            "outcome": (self.unpack(work, kernels.ALIVE) == 0.0).astype(np.int8),
-            "outcome_tau": self.unpack(work, kernels.END) * step,
-            "peak": self.unpack(work, kernels.PEAK),
-            "peak_tau": self.unpack(work, kernels.PEAK_AT) * step,
-            "impacts": self.unpack(work, kernels.CROSSINGS).astype(np.int64),
+            "outcome": (alive == 0.0).astype(np.int8),
+            "outcome_tau": end * step,
+            "peak": peak.copy(),  # alone: of the others nothing is held
+            "peak_tau": peak_at * step,
+            "impacts": crossings.astype(np.int64),
         }
 
     def compare(
         self, reference: Reference | None, steps: int
     ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
         """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
-        case_of_lane = np.zeros((self.blocks, self.width), dtype=np.int64)
+        case_of_lane = np.zeros((self.blocks, 1, self.width), dtype=np.int64)
         if reference is None:
-            return np.empty((0, 0)), case_of_lane, np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
+            return np.empty((0, 0)), case_of_lane[:, 0], np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
         # The kernel is compiled for arrays that can be written.
         checkpoints, compared, case = reference.checkpoints.copy(), reference.displacement, reference.case
         within = (checkpoints >= 1) & (checkpoints <= steps)
@@ -97,8 +109,8 @@ class Batch:
         if compared.shape[1] <= steps:
             raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
         require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
-        self._fill(case_of_lane, case)
-        return compared, case_of_lane, checkpoints, np.empty((self.blocks, checkpoints.size, self.width))
+        self._lay(np.broadcast_to(case, self.shape)[None], case_of_lane)
+        return compared, case_of_lane[:, 0], checkpoints, np.empty((self.blocks, checkpoints.size, self.width))
 
     def by_checkpoint(self, error: Array) -> Array:
         """Return sums, shape (blocks, checkpoints, width), in the shape (checkpoints, *shape)."""
@@ -107,7 +119,9 @@ class Batch:
 
     def histories(self, stored: int) -> Array:
         """Return room for `stored` values of each lane, NaN until they are reached."""
-        return np.full((self.blocks if stored else 0, self.width, stored), np.nan)
+        room = np.empty((self.blocks if stored else 0, self.width, stored))
+        room.fill(np.nan)
+        return room
 
     def trim(self, histories: Array) -> Array:
         """Return histories in the shape (*shape, stored)."""

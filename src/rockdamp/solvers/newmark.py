@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from rockdamp import kernels
 from rockdamp.arguments import broadcast, instance, numbers, whole
 from rockdamp.arrays import Array, is_named
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.batch import Batch
@@ -32,6 +32,7 @@ from rockdamp.solvers.response import (
 
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
+NEVER = Event()  # stops a run on one thread
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -183,13 +184,14 @@ def solve(
     ground = _check_record(ground, steps, substeps, scheme)
     h, x0, v0 = _check_start(curve, step, release_amplitude, release_velocity)
     factors = _factors(load_factor, len(ground))
-    g = factors[0] if len(factors) == 1 else _load_at_start(factors, ground)
+    load = _load_at_start(factors, ground)
+    g = factors[0] if len(factors) == 1 else load
     case = 0 if reference is None else instance("reference", reference, Reference).case
     lanes = {"step": h, "release_amplitude": x0, "release_velocity": v0, "load_factor": g, "case": case}
     batch = Batch(broadcast(curve=curve, damping=damping, **lanes))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
-    start = _start_acceleration(curve, damping, x0, v0, _load_at_start(factors, ground))
+    rows = curve.rows() | damping.rows(curve)
     work = batch.pack(
         {
             kernels.X: x0,
@@ -198,11 +200,10 @@ def solve(
             kernels.G: g,
             kernels.G_BEFORE: g,
             kernels.E: 1.0,
-            kernels.A: start,
+            kernels.A: _start_acceleration(damping, rows, x0, v0, load),
             kernels.ALIVE: 1.0,
             kernels.PEAK: np.abs(x0),
-            **dict(zip(kernels.CURVE, curve.parameters(), strict=True)),
-            **damping.rows(curve),
+            **rows,
         }
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
@@ -254,7 +255,7 @@ def _check_record(ground: Array, steps: int, substeps: int, scheme: str) -> Arra
         raise InputError(
             f"steps is {steps}; it must be at most {(ground.shape[-1] - 1) * substeps}, the record's length"
         )
-    motions = np.atleast_2d(ground)
+    motions = ground if ground.ndim == 2 else ground[None]
     require(len(motions) > 0, "the number of motions", len(motions), "at least 1")
     require(scheme != "paper" or len(motions) == 1, "the number of motions", len(motions), "1 by the scheme 'paper'")
     return motions
@@ -272,8 +273,10 @@ def _factors(load_factor: ArrayLike, motions: int) -> Array:
 
 def _load_at_start(factors: Array, ground: Array) -> Array:
     """Return the load of each lane at the start, of all motions. [-]"""
+    if not ground.size:
+        return np.zeros(())
     with np.errstate(over="ignore", invalid="ignore"):
-        return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0]) if ground.size else 0.0)
+        return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0]))
 
 
 def _check_start(
@@ -285,18 +288,20 @@ def _check_start(
     require(h > 0, "step", h, "greater than 0")
     require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
     limit = stable_step(curve)
-    beyond = np.broadcast_to(limit, broadcast(step=h, curve=limit))[~(h < limit)]
-    allowed = f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)" if beyond.size else ""
-    require(h < limit, "step", h, allowed)
+    shape, stable = broadcast(step=h, curve=limit), h < limit
+    if not holds(stable):
+        beyond = np.broadcast_to(limit, shape)[~stable]
+        require(stable, "step", h, f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)")
     broadcast(release_amplitude=x0, curve=curve)
     require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
     return h, x0, v0
 
 
-def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
+def _start_acceleration(damping: Damping, rows: Mapping[int, Array], x0: Array, v0: Array, load: Array) -> Array:
     """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
     with np.errstate(over="ignore", invalid="ignore"):
-        start = np.asarray(load - curve.force(x0) - damping.coefficient(curve, x0, v0) * v0)
+        force = np.sign(x0) * kernels.force_at(rows, 0, np.abs(x0))
+        start = np.asarray(load - force - damping.by_rows(rows, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 
@@ -316,18 +321,36 @@ def _in_threads(advance: Callable[[slice, Event], None], blocks: int, threads: i
 
     Where one fails, or the user interrupts the run, the others are told to stop.
     """
-    threads, stopped = min(threads or available_threads(), blocks), Event()
+    threads = min(threads or available_threads(), blocks) if blocks > 1 else 1
     if threads <= 1:
-        advance(slice(0, blocks), stopped)
+        advance(slice(0, blocks), NEVER)
         return
-    chunks = min(blocks, 4 * threads)  # a few each, so that no thread idles at the end
-    edges = np.linspace(0, blocks, chunks + 1).astype(int)
-    with ThreadPoolExecutor(threads) as pool:
+    parts, stopped = _parts(blocks, threads), Event()
+
+    def work() -> None:
         try:
-            list(pool.map(lambda part: advance(part, stopped), (slice(*ends) for ends in pairwise(edges))))
+            for part in parts:
+                advance(part, stopped)
         except BaseException:
             stopped.set()
             raise
+
+    with ThreadPoolExecutor(threads - 1) as pool:
+        try:
+            helpers = [pool.submit(work) for _ in range(threads - 1)]
+            work()
+            for helper in helpers:
+                helper.result()
+        finally:
+            stopped.set()
+
+
+def _parts(blocks: int, threads: int) -> Iterator[slice]:
+    """Return blocks for one thread after the other to take: smaller ones as they end, so that none idles long."""
+    edges = [0]
+    while edges[-1] < blocks:
+        edges.append(edges[-1] + max((blocks - edges[-1]) // (2 * threads), 1))
+    return iter([slice(*ends) for ends in pairwise(edges)])  # of a list: threads may share it
 
 
 def available_threads() -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -53,11 +54,12 @@ class EnergyConsistent(Viscous):
     def printed_formula(self) -> Formula:
         return self.formula if self._multiplied != 0 else kernels.viscous_at
 
-    @property
+    @cached_property
     def _multiplied(self) -> int | None:
         """m where it is one for all and its power takes multiplications alone: the kernel has a formula for each."""
-        orders = np.unique(self.order)
-        return int(orders[0]) if orders.size == 1 and orders[0] in MULTIPLIED_ORDERS else None
+        orders = np.ravel(self.order)
+        one = orders.size > 0 and bool((orders == orders[0]).all())
+        return int(orders[0]) if one and orders[0] in MULTIPLIED_ORDERS else None
 
     @property
     def constant_branches(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -235,10 +236,10 @@ class Damping(ByValue):
         """
         return self.changed(**{name: function(value) for name, value in self.own.items()})
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        return np.broadcast_shapes(*(np.shape(value) for value in self.own.values()))
+        return broadcast(**self.own)
 
     def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
         """Return what the kernel's step reads of the damper, by row: of shapes that broadcast with the curve's.
@@ -271,12 +272,6 @@ class Damping(ByValue):
     def _printed(self) -> Callable[..., None]:
         raise NotImplementedError
 
-    def _state(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
-        """Return displacement and velocity as arrays, and the shape of the coefficient there."""
-        instance("curve", curve, TrilinearCurve)
-        at, speed = numbers("x", x), numbers("v", v)
-        return at, speed, broadcast(x=at, v=speed, curve=curve, damping=self)
-
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
         """Return the coefficient C over m_eff p, which for CR is zero. [-]
 
@@ -286,6 +281,26 @@ class Damping(ByValue):
             Broadcasts.
         x, v : float or ndarray
             u/u_ins and its derivative by tau, broadcast; not every damper depends on the velocity. [-]
+        """
+        instance("curve", curve, TrilinearCurve)
+        at, speed = numbers("x", x), numbers("v", v)
+        shape = broadcast(x=at, v=speed, curve=curve, damping=self)
+        return np.broadcast_to(self.by_rows(curve.rows() | self.rows(curve), at, speed), shape).copy()
+
+    def by_rows(self, rows: Mapping[int, Array], x: Array, v: Array) -> Quantity:
+        """Return the coefficient as `coefficient` does, by rows of curve and damper and by numbers that were checked.
+
+        Parameters
+        ----------
+        rows : mapping
+            `TrilinearCurve.rows` and `rows`.
+        x, v : ndarray
+            u/u_ins and its derivative by tau. [-]
+
+        Returns
+        -------
+        float or ndarray
+            Of a shape that broadcasts to theirs.
         """
         raise NotImplementedError
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-import numpy as np
-from numpy.typing import ArrayLike
+from collections.abc import Callable, Mapping
 
 from rockdamp import kernels
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.face import Damping
 
@@ -29,5 +26,5 @@ class Restitution(Damping):
     def _printed(self) -> Callable[..., None]:
         return kernels.restitution_printed
 
-    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
-        return np.zeros(self._state(curve, x, v)[2])
+    def by_rows(self, rows: Mapping[int, Array], x: Array, v: Array) -> Quantity:
+        return 0.0

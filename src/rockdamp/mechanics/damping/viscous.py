@@ -7,12 +7,11 @@ event-driven solver. They share nothing, so that each solver checks the other.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import ArrayLike
 
 from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity
@@ -46,10 +45,8 @@ class Viscous(Damping):
     def _printed(self) -> Callable[..., None]:
         return kernels.viscous_printed(self.printed_formula or self.formula)
 
-    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
-        x, v, shape = self._state(curve, x, v)
-        lane = dict(zip(kernels.CURVE, curve.parameters(), strict=True)) | self.rows(curve)
-        return np.broadcast_to(self.formula(lane, 0, np.abs(x), v)[1], shape).copy()
+    def by_rows(self, rows: Mapping[int, Array], x: Array, v: Array) -> Quantity:
+        return self.formula(rows, 0, np.abs(x), v)[1]
 
     def law_parameters(self, k1: float) -> tuple[float, ...]:
         """Return what `law` is given besides the state, where the curve's first branch has the stiffness `k1`; for a
