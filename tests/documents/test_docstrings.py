@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from functools import cached_property
 
 import pytest
 
@@ -23,7 +24,8 @@ MEMBERS = {
     for attribute, value in vars(base).items()
     if not attribute.startswith("_")
 }
-PROPERTIES = {name: member for name, member in MEMBERS.items() if isinstance(member, property)}
+PROPERTIES = {name: member.fget for name, member in MEMBERS.items() if isinstance(member, property)}
+PROPERTIES |= {name: member.func for name, member in MEMBERS.items() if isinstance(member, cached_property)}
 FUNCTIONS = {
     name: getattr(thing, "__func__", thing)
     for name, thing in (PUBLIC | MEMBERS).items()
@@ -61,7 +63,7 @@ def test_every_field_of_a_public_class_is_described(name):
 
 @pytest.mark.parametrize("name", PROPERTIES)
 def test_a_property_that_is_a_number_states_its_unit(name):
-    kind = inspect.signature(PROPERTIES[name].fget).return_annotation
+    kind = inspect.signature(PROPERTIES[name]).return_annotation
     if kind in ("Array", "float"):
         assert re.search(r"\[(?:-|[\w -]+)\]", inspect.getdoc(PROPERTIES[name]).split("\n\n")[0])
     else:
