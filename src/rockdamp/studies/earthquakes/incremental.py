@@ -26,7 +26,7 @@ from rockdamp.motions.intensity import IntensityMeasures, intensity_measures, sp
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings, EarthquakeWallSettings
-from rockdamp.studies.earthquakes.wall_under_record import SOURCES, VARIATIONS, Case
+from rockdamp.studies.earthquakes.wall_under_record import SOURCES, VARIATIONS, Case, by_damper
 from rockdamp.studies.matches import match_decays
 from rockdamp.studies.walls import NamedWall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -165,9 +165,12 @@ class _Study:
     def run(self, motion: catalogue.GroundMotion) -> xr.Dataset:
         """Run one record, for every wall, scale, e and damper."""
         intensity = intensity_measures(motion.record)
+        cases = [self._case(named, motion.record, intensity) for named in self.given.walls]
+        by_wall = zip(self.given.walls, cases, by_damper(cases, self.restitution, self.damping_ratio), strict=True)
+        change = self.given.restitution_change
         per_wall = [
-            self._of_wall(named, ratio, motion.record, intensity)
-            for named, ratio in zip(self.given.walls, self.damping_ratio, strict=True)
+            peaks | case.varied(self.restitution, change) | self._load(named, motion.record, intensity)
+            for named, case, peaks in by_wall
         ]
         dims = {
             **dict.fromkeys(
@@ -202,19 +205,28 @@ class _Study:
             .assign_coords({name: ("record", [coords[name]]) for name in ("record_set", "station")})
         )
 
-    def _of_wall(
-        self, named: NamedWall, damping_ratio: Array, record: Record, intensity: IntensityMeasures
-    ) -> dict[str, Array]:
-        """All histories of one wall under one record; arrays without the dimensions record and wall."""
-        wall, curve, given = named.wall, named.curve, self.given
-        p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
-        unit = p * u_ins / EXCITATION_FACTOR
-        factor = given.scale * unit / intensity.pgv
-        case = Case.of(wall, curve, record, factor, strong_end=intensity.strong_end, step=given.step, tail=given.tail)
+    def _factor(self, named: NamedWall, intensity: IntensityMeasures) -> Array:
+        """What scales the record to each intensity of a wall."""
+        return self.given.scale * _velocity(named) / intensity.pgv
+
+    def _case(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> Case:
+        factor, end = self._factor(named, intensity), intensity.strong_end
+        return Case.of(
+            named.wall, named.curve, record, factor, strong_end=end, step=self.given.step, tail=self.given.tail
+        )
+
+    def _load(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:
+        """How strong a record is for a wall; arrays over the scales, and one for the wall."""
+        factor, p = self._factor(named, intensity), float(named.wall.frequency_parameter)
+        yields = float(named.curve.plateau_ratio) * p * _velocity(named)
+        w1 = p * float(named.curve.initial_frequency)
         return {
-            **case.by_damper(self.restitution, damping_ratio),
-            **case.varied(self.restitution, given.restitution_change),
             "scale_factor": factor,
-            "load_ratio": factor * intensity.pga / (float(curve.plateau_ratio) * p * unit),
-            "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / (p * float(curve.initial_frequency))),
+            "load_ratio": factor * intensity.pga / yields,
+            "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / w1),
         }
+
+
+def _velocity(named: NamedWall) -> float:
+    """p u_ins/lambda, the ground's velocity at the scale 1. [m s-1]"""
+    return float(named.wall.frequency_parameter) * float(named.wall.instability_displacement) / EXCITATION_FACTOR

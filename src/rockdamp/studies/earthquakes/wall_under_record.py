@@ -7,13 +7,13 @@ changes may be little by chance. The finest is published; the largest change by 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -27,6 +27,7 @@ VARIATIONS = ("step", "impact", "lower e", "higher e")
 
 HALVINGS = 2  # of the coarsest step, for every history
 FURTHER = 2  # more of them near to collapse
+CURVE = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
 NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
 
 
@@ -82,23 +83,17 @@ class Case:
 
     def __call__(self, damping: Damping, halving: int, scheme: str = "newmark") -> Response:
         """Run dampers of shape (e, ...) at every scale: a batch of shape (scales, e, ...)."""
-        return solve(self.curve, damping, **self._forced(self._each_scale(damping), halving, scheme))
+        return solve(self.curve, damping, **self._forced(self.each_scale(damping), halving, scheme))
 
     def histories(self, damping: Damping) -> Histories:
         """Run dampers at the coarsest step and keep their histories."""
-        return solve(self.curve, damping, store_every=1, **self._forced(self._each_scale(damping), 0))
+        return solve(self.curve, damping, store_every=1, **self._forced(self.each_scale(damping), 0))
 
     def compared(self, damping: Damping, reference: Reference) -> Comparison:
         """Run dampers at the coarsest step and compare their histories with the reference."""
-        return solve(self.curve, damping, reference=reference, **self._forced(self._each_scale(damping), 0))
+        return solve(self.curve, damping, reference=reference, **self._forced(self.each_scale(damping), 0))
 
-    def some(self, damping: Damping, at: tuple[NDArray[np.int64], ...], halving: int) -> Response:
-        """Run the histories at some places of a batch of shape (scales, e, ...): a batch of shape (places,)."""
-        shape = (self.load_factor.size, *damping.shape)
-        lanes = damping.map(lambda parameter: np.broadcast_to(parameter, shape)[at])
-        return solve(self.curve, lanes, **self._forced(self.load_factor[at[0]], halving))
-
-    def _each_scale(self, damping: Damping) -> Array:
+    def each_scale(self, damping: Damping) -> Array:
         """The load factors, which broadcast with a damper to (scales, e, ...)."""
         return self.load_factor.reshape(-1, *(1 for _ in damping.shape))
 
@@ -113,26 +108,32 @@ class Case:
             "scheme": scheme,
         }
 
-    def by_damper(self, e: Array, damping_ratio: Array) -> dict[str, Array]:
-        """Peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""
-        shape = (self.load_factor.size, e.size, len(MODELS), len(SOURCES))
-        names = ("peak_ratio", "peak_ratio_uncertainty", "decay_misfit")
-        outcome = {name: np.full(shape, np.nan) for name in names}
-        outcome |= {name: np.zeros(shape, dtype=np.int8) for name in ("collapsed", "settled")}
+    def runs(self, e: Array, damping_ratio: Array) -> Iterator[Runs]:
+        """Run CR, then every damper whose ratios are defined, at the first three steps."""
         histories = self.histories(Damping.cr(e))
         reference = self._reference(histories)
-        for name, values in self._judge(Damping.cr(e), histories).items():
-            outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
-        stands, peak = outcome["collapsed"][:, :, 0, 0] == 0, outcome["peak_ratio"][:, :, 0, 0]
+        yield self._run(Damping.cr(e), histories)
         for row, model in enumerate(VISCOUS_MODELS, start=1):
-            defined = np.isfinite(damping_ratio[:, row]).all(axis=0)
+            defined = np.asarray(np.isfinite(damping_ratio[:, row]).all(axis=0))
             damping = Damping(model, damping_ratio[:, row, defined])
             compared = self.compared(damping, reference)
-            for name, values in self._judge(damping, compared).items():
-                outcome[name][:, :, row, defined] = values
-            outcome["decay_misfit"][:, :, row, defined] = self._decay_misfit(compared, peak, stands)
-            outcome["collapsed"][:, :, row, ~defined] = -1
-            outcome["settled"][:, :, row, ~defined] = -1
+            yield replace(self._run(damping, compared), defined=defined, misfit=self._decay_misfit(compared))
+
+    def outcome(self, runs: Sequence[Runs]) -> dict[str, Array]:
+        """Peaks, collapses and misfits over the decay of finished runs; shape (scales, e, models, sources)."""
+        restitution = runs[0]
+        shape = (*restitution.near.shape, len(MODELS), len(SOURCES))
+        names = ("peak_ratio", "peak_ratio_uncertainty", "decay_misfit")
+        outcome = {name: np.full(shape, np.nan) for name in names}
+        outcome |= {name: np.full(shape, -1, dtype=np.int8) for name in ("collapsed", "settled")}
+        of_restitution = self._judged(restitution)
+        for name, values in of_restitution.items():
+            outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
+        peak = np.where(of_restitution["collapsed"] == 0, of_restitution["peak_ratio"], np.nan)
+        for row, own in enumerate(runs[1:], start=1):
+            for name, values in self._judged(own).items():
+                outcome[name][:, :, row, own.defined] = values
+            outcome["decay_misfit"][:, :, row, own.defined] = own.misfit / peak[..., None]
         return outcome
 
     def varied(self, e: Array, change: float) -> dict[str, Array]:
@@ -147,17 +148,19 @@ class Case:
             "varied_collapsed": (np.stack(outcome, axis=-1) == COLLAPSED).astype(np.int8),
         }
 
-    def _judge(self, damping: Damping, coarsest: Response) -> dict[str, Array]:
+    def _run(self, damping: Damping, coarsest: Response) -> Runs:
+        """Run a damper at the halvings of the coarsest step, and say which histories ask for more of them."""
+        peak, collapsed = _ends([coarsest, *(self(damping, halving) for halving in range(1, HALVINGS + 1))])
+        settled = self._of_steps(peak, collapsed)["settled"]
+        return Runs(damping, peak, collapsed, (settled == 0) | (~collapsed[-1] & (peak[-1] >= NEAR)))
+
+    def _judged(self, runs: Runs) -> dict[str, Array]:
         """Peaks and outcomes at the finest step of each history, and what the halvings say of their error."""
-        responses = [coarsest, *(self(damping, halving) for halving in range(1, HALVINGS + 1))]
-        peak, collapsed = _ends(responses)
-        judged = self._of_steps(peak, collapsed)
-        near = (judged["settled"] == 0) | (~collapsed[-1] & (peak[-1] >= NEAR))
+        judged, near = self._of_steps(runs.peak, runs.collapsed), runs.near
         if near.any():
-            at = np.nonzero(near)
-            finer = _ends([self.some(damping, at, HALVINGS + further) for further in range(1, FURTHER + 1)])
-            peaks, ends = np.concatenate([peak[:, near], finer[0]]), np.concatenate([collapsed[:, near], finer[1]])
-            for name, values in self._of_steps(peaks, ends).items():
+            peak = np.concatenate([runs.peak[:, near], runs.finer_peak])
+            collapsed = np.concatenate([runs.collapsed[:, near], runs.finer_collapsed])
+            for name, values in self._of_steps(peak, collapsed).items():
                 judged[name][near] = values
         return judged
 
@@ -190,13 +193,104 @@ class Case:
         checkpoints = [min(max(self.decay * self.substeps, 1), steps - 1), steps]
         return Reference(displacement, case, checkpoints)
 
-    def _decay_misfit(self, coarsest: Comparison, reference_peak: Array, stands: ArrayLike) -> Array:
-        """Root mean square of the difference in |u| after the strong motion, over CR's peak; NaN after a collapse."""
+    def _decay_misfit(self, coarsest: Comparison) -> Array:
+        """Root mean square of the difference in |u| after the strong motion; NaN after a collapse."""
         steps = self.substeps * (self.ground.size - 1 - self.decay)
-        both = np.asarray(stands)[..., None] & (coarsest.outcome != COLLAPSED)
-        error = np.where(both, coarsest.error, 0.0)
+        stands = coarsest.outcome != COLLAPSED
+        error = np.where(stands, coarsest.error, 0.0)
         root = np.sqrt(np.maximum(error[1] - error[0], 0.0) / max(steps, 1))
-        return np.where(both, root / reference_peak[..., None], np.nan)
+        return np.where(stands, root, np.nan)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The histories of one damper at the steps that they were run at, the coarsest first.
+
+    Attributes
+    ----------
+    damping : Damping, shape (e, ...)
+    peak, collapsed : ndarray, shape (HALVINGS + 1, scales, e, ...)
+        At the steps that every history is run at.
+    near : ndarray of bool, shape (scales, e, ...)
+        Which come near to collapse, or end in two ways.
+    finer_peak, finer_collapsed : ndarray, shape (FURTHER, histories)
+        Of these, at the finer steps.
+    defined : ndarray of bool, shape (sources,)
+        Of a viscous damper: which sources have a damping ratio.
+    misfit : ndarray, shape (scales, e, ...)
+        Of a viscous damper: `Case._decay_misfit`.
+    """
+
+    damping: Damping
+    peak: Array
+    collapsed: NDArray[np.bool_]
+    near: NDArray[np.bool_]
+    finer_peak: Array = field(default_factory=lambda: np.empty((FURTHER, 0)))
+    finer_collapsed: NDArray[np.bool_] = field(default_factory=lambda: np.empty((FURTHER, 0), dtype=bool))
+    defined: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
+    misfit: Array = field(default_factory=lambda: np.empty(0))
+
+
+def by_damper(cases: Sequence[Case], e: Array, damping_ratio: Array) -> list[dict[str, Array]]:
+    """Run walls under one record, with CR and every damper.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        The walls.
+    e : ndarray, shape (e,)
+        Coefficients of restitution.
+    damping_ratio : ndarray, shape (walls, e, models, sources)
+        NaN where there is none.
+
+    Returns
+    -------
+    list of dict
+        Of each wall, arrays of shape (scales, e, models, sources).
+    """
+    begun = [(case, runs) for case, own in zip(cases, damping_ratio, strict=True) for runs in case.runs(e, own)]
+    finished = iter(_finish(begun))
+    return [case.outcome([next(finished) for _ in MODELS]) for case in cases]
+
+
+def _finish(begun: Sequence[tuple[Case, Runs]]) -> list[Runs]:
+    """Run the histories that come near to collapse at the finer steps: those of all walls that go together at once."""
+    together: dict[tuple[object, ...], list[int]] = {}
+    for index, (case, runs) in enumerate(begun):
+        if runs.near.any():
+            together.setdefault((runs.damping.model, case.curve.softening, case.substeps), []).append(index)
+    finished = [runs for _, runs in begun]
+    for members in together.values():
+        own = [begun[index] for index in members]
+        peak, collapsed = _ends([_near(own, HALVINGS + further) for further in range(1, FURTHER + 1)])
+        edges = np.cumsum([runs.near.sum() for _, runs in own])[:-1]
+        for index, of_peak, of_end in zip(
+            members, *(np.split(of, edges, axis=1) for of in (peak, collapsed)), strict=True
+        ):
+            finished[index] = replace(finished[index], finer_peak=of_peak, finer_collapsed=of_end)
+    return finished
+
+
+def _near(own: Sequence[tuple[Case, Runs]], halving: int) -> Response:
+    """Run the histories near to collapse of walls that have one model, and as many steps between two samples."""
+
+    def lanes(values: Iterable[Quantity]) -> Array:
+        parts = zip(values, (runs.near for _, runs in own), strict=True)
+        return np.concatenate([np.broadcast_to(value, near.shape)[near] for value, near in parts])
+
+    first, of = own[0]
+    substeps = first.substeps * 2**halving
+    curve = {name: lanes(getattr(case.curve, name) for case, _ in own) for name in CURVE}
+    damping = {name: lanes(runs.damping.own[name] for _, runs in own) for name in of.damping.own}
+    return solve(
+        TrilinearCurve(**curve, softening=first.curve.softening),
+        Damping(of.damping.model, **damping),
+        step=lanes(case.sampling / substeps for case, _ in own),
+        steps=substeps * (first.ground.size - 1),
+        load_factor=lanes(case.each_scale(runs.damping) for case, runs in own),
+        ground_acceleration=first.ground,
+        substeps=substeps,
+    )
 
 
 def _ends(responses: Sequence[Response]) -> tuple[Array, NDArray[np.bool_]]:
