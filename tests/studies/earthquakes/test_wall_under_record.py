@@ -55,14 +55,15 @@ def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing
 
 def test_what_is_run_beside_a_wall_changes_nothing():
     """Histories near to collapse of several walls are run in one batch."""
-    walls = [case_of(name, slice(6, 11)) for name in ("veneer", "top storey", "parapet")]
+    walls = [case_of(name, slice(4, 12)) for name in ("veneer", "top storey", "parapet")]
     assert len({wall.substeps for wall in walls}) == 1 and len({wall.sampling for wall in walls}) > 1
     ratio = np.linspace(0.02, 0.06, 3)[:, None, None, None] * np.ones((3, E.size, len(MODELS), len(SOURCES)))
     ratio[:, :, 0] = np.nan
     beside = by_damper(walls, E, ratio)
+    near = [(found["settled"] == 0) | (found["collapsed"] == 0) & (found["peak_ratio"] >= NEAR) for found in beside]
+    assert sum(of.any() for of in near) > 1
     for wall, own, found in zip(walls, ratio, beside, strict=True):
         (alone,) = by_damper([wall], E, own[None])
-        assert (alone["peak_ratio"][alone["collapsed"] == 0] > NEAR).any()
         for name, values in alone.items():
             np.testing.assert_array_equal(found[name], values)
 
