@@ -12,7 +12,7 @@ from numba import njit
 from peers import NO_OPENSEES, CLoop, compile_c, opensees, opensees_history, opensees_run, scalar_peaks, scipy_history
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.kernels import GROUP, power
+from rockdamp.kernels import power
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.response import Response
@@ -269,10 +269,10 @@ def _few(found: Section, repetitions: int) -> str:
     return (
         f"A call takes {of_calls['ours']:.0f} us, most of it to check what is given, and one of the plain loop"
         f" {of_calls['plain']:.0f} us. Steps alone are so many times as fast as the plain loop's, by the number of"
-        f" histories ({of_steps}): a block has {GROUP} lanes or more, and fewer histories pay for all of them. A lane"
-        " of its own was tried. With viscous dampers it has the same bits, and 0.7 to 1.1 times the plain loop's speed."
-        " With CR its bits are others where the processor has vectors of eight doubles, so that a wall's history would"
-        " depend on how many are beside it."
+        f" histories ({of_steps}): up to three histories are computed one after the other, with the same bits as in a"
+        " block of many. Their state passes through memory from step to step, where the plain loop keeps it in"
+        " registers, and a general power is made of polynomials for vectors, which take longer than numba's own where"
+        " there is one number."
     )
 
 

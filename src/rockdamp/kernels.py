@@ -29,7 +29,8 @@ from rockdamp.storage.compiled_cache import checked, digest_of
 SOURCE = digest_of(__file__)  # as it is imported; an edit while this process runs changes nothing here
 
 LANES = 64  # of a block at most, and the distance of its rows
-GROUP = 16  # lanes that the compiler's vector loop takes together; a block has a whole number of groups
+# Of a block: up to three lanes are computed one after the other, more of them in vectors, which are filled up.
+WIDTHS = (1, 2, 3, 8, 16, 32, 48, LANES)
 
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
@@ -159,6 +160,12 @@ def linear_acceleration(v, a, h, dp, k, c):
     """Increments of displacement and velocity by linear acceleration, stiffness and damping frozen over the step."""
     dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
     return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
+
+
+@register_jitable(fastmath=False)
+def product(one, other):
+    """A product that is rounded: no sum that it is part of takes it whole, in a vector of lanes or in a lane alone."""
+    return one * other
 
 
 @register_jitable
@@ -312,7 +319,7 @@ def restitution_located(w, width, p0, p1, step):
         v = w[E + i] * (v + 0.5 * s * (a + load)) if hit else v
         a = load if hit else a
         h -= s
-        x = (0.0 if hit else x) + h * (v + 0.5 * h * a)
+        x = (0.0 if hit else x) + product(h, v + 0.5 * h * a)
         f = force_at(w, i, np.abs(x))
         v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
         settle(w, i, x, v, a, step)
@@ -418,7 +425,7 @@ def plain_march(advance):
         blocks : ndarray, shape (blocks, ROWS * LANES)
             State, observations and parameters, laid out as the constants above say.
         width : int
-            Lanes of each block, a multiple of `GROUP`; the rest of its rows is idle.
+            Lanes of each block, of `WIDTHS`; the rest of its rows is idle.
         ground : ndarray, shape (motions, samples)
             Shared accelerations, linear between samples; empty for a free decay. Of one motion, rows G and G_BEFORE
             hold each lane's factor on it.

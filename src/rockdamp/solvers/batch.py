@@ -22,14 +22,13 @@ OBSERVED = (kernels.ALIVE, kernels.END, kernels.PEAK, kernels.PEAK_AT, kernels.C
 class Batch:
     """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
 
-    A block that few lanes do not fill is narrower, as an idle lane costs as much as a busy one.
+    Few lanes have a narrower block, as an idle lane costs as much as a busy one.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
         self.lanes = math.prod(shape)
-        groups = max(1, -(-self.lanes // kernels.GROUP))
-        self.width = min(kernels.GROUP * groups, kernels.LANES)
+        self.width = next((width for width in kernels.WIDTHS if width >= self.lanes), kernels.LANES)
         self.blocks = -(-self.lanes // self.width)
 
     def require_room(self, stored: int, checkpoints: int) -> None:
