@@ -37,6 +37,7 @@ def job(snakemake):
     The body is given the job's `Inputs`, which open datasets.
     """
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
+    sys.modules.setdefault("pint", None)  # no array here has units; xarray would import it at each file to see so
     from rockdamp.errors import InputError, warnings_as_lines
     from rockdamp.process import collect_rarely
     from rockdamp.storage.dataset import DatasetError

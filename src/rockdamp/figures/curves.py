@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -53,7 +54,7 @@ def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
         axes.plot([x, x], [y, TOP], color=PALE, linewidth=0.6, linestyle="dotted", zorder=0)
     axes.plot([a2, 1.04], [b1, b1], color=PALE, linewidth=0.6, linestyle="dotted", zorder=0)
     axes.plot([0, 1.04], [1, 1], color=PALE, linewidth=0.6, linestyle="dotted", zorder=0)
-    at = float(curve["force"].interp(displacement=SECANT_AT))
+    at = _force_at(SECANT_AT, curve)
     axes.plot([0, SECANT_AT], [0, at], color=RED, label=r"secant, slope $K_\mathrm{sec}$")
     axes.plot(SECANT_AT, at, "o", color=RED)
     axes.text(0.6 * SECANT_AT, 0.6 * at - 0.05, r"$K_\mathrm{sec}$", color=RED, ha="left", va="top")
@@ -69,11 +70,16 @@ def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
     axes.legend(loc="upper right", bbox_to_anchor=(0.93, 1.0))
 
 
+def _force_at(displacement: float, curve: xr.Dataset) -> float:
+    """Read a curve; by xarray's own reader a figure would wait for the import of SciPy."""
+    return float(np.interp(displacement, curve["displacement"].values, curve["force"].values))
+
+
 def _slope(axes: Axes, mechanism: xr.Dataset) -> None:
     """The triangle that shows the slope -K0 of the bi-linear law."""
-    rigid = mechanism["force"].sel(curve_name="bi-linear")
+    rigid = mechanism.sel(curve_name="bi-linear")
     left, right = 0.66, 0.84
-    high, low = (float(rigid.interp(displacement=x)) for x in (left, right))
+    high, low = (_force_at(x, rigid) for x in (left, right))
     axes.plot([left, left, right], [high, low, low], color="black", linewidth=0.5)
     axes.text(left - 0.015, (high + low) / 2, "$K_0$", ha="right", va="center")
     axes.text((left + right) / 2, low - 0.02, "1", ha="center", va="top", fontsize=7)

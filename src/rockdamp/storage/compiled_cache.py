@@ -26,6 +26,7 @@ from types import CodeType, FunctionType
 from typing import Any, BinaryIO
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.runtime.nrt import rtsys
 
 DIGEST = hashlib.sha256().digest_size  # bytes, at the end of each file; what unpickles it stops before
 
@@ -81,6 +82,15 @@ class _CheckedCache(FunctionCache):
     def __init__(self, function: Any, source: str) -> None:
         super().__init__(function)
         self._cache_file = CheckedFile(self._cache_path, self._impl.filename_base, source)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return cached code, ready to run, or None.
+
+        Numba would first import what it compiles with, a quarter of a second; it does so where nothing is cached, too.
+        """
+        rtsys.initialize(target_context)  # the code calls it
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         meant = hashlib.sha256(repr(_meaning(self._py_func)).encode()).hexdigest()

@@ -23,6 +23,7 @@ PAPER = (
     "equation and figure numbers are its own"
 )
 LARGE = 10_000  # values; smaller variables are not worth compressing
+COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 ATTRIBUTES = ("units", "long_name", "symbol")
 
 Datasets = Mapping[str, xr.Dataset]  # by the name of their file
@@ -121,16 +122,18 @@ def write(
     DatasetError
         If the dataset is not what the registry says, or the file cannot be written.
     """
-    expected = check(dataset, kind)
+    expected, registered = check(dataset, kind), registry()["datasets"][kind]
     dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
     encoding: dict[str, dict[str, Any]] = {}
     for name in map(str, dataset.variables):
         entry, variable = expected[name], dataset[name]
         variable.attrs = {key: entry[key] for key in ATTRIBUTES if key in entry}
         encoding[name] = _encoding(variable, entry, is_coordinate=name in dataset.coords)
+        if variable.size > LARGE and registered.get("compressed", True):
+            encoding[name] |= COMPRESSED
     dataset.attrs = {
         **dataset.attrs,
-        "title": registry()["datasets"][kind]["title"],
+        "title": registered["title"],
         "source": "rockdamp: numerical simulation",
         "references": PAPER,
         "Conventions": CONVENTIONS,
@@ -157,8 +160,6 @@ def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: b
         encoding["_FillValue"] = None  # CF allows none on coordinates
     if "dtype" in entry:
         encoding["dtype"] = entry["dtype"]
-    if variable.size > LARGE:
-        encoding |= {"zlib": True, "complevel": 1, "shuffle": True}
     return encoding
 
 
