@@ -55,6 +55,38 @@ def test_slices_end_on_samples_of_the_record_and_cover_every_step_of_every_block
         assert (taken[2:, 1:] == 1).all() and not taken[:2].any()
 
 
+@pytest.mark.parametrize("workers", [2, 3, 8])
+def test_parts_for_threads_cover_every_block_once_and_end_in_small_ones(workers):
+    for blocks in (workers, 13, 64, 1000):
+        parts = newmark._parts(blocks, workers)
+        assert [block for part in parts for block in range(part.start, part.stop)] == list(range(blocks))
+        assert parts[-1].stop - parts[-1].start == 1
+
+
+def test_a_part_that_fails_ends_the_run_and_stops_the_others():
+    told = []
+
+    def advance(part, stopped):
+        told.append(stopped)
+        if part.start == 0:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        newmark._in_threads(advance, 64, 1, 2)
+    assert len({*told}) == 1 and told[0].is_set()
+
+
+def test_few_steps_stay_on_the_thread_that_asks_unless_it_asks_for_more(monkeypatch):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "2")
+    taken = []
+    for steps, threads in ((1, None), (10**6, 1), (1, 2), (10**6, None)):
+        parts = []
+        newmark._in_threads(lambda part, _, parts=parts: parts.append(part), 64, steps, threads)
+        taken.append(parts)
+    assert taken[0] == taken[1] == [slice(0, 64)]
+    assert len(taken[2]) == len(taken[3]) == len(newmark._parts(64, 2)) > 2
+
+
 ENDLESS = """
 import numpy as np
 import rockdamp as rd

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from _thread import start_new_thread
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from queue import SimpleQueue
 from threading import Event
 from typing import Unpack, overload
 
@@ -32,6 +33,7 @@ from rockdamp.solvers.response import (
 
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
+SHARE = 2**13  # of them that a thread has at least, by default: for fewer it would cost more than it gives
 NEVER = Event()  # stops a run on one thread
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
@@ -231,7 +233,7 @@ def solve(
                 velocity[blocks],
             )
 
-    _in_threads(advance, batch.blocks, threads)
+    _in_threads(advance, batch.blocks, steps, threads)
 
     ended = batch.ended(work, h)
     if store_every is not None:
@@ -316,41 +318,48 @@ def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int
             yield blocks, first, min(first + length - 1, steps)
 
 
-def _in_threads(advance: Callable[[slice, Event], None], blocks: int, threads: int | None) -> None:
+def _in_threads(advance: Callable[[slice, Event], None], blocks: int, steps: int, threads: int | None) -> None:
     """Call `advance` on parts of the blocks, at once on as many threads as are allowed; the parts do not matter.
 
-    Where one fails, or the user interrupts the run, the others are told to stop.
+    This thread is one of them, and waits for no other that has taken no part. Where one fails, or the user interrupts
+    the run, the others are told to stop.
     """
-    threads = min(threads or available_threads(), blocks) if blocks > 1 else 1
-    if threads <= 1:
+    workers = min(blocks, threads or blocks * steps // SHARE)
+    if threads is None and workers > 1:
+        workers = min(workers, available_threads())
+    if workers <= 1:
         advance(slice(0, blocks), NEVER)
         return
-    parts, stopped = _parts(blocks, threads), Event()
+    parts, stopped = _parts(blocks, workers), Event()
+    shared, done = iter(parts), SimpleQueue[BaseException | None]()
 
     def work() -> None:
-        try:
-            for part in parts:
+        for part in shared:
+            try:
                 advance(part, stopped)
-        except BaseException:
-            stopped.set()
-            raise
+            except BaseException as failure:
+                stopped.set()
+                done.put(failure)
+            else:
+                done.put(None)
 
-    with ThreadPoolExecutor(threads - 1) as pool:
-        try:
-            helpers = [pool.submit(work) for _ in range(threads - 1)]
-            work()
-            for helper in helpers:
-                helper.result()
-        finally:
-            stopped.set()
+    try:
+        for _ in range(workers - 1):
+            start_new_thread(work, ())  # `Thread.start` waits until it runs: milliseconds on a busy machine
+        work()
+        for _ in parts:
+            if failure := done.get():
+                raise failure
+    finally:
+        stopped.set()
 
 
-def _parts(blocks: int, threads: int) -> Iterator[slice]:
-    """Return blocks for one thread after the other to take: smaller ones as they end, so that none idles long."""
+def _parts(blocks: int, workers: int) -> list[slice]:
+    """Return blocks for one worker after the other to take: smaller ones as they end, so that none idles long."""
     edges = [0]
     while edges[-1] < blocks:
-        edges.append(edges[-1] + max((blocks - edges[-1]) // (2 * threads), 1))
-    return iter([slice(*ends) for ends in pairwise(edges)])  # of a list: threads may share it
+        edges.append(edges[-1] + max((blocks - edges[-1]) // (2 * workers), 1))
+    return [slice(*ends) for ends in pairwise(edges)]
 
 
 def available_threads() -> int:
