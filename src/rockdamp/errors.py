@@ -86,6 +86,8 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
 
 def holds(condition: ArrayLike) -> bool:
     """Whether a condition holds everywhere."""
+    if isinstance(condition, bool | np.bool_):
+        return bool(condition)
     condition = np.asarray(condition)
     return bool(np.count_nonzero(condition) == condition.size)  # `all` takes four times as long where there are few
 

@@ -210,7 +210,7 @@ def solve(
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
     by_lane = batch.by_motion(factors)
-    displacement, velocity = (batch.histories(stored) for _ in range(2))
+    displacement, velocity = batch.histories(stored), batch.histories(stored)
 
     def advance(part: slice, stopped: Event) -> None:
         for blocks, first, last in _slices(part, steps, substeps):
@@ -273,12 +273,10 @@ def _factors(load_factor: ArrayLike, motions: int) -> Array:
     return factors
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _load_at_start(factors: Array, ground: Array) -> Array:
     """Return the load of each lane at the start, of all motions. [-]"""
-    if not ground.size:
-        return np.zeros(())
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0]))
+    return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0])) if ground.size else np.zeros(())
 
 
 def _check_start(
@@ -287,8 +285,9 @@ def _check_start(
     """Return step, displacement and velocity as arrays."""
     given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity}
     h, x0, v0 = (numbers(name, value) for name, value in given.items())
-    require(h > 0, "step", h, "greater than 0")
-    require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
+    if not holds(h >= SHORTEST):
+        require(h > 0, "step", h, "greater than 0")
+        require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
     limit = stable_step(curve)
     shape, stable = broadcast(step=h, curve=limit), h < limit
     if not holds(stable):
@@ -299,11 +298,11 @@ def _check_start(
     return h, x0, v0
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _start_acceleration(damping: Damping, rows: Mapping[int, Array], x0: Array, v0: Array, load: Array) -> Array:
     """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        force = np.sign(x0) * kernels.force_at(rows, 0, np.abs(x0))
-        start = np.asarray(load - force - damping.by_rows(rows, x0, v0) * v0)
+    force = np.sign(x0) * kernels.force_at(rows, 0, np.abs(x0))
+    start = np.asarray(load - force - damping.by_rows(rows, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp import kernels
 from rockdamp.arrays import Array, Quantity
+from rockdamp.errors import holds
 from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.viscous import Viscous
@@ -58,7 +59,7 @@ class EnergyConsistent(Viscous):
     def _multiplied(self) -> int | None:
         """m where it is one for all and its power takes multiplications alone: the kernel has a formula for each."""
         orders = np.ravel(self.order)
-        one = orders.size > 0 and bool((orders == orders[0]).all())
+        one = orders.size > 0 and holds(orders == orders[0])
         return int(orders[0]) if one and orders[0] in MULTIPLIED_ORDERS else None
 
     @property
