@@ -47,7 +47,7 @@ def numbers(name: str, value: Any) -> Array:
 
 def kept(array: Any) -> Any:
     """Return an array that cannot be written from now on."""
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 
