@@ -1,5 +1,8 @@
 """The compiled code of the event-driven solver as plain Python, and what it does at the edges."""
 
+import ast
+from pathlib import Path
+
 import numpy as np
 import pytest
 from exact_cases import CURVES, DAMPERS, NAMES, smooth_load
@@ -123,3 +126,11 @@ def test_a_law_that_nothing_asks_stands_in_for_restitution():
     assert law is secant_law
     assert (event_driven.branches(CURVES[0], Damping.cr(0.9))[:, event_kernel.CONSTANT] == 0.0).all()
     assert len(given) == 3
+
+
+def test_no_power_of_a_whole_exponent_is_compiled_without_the_liberties_that_the_batched_solver_has():
+    # Numba would share it with that solver, whose bits would then depend on which of the two is compiled first.
+    tree = ast.parse(Path(event_kernel.__file__).read_text(encoding="utf-8"))
+    powers = [node.right for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)]
+    exponents = [getattr(power, "operand", power) for power in powers]  # without its sign
+    assert exponents and not any(type(getattr(exponent, "value", None)) is int for exponent in exponents)

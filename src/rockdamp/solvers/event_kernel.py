@@ -183,14 +183,17 @@ def step_by(law):
 def error_of(start, end, h, rates):
     """Estimated error of a step over what is allowed."""
     third, fifth = 0.0, 0.0
+    # Squares are products: Numba compiles `**` of a whole exponent once for a process, with the liberties of what uses it
+    # first. Code here has none, and the batched solver's steps of ECD of order m would be rounded otherwise.
     for row in range(2):
         scale = TOLERANCE * (1e-3 + max(abs(start[row]), abs(end[row])))
         of_third, of_fifth = 0.0, 0.0
         for stage in range(STAGES + 1):
             of_third += E3[stage] * rates[row, stage]
             of_fifth += E5[stage] * rates[row, stage]
-        third += (of_third / scale) ** 2
-        fifth += (of_fifth / scale) ** 2
+        of_third, of_fifth = of_third / scale, of_fifth / scale
+        third += of_third * of_third
+        fifth += of_fifth * of_fifth
     if third == 0.0 and fifth == 0.0:
         return 0.0
     return h * fifth / math.sqrt(2.0 * (fifth + 0.01 * third))
