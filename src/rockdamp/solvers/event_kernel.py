@@ -183,8 +183,8 @@ def step_by(law):
 def error_of(start, end, h, rates):
     """Estimated error of a step over what is allowed."""
     third, fifth = 0.0, 0.0
-    # Squares are products: Numba compiles `**` of a whole exponent once for a process, with the liberties of what uses it
-    # first. Code here has none, and the batched solver's steps of ECD of order m would be rounded otherwise.
+    # Squares are products: Numba compiles `**` of a whole exponent once for a process, with the liberties of what first
+    # uses it. Code here has none, and the batched solver's steps of ECD of order m would be rounded otherwise.
     for row in range(2):
         scale = TOLERANCE * (1e-3 + max(abs(start[row]), abs(end[row])))
         of_third, of_fifth = 0.0, 0.0
