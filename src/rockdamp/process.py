@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 
-OBJECTS = 10_000  # made between two looks for garbage; Python's own number is 700
+OBJECTS = 30_000  # made between two looks for garbage; Python's own number is 700
 
 
 def collect_rarely() -> None:

@@ -38,11 +38,12 @@ def job(snakemake):
     """
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
     sys.modules.setdefault("pint", None)  # no array here has units; xarray would import it at each file to see so
-    from rockdamp.errors import InputError, warnings_as_lines
     from rockdamp.process import collect_rarely
+
+    collect_rarely()  # before the imports that make the most objects
+    from rockdamp.errors import InputError, warnings_as_lines
     from rockdamp.storage.dataset import DatasetError
 
-    collect_rarely()
     with open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log:
         sys.stderr = _Both(sys.__stderr__, log)
         try:
