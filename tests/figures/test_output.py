@@ -1,17 +1,13 @@
 """Saving of figures: the same bytes each time, whole or not at all."""
 
 import errno
-import io
-import re
 import subprocess
 import sys
-import zlib
 from pathlib import Path
 
 import matplotlib
 import pytest
 from figure_reading import draw
-from fontTools.ttLib import TTFont
 from matplotlib.figure import Figure
 
 from rockdamp.figures.output import save
@@ -42,17 +38,6 @@ def test_a_figure_is_laid_out_once_for_all_formats_and_within_its_edges(tmp_path
     assert len(times) == 1
     assert figure.get_layout_engine() is engine
     assert panel.get_tightbbox().x0 >= 0
-
-
-def test_a_pdf_embeds_outlines_of_its_fonts_and_says_what_each_letter_is(tmp_path):
-    (path,) = save(draw("fig6_error"), tmp_path / "figure", ["pdf"], 50)
-    streams = re.findall(rb"/FlateDecode >>\nstream\n(.*?)\nendstream", path.read_bytes(), re.DOTALL)
-    contents = [zlib.decompress(stream) for stream in streams]
-    fonts = [TTFont(io.BytesIO(content)) for content in contents if content.startswith(b"\x00\x01\x00\x00")]
-    assert len(fonts) == sum(b"begincmap" in content for content in contents) > 1
-    for font in fonts:
-        assert {"glyf", "cmap", "hmtx"} < set(font.keys())
-        assert not {"GSUB", "GPOS", "GDEF"} & set(font.keys())
 
 
 def test_resolution_sets_the_pixels_of_the_print_size(tmp_path):

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
-from fontTools import subset
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -23,7 +22,6 @@ logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
 # What each format would store of the moment of writing; None leaves it out.
 _DATES = {"pdf": "CreationDate", "svg": "Date"}
-LIGATURES = ["GSUB", "GPOS", "GDEF"]  # tables of a font that serve who sets text, not who shows it
 LAID_OUT: dict[Any, Any] = {"figure.constrained_layout.use": False}  # or a figure without a layout engine gets one
 
 
@@ -56,8 +54,7 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
     base = Path(path)
     base.parent.mkdir(parents=True, exist_ok=True)
     settings: dict[Any, Any] = {**LAID_OUT, "svg.hashsalt": base.name}
-    style = matplotlib.style.context([STYLE, settings], after_reset=True)
-    with style, _laid_out(figure, resolution), _outlines_alone():
+    with matplotlib.style.context([STYLE, settings], after_reset=True), _laid_out(figure, resolution):
         for suffix in formats:
             target = base.with_name(f"{base.name}.{suffix}")
             metadata = {_DATES[suffix]: None} if suffix in _DATES else {}
@@ -67,25 +64,6 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
                 temporary.write_bytes(drawn.getvalue())
             written.append(target)
     return written
-
-
-class _Outlines(subset.Options):
-    """A PDF's fonts without their tables of ligatures, which no reader needs; to reduce them takes most of the time."""
-
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
-        self.drop_tables += LIGATURES
-
-
-@contextmanager
-def _outlines_alone() -> Iterator[None]:
-    """Let Matplotlib, which makes the options and takes none, make these."""
-    given = subset.Options
-    subset.Options = _Outlines
-    try:
-        yield
-    finally:
-        subset.Options = given
 
 
 @contextmanager
