@@ -51,7 +51,7 @@ def histories(results: Path, config: Config, count: int, seed: int) -> float:
     print(f"{found.sizes['history']} histories, event by event:")
     rates = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
     table = found[["study_count", "checked_count", *rates]].to_dataframe()
-    print(table.to_string(float_format=lambda share: f"{100 * share:.2g} %", na_rep="-"))
+    print(table.to_string(float_format=lambda share: f"{float(f'{100 * share:.2g}'):g} %", na_rep="-"))
     return float(held(found.isel(history=(found["settled"] == 1).values)).mean())
 
 

@@ -228,7 +228,7 @@ def checks(data: Data) -> str:
 
 def share(fraction: xr.DataArray) -> str:
     """A percentage in plain digits; a dash where there is none."""
-    return f"{100 * float(fraction):.2g} %" if np.isfinite(fraction) else "–"
+    return f"{float(f'{100 * fraction:.2g}'):g} %" if np.isfinite(fraction) else "–"
 
 
 def orders(data: Data) -> str:
