@@ -8,6 +8,7 @@ outcome depends on the step.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.newmark import available_threads
 from rockdamp.solvers.response import OUTCOMES
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER
 from rockdamp.studies.earthquakes.settings import EventDrivenCheckSettings
@@ -93,8 +95,9 @@ def draw(parts: Sequence[Callable[[], Members]], count: int, seed: int) -> Sampl
 
 
 def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -> dict[str, tuple[str, Array]]:
-    """Solve histories 0 to `count`."""
-    ends = list(track(map(solve, range(count)), label, count))
+    """Solve histories 0 to `count`, several at once: the solver lets other threads run beside it."""
+    with ThreadPoolExecutor(available_threads()) as pool:
+        ends = list(track(pool.map(solve, range(count)), label, count))
     return {
         "exact_peak": ("history", np.array([peak for peak, _ in ends])),
         "exact_collapsed": ("history", np.array([collapsed for _, collapsed in ends], dtype=np.int8)),
@@ -156,8 +159,10 @@ def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     entries = {entry.name: entry for entry in catalogue.listing(given.records)}
     motions = {name: catalogue.read(entries[name]) for name in np.unique(picked["record"].values).tolist()}
 
+    cases = picked[["damping_ratio", "scale_factor"]].load()  # and the coordinates
+
     def solve(index: int) -> tuple[float, bool]:
-        case = picked.isel(history=index)
+        case = cases.isel(history=index)
         return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], given.tail)
 
     checked = (

@@ -43,6 +43,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
     first = np.cumsum([0, *(share.sizes["wall"] for share in shares)])
     number = first[sample.part] + sample.place[:, 0]
+    e, ratio = walls["restitution"].values, walls["damping_ratio"].values
     intensity, models = shares[0]["intensity"].values, [str(model) for model in shares[0]["damping_model"].values]
 
     def solve(index: int) -> tuple[float, bool]:
@@ -51,11 +52,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
         ground = followed_by_rest(motion.ground_acceleration, motion.step, given.tail)
-        damping = Damping.of(
-            models[model],
-            restitution=float(walls["restitution"][i]),
-            damping_ratio=float(walls["damping_ratio"][i, model]),
-        )
+        damping = Damping.of(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
         own = curve.map(lambda parameter: parameter[i])
         load = float(wall.load_factor[i]) * factor * ground
         return exact_end(own, damping, load, float(wall.frequency_parameter[i]) * motion.step)
