@@ -270,9 +270,7 @@ def _few(found: Section, repetitions: int) -> str:
         f"A call takes {of_calls['ours']:.0f} us, most of it to check what is given, and one of the plain loop"
         f" {of_calls['plain']:.0f} us. Steps alone are so many times as fast as the plain loop's, by the number of"
         f" histories ({of_steps}): up to three histories are computed one after the other, with the same bits as in a"
-        " block of many. Their state passes through memory from step to step, where the plain loop keeps it in"
-        " registers, and a general power is made of polynomials for vectors, which take longer than numba's own where"
-        " there is one number."
+        " block of many. What a step of theirs loses on the plain loop's was not traced."
     )
 
 

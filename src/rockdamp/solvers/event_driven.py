@@ -90,6 +90,8 @@ def history(
     ------
     InputError
         If a value lies outside its range.
+    ArithmeticError
+        If the motion makes no progress, or no step keeps its tolerance; it says where.
     """
     times, load = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(load, dtype=float)
     _check(curve, damping, times, release_amplitude, release_velocity, load, load_step)
@@ -169,7 +171,7 @@ def law_of(damping: Damping, curve: TrilinearCurve) -> tuple[Law, tuple[float, .
 
 
 def branches(curve: TrilinearCurve, damping: Damping) -> Array:
-    """Return the six branches from -a3 to a3, split at x = 0, as `event_kernel` describes them."""
+    """Return the branches from -a3 to a3, split at x = 0, as `event_kernel` describes them, shape (6, DESCRIPTION)."""
     k1, b1, ks, a1, a2, a3 = (float(value) for value in curve.parameters())
     margin = a1 / 4  # a plateau that goes on inwards has energy down to a1/2
     rows: list[tuple[float, ...]] = []

@@ -6,11 +6,11 @@ Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, section II.
 piece is reached from its start, by the closed form or by a step of that length: an event is located by bisection, to
 the last bits of its time.
 
-Nothing here is the batched kernel's, and nothing is reordered or contracted: the bits do not depend on the processor.
+Nothing here is the batched kernel's, and the compiler is free to reorder and to contract nothing.
 """
 
 import math
-from functools import cache
+from functools import cache, wraps
 
 import numpy as np
 from numba import njit
@@ -38,6 +38,23 @@ LOW, HIGH, STIFFNESS, OFFSET, CONSTANT, INNERMOST, LARGEST_FORCE, INNER_END, INN
 COMPLETED, COLLAPSED, STALLED, FAILED = range(4)  # how a run ends
 
 VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # what an event is a zero of
+
+
+def named(function, law):
+    """Give what is made for a law a name of its own, by which Numba tells machine code and files apart."""
+    function.__name__ = function.__qualname__ = f"{function.__name__}_{law.__name__}"
+    return function
+
+
+def of_law(make):
+    """Let what makes a compiled function for a law make it once."""
+
+    @cache
+    @wraps(make)
+    def made(law):
+        return register_jitable(named(make(law), law))
+
+    return made
 
 
 # --- closed form: x'' + c x' + k x = q + slope t, k of either sign or zero --------------------------------------------
@@ -126,11 +143,10 @@ def closed_turn(x, v, c, k, q, slope, duration):
 # --- a damper's law: steps of DOP853 ----------------------------------------------------------------------------------
 
 
-@cache
+@of_law
 def coefficient_by(law):
     """Return C on a branch: a constant, or by the law of |x|, |f|, 2V and v."""
 
-    @register_jitable
     def coefficient(branch, given, x, v):
         if branch[CONSTANT] >= 0.0:
             return branch[CONSTANT]
@@ -140,27 +156,25 @@ def coefficient_by(law):
         double_v = branch[INNER_DOUBLE_V] + (f + branch[INNER_FORCE]) * (z - branch[INNER_END])
         return law(z, f, double_v, v, given)
 
-    return _named(coefficient, law)
+    return coefficient
 
 
-@cache
+@of_law
 def acceleration_by(law):
     """Return x'' on a branch under the load p."""
     coefficient = coefficient_by(law)
 
-    @register_jitable
     def acceleration(branch, given, p, x, v):
         return p - branch[STIFFNESS] * x - branch[OFFSET] - coefficient(branch, given, x, v) * v
 
-    return _named(acceleration, law)
+    return acceleration
 
 
-@cache
+@of_law
 def step_by(law):
     """Return a step of DOP853 of the length h; the rates of its stages are left in `rates`, shape (2, STAGES + 1)."""
     acceleration = acceleration_by(law)
 
-    @register_jitable
     def advance(branch, given, start, h, rates):
         x, v, p, slope = start
         for stage in range(STAGES):
@@ -176,7 +190,7 @@ def step_by(law):
             dv += B[stage] * rates[1, stage]
         return x + h * dx, v + h * dv
 
-    return _named(advance, law)
+    return advance
 
 
 @register_jitable
@@ -208,7 +222,7 @@ def longest_step(branch, start, remaining):
     return 2.0 * reach / (speed + math.sqrt(speed * speed + 2.0 * pull * reach))
 
 
-@cache
+@of_law
 def adaptive_step_by(law):
     """Return a step that keeps the tolerance: its length (0 where none does), its end, and a good length for the next.
 
@@ -216,7 +230,6 @@ def adaptive_step_by(law):
     """
     advance, acceleration = step_by(law), acceleration_by(law)
 
-    @register_jitable
     def adaptive(branch, given, start, remaining, tau, wanted, rates):
         h = min(wanted, longest_step(branch, start, remaining), remaining)
         rejected = False
@@ -234,33 +247,31 @@ def adaptive_step_by(law):
             if not h > SMALLEST * tau:
                 return 0.0, end, wanted
 
-    return _named(adaptive, law)
+    return adaptive
 
 
 # --- events inside a piece --------------------------------------------------------------------------------------------
 
 
-@cache
+@of_law
 def state_by(law):
     """Return the state at a moment t of the piece from `start`."""
     advance = step_by(law)
 
-    @register_jitable
     def state(branch, given, start, t, rates):
         if branch[CONSTANT] >= 0.0:
             x, v, p, slope = start
             return closed_state(x, v, branch[CONSTANT], branch[STIFFNESS], p - branch[OFFSET], slope, t)
         return advance(branch, given, start, t, rates)
 
-    return _named(state, law)
+    return state
 
 
-@cache
+@of_law
 def event_by(law):
     """Return the last moment before `zero_of` less `bound` changes sign, known to do so once between two moments."""
     state, acceleration = state_by(law), acceleration_by(law)
 
-    @register_jitable
     def event(branch, given, start, zero_of, bound, sign_after, before, after, rates):
         for _ in range(HALVINGS):
             middle = 0.5 * (before + after)
@@ -276,10 +287,10 @@ def event_by(law):
                 before = middle
         return before
 
-    return _named(event, law)
+    return event
 
 
-@cache
+@of_law
 def turn_by(law):
     """Return where a step of DOP853 first turns, and whether it does.
 
@@ -287,7 +298,6 @@ def turn_by(law):
     """
     state, event = state_by(law), event_by(law)
 
-    @register_jitable
     def turn(branch, given, start, h, end, rates):
         a, a_end = rates[1, 0], rates[1, STAGES]
         v, v_end = start[1], end[1]
@@ -301,16 +311,15 @@ def turn_by(law):
                 return event(branch, given, start, VELOCITY, 0.0, -way, 0.0, slowest, rates), True
         return h, False
 
-    return _named(turn, law)
+    return turn
 
 
-@cache
+@of_law
 def piece_by(law):
     """Return the next piece: its length (0 where no step keeps the tolerance), whether it ends at a turn, and a good
     length for the next step."""
     adaptive, turn, event = adaptive_step_by(law), turn_by(law), event_by(law)
 
-    @register_jitable
     def piece(branch, given, start, remaining, tau, wanted, rates):
         c, k = branch[CONSTANT], branch[STIFFNESS]
         if c < 0.0:
@@ -324,7 +333,7 @@ def piece_by(law):
             before = event(branch, given, start, VELOCITY, 0.0, way, before, after, rates)
         return before, turns, wanted
 
-    return _named(piece, law)
+    return piece
 
 
 # --- the run ----------------------------------------------------------------------------------------------------------
@@ -377,7 +386,7 @@ def plain_run(law):
         Returns
         -------
         tuple
-            How it ended, tau, x, the impacts and the turns.
+            How it ended, tau, x, the impacts and the turns, each of shape (count, 2).
         """
         rates = np.zeros((2, STAGES + 1))
         crossings, changes, reached = 0, 0, 0
@@ -425,16 +434,10 @@ def plain_run(law):
         ended = COMPLETED if 0 <= at < branches.shape[0] else COLLAPSED
         return ended, tau, x, impacts[:crossings], turns[:changes]
 
-    return _named(run, law)
+    return named(run, law)
 
 
 @cache
 def run(law):
     """Return the run with one damper's law, which is compiled when it is first called."""
     return checked(njit(cache=True, error_model="numpy", nogil=True)(plain_run(law)), SOURCE)
-
-
-def _named(function, law):
-    """Give what is made for a law a name of its own, by which Numba tells machine code and files apart."""
-    function.__name__ = function.__qualname__ = f"{function.__name__}_{law.__name__}"
-    return function

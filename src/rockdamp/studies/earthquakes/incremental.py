@@ -210,6 +210,7 @@ class _Study:
         return self.given.scale * _velocity(named) / intensity.pgv
 
     def _case(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> Case:
+        """A wall under a record that is scaled to each intensity of the wall."""
         factor, end = self._factor(named, intensity), intensity.strong_end
         return Case.of(
             named.wall, named.curve, record, factor, strong_end=end, step=self.given.step, tail=self.given.tail
