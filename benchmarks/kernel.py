@@ -10,9 +10,9 @@ import numpy as np
 from measure import Section, Table, crossing, interleaved, number, second_process
 from numba import njit
 from peers import NO_OPENSEES, CLoop, compile_c, opensees, opensees_history, opensees_run, scalar_peaks, scipy_history
+from rockdamp.kernels import power
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.kernels import power
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.response import Response

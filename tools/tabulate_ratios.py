@@ -62,19 +62,16 @@ def matched(
 
 
 def make() -> int:
-    table = tabulated.Table({}, {})
-    for model in PAPER_MODELS:
-        fill(table, model)
+    tables = {model: filled(model) for model in PAPER_MODELS}
     made_by = {"step": STEP, "refinement": REFINEMENT, "trials": TRIALS, "drawn": DRAWN, "closer": CLOSER}
-    content = tabulated.packed(table, tabulated.protocol(**made_by, doubtful=DOUBTFUL, off=OFF))
-    with replacing(PLACE / tabulated.FILE) as path:
-        path.write_bytes(content)
-    print(f"{PLACE / tabulated.FILE}: {len(content)} bytes")
+    with replacing(tabulated.FILE) as path:
+        tabulated.write(tables, tabulated.protocol(**made_by, doubtful=DOUBTFUL, off=OFF), path)
+    print(f"{tabulated.FILE}: {tabulated.FILE.stat().st_size} bytes")
     return 0
 
 
-def fill(table: tabulated.Table, model: str) -> None:
-    """Match a model at its nodes and within its cells: its part of the table."""
+def filled(model: str) -> tabulated.Table:
+    """Return a model's table: match at its nodes, then within its cells."""
     nodes = tabulated.NODES[model]
     cells = tuple(n - 1 for n in nodes)
 
@@ -83,7 +80,8 @@ def fill(table: tabulated.Table, model: str) -> None:
         return ratio[0], minima[0] > 1
 
     at_nodes, several = found(lattice(nodes) / np.array(cells)[:, None], "nodes")
-    table.log_ratio[model] = np.round(at_nodes.reshape(nodes) / tabulated.UNIT) * tabulated.UNIT
+    log_ratio = np.round(at_nodes.reshape(nodes) / tabulated.UNIT) * tabulated.UNIT
+    table = tabulated.Table(log_ratio, np.zeros(cells, dtype=bool))
     two = at_a_corner(several.reshape(nodes)).ravel()
     off = np.zeros(two.size)
 
@@ -91,7 +89,7 @@ def fill(table: tabulated.Table, model: str) -> None:
         for number, part in enumerate(parts, 1):
             unit = (lattice(cells)[:, cell] + part) / np.array(cells)[:, None]
             exact, several = found(unit, f"{what}, {number} of {len(parts)}")
-            off[cell] = np.maximum(off[cell], np.abs(np.expm1(table.read(model, unit) - exact)))
+            off[cell] = np.maximum(off[cell], np.abs(np.expm1(table.read(unit) - exact)))
             two[cell] |= several
 
     rng = np.random.default_rng(SEED)
@@ -100,11 +98,12 @@ def fill(table: tabulated.Table, model: str) -> None:
     doubtful = np.flatnonzero(and_beside(off.reshape(cells) > DOUBTFUL))
     look(doubtful, rng.uniform(size=(CLOSER, 5, doubtful.size)), "doubtful cells")
     bad = two.reshape(cells) | (off.reshape(cells) > OFF) | and_beside(off.reshape(cells) > STATED)
-    table.refused[model] = refused = and_beside(bad)
+    refused = and_beside(bad)
     print(
         f"{model}: {refused.mean():.2%} of the cells are refused, {two.mean():.2%} have two minima,"
         f" {(off > OFF).mean():.2%} are off; {doubtful.size / off.size:.2%} were doubtful"
     )
+    return tabulated.Table(log_ratio, refused)
 
 
 def lattice(counts: tuple[int, ...]) -> Array:
@@ -174,9 +173,8 @@ def search(model: str, starts: Array, off: Array, rng: np.random.Generator) -> t
 def differences(unit: Array, models: Sequence[str], description: str) -> Array:
     """Return |xi of the table/xi - 1|, shape (models, walls), NaN where the table does not answer."""
     exact, _ = matched(unit, one_curve.STEP, matching.REFINEMENT, SCAN, description, models)
-    table = tabulated.shipped()
-    read = np.stack([table.read(model, unit) for model in models])
-    refused = np.stack([table.refuses(model, unit) for model in models])
+    read = np.stack([tabulated.shipped(model).read(unit) for model in models])
+    refused = np.stack([tabulated.shipped(model).refuses(unit) for model in models])
     return np.where(refused, np.nan, np.abs(np.expm1(read - exact)))
 
 

@@ -16,16 +16,19 @@ STUDIES = {
 RECOMMENDED_ORDER = 16
 RECOMMENDED = f"ECD{RECOMMENDED_ORDER}"  # its name among the models
 
-# The damping models, in the order of the datasets: the coefficient of restitution first, then the viscous dampers.
-TITLES = {
-    "CR": "coefficient of restitution",
-    "CDC": "constant damping coefficient",
-    "CDR": "constant damping ratio",
-    "SDR": "stiffness proportional damping ratio",
-    "ECD": "energy-consistent damper",
-    RECOMMENDED: f"energy-consistent damper of order {RECOMMENDED_ORDER}",
+# The damping models, in the order of the datasets: the coefficient of restitution first, then the viscous dampers. Each
+# is a class in a file of mechanics/damping, which is imported when a damper is first made, as this module imports
+# nothing.
+DAMPERS = {
+    "CR": "cr:Restitution",
+    "CDC": "cdc:ConstantCoefficient",
+    "CDR": "cdr:ConstantRatio",
+    "SDR": "sdr:StiffnessProportionalRatio",
+    "ECD": "ecd:EnergyConsistent",
+    RECOMMENDED: "ecd:RecommendedOrder",
+    "POWER": "power:GeneralExponent",
 }
-MODELS = tuple(TITLES)
+MODELS = tuple(model for model in DAMPERS if model != "POWER")  # what is compared; POWER lies between CDC, CDR and SDR
 REFERENCE = "CR"  # what the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too, where a record is identified

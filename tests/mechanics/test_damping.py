@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rockdamp import kernels
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, TITLES, VISCOUS_MODELS
+from rockdamp.mechanics.damping import Damping, kinds
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -80,7 +79,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
     for damping in (*(Damping(model, ratios) for model in VISCOUS_MODELS), Damping.power(1.3, ratios)):
         many = damping.coefficient(curves, X)
         assert many.shape == (2, 3, X.size)
-        one = damping.changed(damping_ratio=0.05).coefficient(TrilinearCurve(0.05, 0.8), X)
+        one = damping.replace(damping_ratio=0.05).coefficient(TrilinearCurve(0.05, 0.8), X)
         np.testing.assert_allclose(many[1, 1], one, rtol=1e-14)
 
 
@@ -91,39 +90,34 @@ def test_the_named_constructors_are_the_models():
 
 
 def test_each_model_has_its_title_and_its_own_parameter_by_its_own_name():
-    assert Damping.cr(0.9).own == {"restitution": 0.9} and Damping.cr(0.9).is_impact
+    assert Damping.cr(0.9).parameters == {"restitution": 0.9} and Damping.cr(0.9).is_impact
     for model in VISCOUS_MODELS:
-        assert Damping(model, XI).own["damping_ratio"] == XI and not Damping(model, XI).is_impact
-    assert Damping.power(1.5, XI).own == {"damping_ratio": XI, "exponent": 1.5}
-    titles = [Damping.of(model, restitution=0.9, damping_ratio=XI, exponent=1.0).title for model in (*MODELS, "POWER")]
-    assert titles == [*TITLES.values(), "general exponent"]
+        assert Damping(model, XI).parameters["damping_ratio"] == XI and not Damping(model, XI).is_impact
+    assert Damping.power(1.5, XI).parameters == {"damping_ratio": XI, "exponent": 1.5}
+
+
+def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
+    assert [kind.model for kind in kinds().values()] == [*MODELS, "POWER"]
+    for texts in ([kind.title for kind in kinds().values()], [kind.colour for kind in kinds().values()]):
+        assert len({*texts}) == len(texts) and all(texts)
 
 
 def test_a_model_takes_those_of_the_values_that_are_its_own():
     values = {"restitution": 0.9, "damping_ratio": XI, "exponent": 1.5}
-    assert Damping.of("CR", **values).restitution == 0.9
-    assert Damping.of("CDR", **values).damping_ratio == XI
-    assert Damping.of("POWER", **values).exponent == 1.5
+    assert Damping.from_values("CR", **values).restitution == 0.9
+    assert Damping.from_values("CDR", **values).damping_ratio == XI
+    assert Damping.from_values("POWER", **values).exponent == 1.5
 
 
 def test_a_damper_is_not_changed_but_made_anew():
     damping = Damping.power([1.0, 2.0], XI)
     np.testing.assert_array_equal(damping.map(lambda parameter: 2 * parameter).exponent, [2.0, 4.0])
-    assert damping.changed(exponent=3.0).own == {"damping_ratio": XI, "exponent": 3.0}
+    assert damping.replace(exponent=3.0).parameters == {"damping_ratio": XI, "exponent": 3.0}
     with pytest.raises(AttributeError, match="damping_ratio cannot be set"):
         damping.damping_ratio = 0.1
-    assert damping.own["damping_ratio"] == XI and damping.shape == (2,)
+    assert damping.parameters["damping_ratio"] == XI and damping.shape == (2,)
     assert repr(Damping("CDR", XI)) == "Damping('CDR', damping_ratio=array(0.07))"
     assert copy.copy(damping).shape == pickle.loads(pickle.dumps(damping)).shape == (2,)
-
-
-def test_each_model_and_scheme_takes_its_kind_of_step():
-    steps = {(m, s): Damping(m, 0.5).step(s) for m in MODELS for s in ("newmark", "paper")}
-    assert steps["CR", "newmark"] is kernels.restitution_located
-    assert steps["CR", "paper"] is kernels.restitution_printed
-    for model in VISCOUS_MODELS:  # each its own, compiled for it alone
-        assert steps[model, "newmark"] is kernels.viscous_newmark(Damping(model, 0.5).formula)
-    assert len({step.__name__ for step in steps.values()}) == len(set(steps.values()))
 
 
 BAD = [
@@ -137,7 +131,6 @@ BAD = [
     (lambda: Damping("SDR", np.inf), r"damping_ratio \(xi\) is inf; it must be a finite number"),
     (lambda: Damping("ECD", "5 %"), r"damping_ratio \(xi\) is '5 %'; it must be a number"),
     (lambda: Damping.power(-1.0, 0.1), r"exponent \(n\) is -1\.0; it must be at least 0"),
-    (lambda: Damping("CDR", 0.1).step("rk4"), r"scheme is 'rk4'; it must be one of newmark, paper"),
     (
         lambda: Damping("CDR", 0.1, 1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, another value",

@@ -26,8 +26,9 @@ needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page'
 def run(explorer_page, tmp_path_factory):
     """Call functions of the closed form as the page holds it: a list of (name, arguments) to a list of results."""
     html = explorer_page.read_text(encoding="utf-8")
-    script = next(
-        text for text in re.findall(r'<script class="own">(.*?)</script>', html, re.S) if "closedForm" in text
+    texts = re.findall(r'<script class="own">(.*?)</script>', html, re.S)
+    script = "\n".join(
+        next(text for text in texts if name in text) for name in ("const dampingFormulas", "closedForm(")
     )
     data = re.search(r'<script type="application/json" id="explorer-data">(.*?)</script>', html, re.S)[1]
     folder = tmp_path_factory.mktemp("node")

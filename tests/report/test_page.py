@@ -11,7 +11,8 @@ from html_page import Page, words
 from repository import ROOT
 
 from rockdamp import report
-from rockdamp.report import interactive, numbers, tables
+from rockdamp.mechanics.damping import kinds
+from rockdamp.report import numbers, tables
 from rockdamp.report.page import BRIDGE
 from rockdamp.storage.provenance import files_of
 
@@ -55,7 +56,7 @@ def test_a_script_cannot_end_early(html, page):
 
 
 def test_data_for_the_scripts_cannot_end_its_element(short, monkeypatch):
-    monkeypatch.setitem(interactive.TITLES, "CR", "</script><b>")
+    monkeypatch.setattr(kinds()["CR"], "title", "</script><b>")
     data = Page(report.build(short)).by_id("explorer-data")["text"]
     assert json.loads(data)["styles"]["CR"]["title"] == "</script><b>"
 

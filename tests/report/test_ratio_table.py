@@ -71,7 +71,9 @@ def test_the_page_reads_the_packages_ratios_and_refuses_where_it_refuses(read, s
         told = read([{**wall, "model": model} for wall in given])
         ratio, refusal = (function(curve, model, e, x0) for function in (rd.damping_ratio_table, rd.table_refusal))
         assert [wall["refusal"] for wall in told] == refusal.tolist()
-        np.testing.assert_allclose([np.nan if w["xi"] is None else w["xi"] for w in told], ratio, rtol=1e-10)
+        # The page draws a cubic through the four nearest nodes, the package a spline through all of them.
+        shown = [np.nan if wall["xi"] is None else wall["xi"] for wall in told]
+        np.testing.assert_allclose(shown, ratio, rtol=tabulated.LARGEST_ERROR / 2)
         assert set(refusal) >= {"", rd.table_refusal(curve, model, 0.6, x0)[0]} and np.isfinite(ratio).mean() > 0.5
 
 
@@ -80,7 +82,8 @@ def test_a_wall_of_steeper_softening_that_ends_early_is_refused_on_the_page(read
     wall = {"model": "CDR", "e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 0.9, "softening": "steeper", "x0": 0.5}
     early, whole = read([wall, {**wall, "a3": 1}])
     assert early["xi"] is None and early["refusal"].startswith("ultimate_ratio (a3) must be 1 with steeper softening")
-    assert whole["xi"] == pytest.approx(float(rd.damping_ratio_table(rd.TrilinearCurve(0.04, 0.85), "CDR", 0.85)))
+    answer = rd.damping_ratio_table(rd.TrilinearCurve(0.04, 0.85), "CDR", 0.85)
+    assert whole["xi"] == pytest.approx(float(answer), rel=1e-3)
 
 
 def test_a_page_over_another_length_of_the_response_has_no_table():

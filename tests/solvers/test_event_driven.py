@@ -10,7 +10,7 @@ from exact_cases import CURVES, DAMPERS, NAMES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.viscous import secant_law
+from rockdamp.mechanics.damping.secant import secant_law
 from rockdamp.solvers import event_driven, event_kernel
 from rockdamp.solvers.event_driven import cr_peaks, history
 from rockdamp.solvers.newmark import solve
@@ -111,7 +111,7 @@ def test_branch_solution_holds_every_digit_for_any_stiffness_and_damping(k, c):
 @pytest.mark.parametrize("c", [0.0, 0.7, 8.0, 30.0])
 def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
     rng = np.random.default_rng(1)
-    piece = event_kernel.piece_by(secant_law)
+    piece = event_kernel.plain(secant_law)["piece"]
     branch = np.zeros(event_kernel.DESCRIPTION)
     branch[[event_kernel.STIFFNESS, event_kernel.CONSTANT]] = k, c
     turned = 0
@@ -136,8 +136,8 @@ def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
 @pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
 def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
     for curve in CURVES:
-        law, given = event_driven.law_of(damper, curve)
-        coefficient = event_kernel.coefficient_by(law)
+        given = damper.law_parameters(float(curve.initial_stiffness))
+        coefficient = event_kernel.plain(damper.law)["coefficient"]
         for branch in event_driven.branches(curve, damper):
             for x in np.linspace(branch[event_kernel.LOW], branch[event_kernel.HIGH], 9)[1:-1]:
                 v = 0.3 * (x - 0.2)

@@ -9,7 +9,7 @@ from exact_cases import CURVES, DAMPERS, NAMES, smooth_load
 from numba import config
 
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.viscous import secant_law
+from rockdamp.mechanics.damping.secant import secant_law
 from rockdamp.solvers import event_driven, event_kernel
 
 pytestmark = pytest.mark.nojit
@@ -28,7 +28,7 @@ def runs(damper):
 @pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
 def test_compiled_code_does_what_its_source_says(monkeypatch, damper):
     compiled = [] if config.DISABLE_JIT else [*runs(damper)]
-    monkeypatch.setattr(event_kernel, "run", event_kernel.plain_run)
+    monkeypatch.setattr(event_kernel, "compiled_run", lambda law: event_kernel.plain(law)["run"])
     plain = [*runs(damper)]
     assert [run.outcome for run in plain] == ["completed", "collapsed"]
     assert plain[0].impacts.size == 1
@@ -88,18 +88,19 @@ def test_a_step_turns_where_the_closed_form_does(start_velocity, way):
     branch[event_kernel.CONSTANT] = -1.0  # by the law, which is constant
     start = (0.1, way * start_velocity, way * p, way * slope)
     rates = np.zeros((2, event_kernel.STAGES + 1))
-    end = event_kernel.step_by(secant_law)(branch, given, start, h, rates)
-    a_end = event_kernel.acceleration_by(secant_law)(branch, given, start[2] + start[3] * h, *end)
+    by_law = event_kernel.plain(secant_law)
+    end = by_law["advance"](branch, given, start, h, rates)
+    a_end = by_law["acceleration"](branch, given, start[2] + start[3] * h, *end)
     rates[:, event_kernel.STAGES] = end[1], a_end
-    found, turns = event_kernel.turn_by(secant_law)(branch, given, start, h, end, rates)
+    found, turns = by_law["turn"](branch, given, start, h, end, rates)
     branch[event_kernel.CONSTANT] = c
-    expected, turned, _ = event_kernel.piece_by(secant_law)(branch, given, start, h, 0.0, np.inf, rates)
+    expected, turned, _ = by_law["piece"](branch, given, start, h, 0.0, np.inf, rates)
     assert [turns, turned] == 2 * [start_velocity < 0.0061]
     assert found == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_step_that_never_keeps_the_tolerance_says_where(monkeypatch):
-    monkeypatch.setattr(event_kernel, "run", event_kernel.plain_run)
+    monkeypatch.setattr(event_kernel, "compiled_run", lambda law: event_kernel.plain(law)["run"])
     damper = Damping("CDR", 0.05)
 
     def rough(z, f, double_v, v, given):
@@ -121,11 +122,8 @@ def test_moments_within_a_piece_are_reached_from_its_start(restitution):
     np.testing.assert_allclose(after.displacement, whole.displacement[15:], atol=1e-12)
 
 
-def test_a_law_that_nothing_asks_stands_in_for_restitution():
-    law, given = event_driven.law_of(Damping.cr(0.9), CURVES[0])
-    assert law is secant_law
+def test_no_branch_asks_for_a_law_under_restitution():
     assert (event_driven.branches(CURVES[0], Damping.cr(0.9))[:, event_kernel.CONSTANT] == 0.0).all()
-    assert len(given) == 3
 
 
 def test_no_power_of_a_whole_exponent_is_compiled_without_the_liberties_that_the_batched_solver_has():

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numba import config
 
-from rockdamp import kernels
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import Reference, Response
 from rockdamp.vocabulary import MODELS
@@ -40,7 +40,7 @@ each_kind = pytest.mark.parametrize(("model", "scheme"), CASES)
 def damping_of(model, damping_ratio=RATIO, restitution=RESTITUTION):
     if model in ORDERS:
         return Damping("ECD", damping_ratio, order=ORDERS[model])
-    return Damping.of(model, restitution=restitution, damping_ratio=damping_ratio, exponent=EXPONENT)
+    return Damping.from_values(model, restitution=restitution, damping_ratio=damping_ratio, exponent=EXPONENT)
 
 
 def run(model, scheme, **changes):
@@ -60,25 +60,6 @@ def run(model, scheme, **changes):
         **changes,
     }
     return solve(TrilinearCurve(a1, b1, a3), damping_of(model), **given)
-
-
-# --- the formulas -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("row", "by_energy", "alone"),
-    [
-        (kernels.C0, 0.0, kernels.constant_at),
-        (kernels.C1, 0.0, kernels.root_at),
-        (kernels.C2, 0.0, kernels.linear_at),
-        (kernels.C1, 1.0, kernels.energy_at),
-    ],
-)
-def test_a_term_alone_is_what_the_sum_of_all_gives(row, by_energy, alone):
-    lane = dict(zip(kernels.CURVE, (16.0, 0.8, 4.0, 0.05, 0.8, 1.0), strict=True))
-    lane |= {kernels.C0: 0.0, kernels.C1: 0.0, kernels.C2: 0.0, kernels.BY_ENERGY: by_energy, row: 0.3}
-    for z in (0.0, 0.01, 0.05, 0.4, 0.9, 1.1):
-        assert alone(lane, 0, z, 0.1) == pytest.approx(kernels.viscous_at(lane, 0, z, 0.1), rel=0, abs=1e-90)  # of TINY
 
 
 # --- the schemes, a second time ---------------------------------------------------------------------------------------
@@ -167,7 +148,7 @@ class Textbook:
 @pytest.mark.parametrize("way", ["plain", "compiled"])
 def test_every_kind_of_step_is_its_textbook_scheme(monkeypatch, model, scheme, way):
     if way == "plain":
-        monkeypatch.setattr(kernels, "march", kernels.plain_march)
+        monkeypatch.setattr(kernel, "compiled_march", kernel.plain_march)
     elif config.DISABLE_JIT:
         pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
     response = run(model, scheme)
@@ -193,7 +174,7 @@ def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, schem
     if config.DISABLE_JIT:
         pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
     compiled = run(model, scheme)
-    monkeypatch.setattr(kernels, "march", kernels.plain_march)
+    monkeypatch.setattr(kernel, "compiled_march", kernel.plain_march)
     interpreted = run(model, scheme)
     for name in ("outcome", "outcome_tau", "peak_tau", "impacts"):
         np.testing.assert_array_equal(getattr(compiled, name), getattr(interpreted, name))
@@ -206,7 +187,7 @@ def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, schem
 @pytest.mark.parametrize("model", ["CR", "CDC", "POWER"])
 def test_a_free_decay_without_reference_or_history_takes_the_short_way(monkeypatch, model):
     # On the first branch explicit Newmark without damping is x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2.
-    monkeypatch.setattr(kernels, "march", kernels.plain_march)
+    monkeypatch.setattr(kernel, "compiled_march", kernel.plain_march)
     damping = damping_of(model, damping_ratio=0.0, restitution=1.0)
     curve = TrilinearCurve(0.1, 0.5)
     steps = 9  # before the first crossing, which CR would split
@@ -224,7 +205,7 @@ def test_an_impact_time_is_the_first_root_of_the_parabola_from_either_side():
         roots = np.roots([a / 2, v, x])
         first = min(root.real for root in roots if abs(root.imag) < 1e-12 and root.real > 0)
         for sign in (1, -1):
-            found = kernels.impact_within(sign * x, sign * v, sign * a, 0.3)
+            found = kernel.impact_within(sign * x, sign * v, sign * a, 0.3)
             assert found == pytest.approx(first, rel=1e-9)
     # Rounding must not put it beyond the step.
-    assert kernels.impact_within(0.1, -0.1 / 0.3 * (1 - 1e-15), 0.0, 0.3) == 0.3
+    assert kernel.impact_within(0.1, -0.1 / 0.3 * (1 - 1e-15), 0.0, 0.3) == 0.3

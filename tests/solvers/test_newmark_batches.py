@@ -240,7 +240,7 @@ def seventy_lanes(model, lanes, threads, scheme):
     parameter = 0.7 + 0.3 * unit if model == "CR" else 0.2 * unit * (lanes > 0)
     response = solve(
         TrilinearCurve(a1, b1),
-        Damping.of(model, restitution=parameter, damping_ratio=parameter, exponent=n),
+        Damping.from_values(model, restitution=parameter, damping_ratio=parameter, exponent=n),
         release_amplitude=x0,
         release_velocity=v0,
         load_factor=factor,

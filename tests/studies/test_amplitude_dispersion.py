@@ -61,7 +61,7 @@ def test_the_event_driven_solver_finds_cr_s_first_peak_with_the_ratio_from_peaks
     e, n = 0.8, 1.4
     for x0 in (0.1, 0.5, 0.9):
         xi = float(damping_ratio_peaks(PAPER, model, e, x0, n))
-        damping = Damping.of(model, damping_ratio=xi, exponent=n)
+        damping = Damping.from_values(model, damping_ratio=xi, exponent=n)
         run = event_driven.history(PAPER, damping, [0.8 * float(PAPER.period(x0))], release_amplitude=x0)
         energy = float(PAPER.energy(run.turning_displacement[0]) / PAPER.energy(x0))
         assert energy == pytest.approx(e**2, rel=1e-4)

@@ -146,10 +146,10 @@ CALLS: dict[str, Call] = {
     "Damping.of_restitution": Call(
         rd.Damping.of_restitution, {"restitution": 0.8}, {"restitution": "numbers", "model": "name", "order": "numbers"}
     ),
-    "Damping.of": Call(
-        rd.Damping.of, {"model": "CDR", "damping_ratio": 0.1}, {"model": "name", "damping_ratio": "numbers"}
+    "Damping.from_values": Call(
+        rd.Damping.from_values, {"model": "CDR", "damping_ratio": 0.1}, {"model": "name", "damping_ratio": "numbers"}
     ),
-    "Damping.changed": Call(DAMPING.changed, {"damping_ratio": 0.1}, {"damping_ratio": "numbers"}),
+    "Damping.replace": Call(DAMPING.replace, {"damping_ratio": 0.1}, {"damping_ratio": "numbers"}),
     "Damping.coefficient": Call(
         DAMPING.coefficient, {"curve": CURVE, "x": 0.3}, {"curve": "curve", "x": "numbers", "v": "numbers"}
     ),
@@ -261,7 +261,7 @@ TOLD_AS = {
     ("TrilinearCurve.preset", "name"): "preset",
     ("TrilinearCurve.period", "x0"): "release_amplitude",
     ("Damping", "model"): "damping_model",
-    ("Damping.of", "model"): "damping_model",
+    ("Damping.from_values", "model"): "damping_model",
     ("Damping.of_restitution", "model"): "damping_model",
     ("load_records", "records"): "record",
     ("assess", "records"): "record",

@@ -73,7 +73,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     x0 = numbers("release_amplitude", release_amplitude)
     broadcast(release_amplitude=x0, curve=curve, damping=damping)
     require((x0 > 0) & (x0 < curve.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
-    unit = damping.changed(damping_ratio=np.ones(()))
+    unit = damping.replace(damping_ratio=np.ones(()))
     v0 = curve.energy(x0)
     _, _, _, a1, a2, _ = curve.parameters()
     inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
@@ -140,7 +140,7 @@ def damping_ratio_energy(
     array([0.0709, 0.0335])
     """
     e, n = check_restitution(restitution), numbers("exponent", exponent)
-    damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=n)
+    damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=n)
     x0, of = numbers("release_amplitude", release_amplitude), instance("curve", curve, TrilinearCurve)
     broadcast(restitution=e, release_amplitude=x0, curve=of)
     g = equivalence_factor(curve, damping, release_amplitude)
@@ -171,7 +171,7 @@ def damping_ratio_middle(
     """
     e = check_restitution(restitution)
     middle = curve.amplitude(e * curve.energy(release_amplitude))
-    damping = Damping.of(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
+    damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
     g = equivalence_factor(curve, damping, middle)
     return _exact(damping, e, g) if damping.same_loss_at_any_amplitude else np.pi * g * exact_ratio(e)
 

@@ -126,7 +126,7 @@ class Cases:
 
     def damping_of(self, damping_model: str, damping_ratio: Array, case: Any) -> Damping:
         """Return the dampers of some cases."""
-        return Damping.of(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
+        return Damping.from_values(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
 
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""

@@ -12,19 +12,16 @@ jump from one to the other, and where xi turns too sharply for the nodes.
 
 from __future__ import annotations
 
-import hashlib
-import io
 import json
-import zipfile
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import NdBSpline, make_interp_spline
 
-from rockdamp import kernels
 from rockdamp.arguments import broadcast, instance, numbers, one_of
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import check_restitution, exact_ratio
@@ -33,7 +30,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS, VISCOUS_MODELS
 
-FILE = "ratios.npz"
+FILE = Path(__file__).with_name("ratios.npz")
 LARGEST_ERROR = 0.01  # of xi, stated; tools/tabulate_ratios.py checks it
 NODES = {  # of e, a1, b1, a3 and the release; under CDC xi ripples the most
     "CDC": (21, 9, 16, 6, 21),
@@ -44,8 +41,8 @@ RESTITUTION, PLATEAU_RATIO, ULTIMATE_RATIO = (0.70, 0.99), (0.4, 0.9), (0.7, 1.0
 LEAST_A1 = 0.02
 ROOM = 2.5  # 1/a1 is at least 1/a2 and this
 LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE = 0.1, 1.5, 0.8  # u0 from 0.1 + 1.5 a1 to 0.8 a3
-UNIT = 5e-5  # of ln(xi/xi_E) in the file
-DIFFERENCED = (4, 0, 2)  # axes, in the file
+UNIT = 5e-5  # of ln(xi/xi_E) in the file, which holds whole numbers
+CUBIC = 3
 ROUNDING = 1e-9  # beyond the range, over its width, that still counts as within it
 SCALED = ", for the table; with translated softening displacements and forces count over a3"
 REFUSALS = (  # what is refused, and what it must be
@@ -65,109 +62,64 @@ AT_ONCE = 2**18  # walls that are looked up together
 
 @dataclass(frozen=True)
 class Table:
-    """What the file holds.
+    """The table of one model.
 
     Attributes
     ----------
-    log_ratio : dict of ndarray, shape NODES[model]
-        ln(xi/xi_E) at the nodes, by model. [-]
-    refused : dict of ndarray of bool, shape NODES[model] - 1
-        Whether a cell between nodes must not be used, by model.
+    log_ratio : ndarray, shape NODES[model]
+        ln(xi/xi_E) at the nodes. [-]
+    refused : ndarray of bool, shape NODES[model] - 1
+        Whether a cell between nodes must not be used.
     """
 
-    log_ratio: dict[str, Array]
-    refused: dict[str, NDArray[np.bool_]]
+    log_ratio: Array
+    refused: NDArray[np.bool_]
 
-    def read(self, model: str, at: Array) -> Array:
-        """Return ln(xi/xi_E) of a model at points in the unit box, shape (5, points). [-]"""
-        last = np.array(NODES[model])[:, None] - 1.0
-        found = np.empty(at.shape[1])
-        kernels.cubic_in_five()(self.log_ratio[model], at * last, found)
-        return found
+    @cached_property
+    def _spline(self) -> NdBSpline:
+        """The cubic spline through all nodes: a spline along each axis, of the coefficients along the one before."""
+        knots, coefficients = [], self.log_ratio
+        for axis, count in enumerate(self.log_ratio.shape):
+            along = make_interp_spline(np.linspace(0.0, 1.0, count), coefficients, CUBIC, axis=axis)
+            knots.append(along.t)
+            coefficients = np.moveaxis(along.c, 0, axis)
+        return NdBSpline(tuple(knots), np.ascontiguousarray(coefficients), CUBIC)
 
-    def refuses(self, model: str, at: Array) -> NDArray[np.bool_]:
+    def read(self, at: Array) -> Array:
+        """Return ln(xi/xi_E) at points in the unit box, shape (5, points). [-]"""
+        return np.asarray(self._spline(at.T))
+
+    def refuses(self, at: Array) -> NDArray[np.bool_]:
         """Tell which points of the unit box lie in a cell that must not be used."""
-        cells = self.refused[model]
-        cell = [np.minimum((one * n).astype(int), n - 1) for one, n in zip(at, cells.shape, strict=True)]
+        cells = self.refused
+        cell = [np.minimum((part * n).astype(int), n - 1) for part, n in zip(at, cells.shape, strict=True)]
         within: NDArray[np.bool_] = cells[tuple(cell)]
         return within
 
 
 def protocol(**made_by: float) -> str:
-    """Return in words what a table is of; one that says otherwise is not believed."""
+    """Return in words what a table is of; the file says the same of itself."""
     ranges = (RESTITUTION, (LEAST_A1, ROOM), PLATEAU_RATIO, ULTIMATE_RATIO)
     release = (LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE)
-    own = {"window": DEFAULT_WINDOW, "nodes": NODES, "unit": UNIT}
-    return json.dumps({**own, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
+    shared = {"window": DEFAULT_WINDOW, "nodes": NODES, "unit": UNIT}
+    return json.dumps({**shared, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
 
 
-def packed(table: Table, stated: str) -> bytes:
-    """Return the content of the file: the table, what it is of, and a digest of both."""
-    parts = {model: (_differences(table.log_ratio[model]), np.packbits(table.refused[model])) for model in NODES}
-    arrays: dict[str, Any] = {"protocol": np.array(stated), "digest": np.array(_digest(parts, stated))}
-    for model, (of_nodes, of_cells) in parts.items():
-        arrays |= {f"{model}_log_ratio": of_nodes, f"{model}_refused": of_cells}
-    stream = io.BytesIO()
-    np.savez_compressed(stream, **arrays)
-    return stream.getvalue()
-
-
-def unpacked(content: bytes, source: str) -> Table:
-    """Return the table of a file's content, if it is whole and of this protocol.
-
-    Raises
-    ------
-    InputError
-        If it is not.
-    """
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            parts = {model: (file[f"{model}_log_ratio"], file[f"{model}_refused"]) for model in NODES}
-            stated = str(file["protocol"])
-            sound = str(file["digest"]) == _digest(parts, stated)
-        told, own = json.loads(stated), json.loads(protocol())
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        sound = False
-    if not sound:
-        raise InputError(f"{source}: is damaged; it must be what tools/tabulate_ratios.py wrote")
-    if {name: told.get(name) for name in own} != own:
-        raise InputError(f"{source}: is of another range or response; tools/tabulate_ratios.py makes it anew")
-    return Table(
-        {model: np.asarray(_summed(of_nodes) * UNIT, dtype=float) for model, (of_nodes, _) in parts.items()},
-        {model: _cells(model, of_cells) for model, (_, of_cells) in parts.items()},
-    )
-
-
-def _differences(log_ratio: Array) -> NDArray[np.int16]:
-    """Whole units, then differences along three axes: half the file. Beyond 16 bits they wrap, there and back."""
-    whole = np.round(log_ratio / UNIT).astype(np.int16)
-    for axis in DIFFERENCED:
-        whole = np.diff(whole, axis=axis, prepend=np.int16(0))
-    return whole
-
-
-def _summed(differences: NDArray[np.int16]) -> NDArray[np.int16]:
-    for axis in reversed(DIFFERENCED):
-        differences = differences.cumsum(axis=axis, dtype=np.int16)
-    return differences
-
-
-def _cells(model: str, bits: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    shape = tuple(n - 1 for n in NODES[model])
-    return np.unpackbits(bits, count=int(np.prod(shape))).reshape(shape).astype(bool)
-
-
-def _digest(parts: dict[str, tuple[NDArray[np.int16], NDArray[np.uint8]]], stated: str) -> str:
-    told = [stated.encode()]
-    for model, (of_nodes, of_cells) in sorted(parts.items()):
-        told += [f"{model}{of_nodes.shape}".encode(), of_nodes.astype("<i2").tobytes(), of_cells.tobytes()]
-    return hashlib.sha256(b"\0".join(told)).hexdigest()
+def write(tables: dict[str, Table], stated: str, path: Path) -> None:
+    """Write the tables of all models, with what they are of, to a file of NumPy's."""
+    arrays: dict[str, Any] = {"protocol": np.array(stated)}
+    for model, table in tables.items():
+        arrays[f"{model}_log_ratio"] = np.round(table.log_ratio / UNIT).astype(np.int16)
+        arrays[f"{model}_refused"] = table.refused
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)
 
 
 @cache
-def shipped() -> Table:
-    """Return the table that the package ships."""
-    return unpacked(files("rockdamp.equivalence").joinpath(FILE).read_bytes(), FILE)
+def shipped(model: str) -> Table:
+    """Return the table of a model that the package ships."""
+    with np.load(FILE) as file:
+        return Table(file[f"{model}_log_ratio"] * UNIT, file[f"{model}_refused"])
 
 
 def walls_at(unit: Array) -> tuple[Array, ...]:
@@ -317,8 +269,8 @@ def _looked_up(model: str, shape: tuple[int, ...], given: tuple[Array, ...]) -> 
             unit = unit_of(*of_these)
         outside = ~((unit >= -ROUNDING) & (unit <= 1 + ROUNDING))[list(AXES)]
         unit = np.clip(np.where(outside.any(axis=0), 0.5, unit), 0.0, 1.0)
-        outside = np.concatenate([outside, shipped().refuses(model, unit)[None]])
+        outside = np.concatenate([outside, shipped(model).refuses(unit)[None]])
         refused[here] = np.where(outside.any(axis=0), outside.argmax(axis=0) + 1, 0)
-        xi[here] = exact_ratio(of_these[0]) * np.exp(shipped().read(model, unit))
+        xi[here] = exact_ratio(of_these[0]) * np.exp(shipped(model).read(unit))
     xi[refused > 0] = np.nan
     return xi.reshape(shape), refused.reshape(shape)

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rockdamp.errors import printable
+from rockdamp.mechanics.damping import kinds
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
@@ -33,15 +34,16 @@ class ModelStyle:
     marker: str
 
 
-# Colours that the colour-blind can tell apart (Okabe and Ito); in grey the lines and markers still differ.
-CHOSEN = {
-    "CR": ModelStyle("#1A1A1A", "solid", "o"),
-    "CDC": ModelStyle("#0072B2", (0, (3.0, 1.4)), "s"),
-    "CDR": ModelStyle("#D55E00", (0, (8.0, 1.6)), "^"),
-    "SDR": ModelStyle("#009E73", "dashdot", "D"),
-    "ECD": ModelStyle("#9A4C95", "dotted", "v"),
-    RECOMMENDED: ModelStyle("#D0267F", (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
-    "POWER": ModelStyle("#8C6D1F", (0, (8.0, 1.4, 2.6, 1.4)), "P"),
+# Lines and markers. A damper's file has its colour, one that the colour-blind can tell apart (Okabe and Ito); in grey
+# the lines and markers still differ.
+CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
+    "CR": ("solid", "o"),
+    "CDC": ((0, (3.0, 1.4)), "s"),
+    "CDR": ((0, (8.0, 1.6)), "^"),
+    "SDR": ("dashdot", "D"),
+    "ECD": ("dotted", "v"),
+    RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
+    "POWER": ((0, (8.0, 1.4, 2.6, 1.4)), "P"),
 }
 # Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ. Lines differ in the
 # order of their dots, short and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
@@ -98,11 +100,12 @@ def grid_of(figure: Figure, count: int, columns: int) -> list[Axes]:
 def style_of(model: str) -> ModelStyle:
     """Return how a model is drawn; of one without a style that is chosen for it, a spare one, the same everywhere."""
     if model in CHOSEN:
-        return CHOSEN[model]
+        return ModelStyle(kinds()[model].colour, *CHOSEN[model])
     others = [name for name in MODELS if name not in CHOSEN]
     index = others.index(model) if model in others else len(others)
     colours, lines, markers = len(SPARE_COLOURS), len(SPARE_LINES), len(SPARE_MARKERS)
-    return ModelStyle(SPARE_COLOURS[index % colours], SPARE_LINES[index % lines], SPARE_MARKERS[index % markers])
+    colour = kinds()[model].colour if model in kinds() else SPARE_COLOURS[index % colours]
+    return ModelStyle(colour, SPARE_LINES[index % lines], SPARE_MARKERS[index % markers])
 
 
 def is_beyond_paper(model: str) -> bool:

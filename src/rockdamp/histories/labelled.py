@@ -206,10 +206,10 @@ class _Batch:
             instance("wall", wall, Wall, Parapet)
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
-        plausibility.warn(plausibility.of_damping(damping.own.get("damping_ratio", 0.0)))
+        plausibility.warn(plausibility.of_damping(damping.parameters.get("damping_ratio", 0.0)))
         others = {name: quantity(name, value) for name, value in others.items()}
         self.given = _names(_parameters(wall)) | _names(_parameters(curve))
-        self.given |= _names(damping.own)
+        self.given |= _names(damping.parameters)
         for name, value in others.items():
             self.given |= _names({name: value})
         try:
@@ -222,7 +222,7 @@ class _Batch:
         with plausibility.as_meant():  # it was warned of when it was made
             self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
         self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})
-        self.damping = damping.changed(**{name: lanes[name] for name in damping.own})
+        self.damping = damping.replace(**{name: lanes[name] for name in damping.parameters})
         self.values = {name: lanes[name] for name in others}
         self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)

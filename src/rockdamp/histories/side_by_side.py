@@ -173,7 +173,7 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
 
 def _warn_of(dampings: Sequence[Damping]) -> None:
     """Warn once of damping ratios that no wall has."""
-    plausibility.warn(plausibility.of_damping([damping.own.get("damping_ratio", 0.0) for damping in dampings]))
+    plausibility.warn(plausibility.of_damping([damping.parameters.get("damping_ratio", 0.0) for damping in dampings]))
 
 
 def _affordable(name: str, value: float, length: float, curve: TrilinearCurve) -> int:
@@ -202,7 +202,7 @@ def _side_by_side(
         join="exact",
     )
     parameters: dict[str, Any] = {
-        name: ("damping_model", [float(damping.own.get(name, np.nan)) for damping in dampings])
+        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings])
         for name in ("restitution", "damping_ratio")
     }
     return together.assign(

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp import kernels
 from rockdamp.arguments import broadcast, kept, numbers, one_of, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
+from rockdamp.mechanics import trilinear
 from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
@@ -160,10 +160,6 @@ class TrilinearCurve(ByValue):
             np.asarray(self.ultimate_ratio),
         )
 
-    def rows(self) -> dict[int, Array]:
-        """Return what the kernel's step reads of the curve, by row."""
-        return dict(zip(kernels.CURVE, self.parameters(), strict=True))
-
     def force(self, x: ArrayLike) -> Array:
         """Return f(x), the force over K0 u_ins. [-]
 
@@ -174,7 +170,7 @@ class TrilinearCurve(ByValue):
         """
         at = numbers("x", x)
         k1, b1, ks, _, _, a3 = self.parameters()
-        return np.sign(at) * kernels.force(np.abs(at), k1, b1, ks, a3)
+        return np.sign(at) * trilinear.force(np.abs(at), k1, b1, ks, a3)
 
     def tangent(self, x: ArrayLike) -> Array:
         """Return df/dx; at a corner that of the branch further out. [-]
@@ -185,7 +181,7 @@ class TrilinearCurve(ByValue):
             u/u_ins, broadcasts. [-]
         """
         k1, _, ks, a1, a2, a3 = self.parameters()
-        return kernels.tangent(np.abs(numbers("x", x)), k1, ks, a1, a2, a3)
+        return trilinear.tangent(np.abs(numbers("x", x)), k1, ks, a1, a2, a3)
 
     def secant(self, x: ArrayLike) -> Array:
         """Return f(x)/x, the square of the frequency w(x) of Eq. (9); k1 at x = 0. [-]
@@ -196,8 +192,8 @@ class TrilinearCurve(ByValue):
             u/u_ins, broadcasts. [-]
         """
         k1, b1, ks, _, _, a3 = self.parameters()
-        z = np.maximum(np.abs(numbers("x", x)), kernels.TINY)
-        return kernels.force(z, k1, b1, ks, a3) / z
+        z = np.maximum(np.abs(numbers("x", x)), trilinear.TINY)
+        return trilinear.force(z, k1, b1, ks, a3) / z
 
     def energy(self, x: ArrayLike) -> Array:
         r"""Return the energy that the wall stores at `x`, constant beyond a3. [-]
@@ -209,7 +205,7 @@ class TrilinearCurve(ByValue):
         x : float or ndarray
             u/u_ins, broadcasts. [-]
         """
-        return 0.5 * kernels.double_energy(np.abs(numbers("x", x)), *self.parameters())
+        return 0.5 * trilinear.double_energy(np.abs(numbers("x", x)), *self.parameters())
 
     def amplitude(self, energy: ArrayLike) -> Array:
         """Return the x >= 0 at which the stored energy is `energy`: the inverse of `energy` on [0, a3]. [-]

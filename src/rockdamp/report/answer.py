@@ -11,11 +11,12 @@ from markupsafe import Markup
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.figures.damper_order import at_shown
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import kinds
 from rockdamp.report import interactive
 from rockdamp.report.earthquake_captions import DASH, fraction
 from rockdamp.report.numbers import percent, plain
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, TITLES, VISCOUS_MODELS
+from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
 
 SOURCE = "closed form"  # of the recommended damper's ratio: exact
 NEEDED = ("comparison", "natural/orders", "damper_order", "pulses", "loops")
@@ -46,7 +47,7 @@ def answer(data: Datasets, curve: TrilinearCurve) -> dict[str, Any] | None:
     found = float(orders["recommended_order"])
     return {
         "model": RECOMMENDED,
-        "title": TITLES[RECOMMENDED],
+        "title": kinds()[RECOMMENDED].title,
         "e": plain(e),
         "ratios": ratios(curve, e, release),
         "release": plain(release),
@@ -82,7 +83,7 @@ def ratios(curve: TrilinearCurve, e: float, release: float) -> list[dict[str, An
     return [
         {
             "model": model,
-            "title": TITLES[model],
+            "title": kinds()[model].title,
             "exact": model in exact,
             "ratio": f"{100 * float(damping_ratio_energy(curve, model, e, release)):.2f}",
         }

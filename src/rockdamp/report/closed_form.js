@@ -22,19 +22,12 @@ function closedForm(constants) {
     return (c.k1 * z1 * z1 + 2 * c.b1 * (z2 - c.a1) + c.ks * (z3 - c.a2) * (2 * c.a3 - c.a2 - z3)) / 2;
   }
 
-  // C over m_eff p at damping ratio 1; the speed matters to dampers of an order above 0 alone.
+  // C over m_eff p at damping ratio 1, by the formula in the damper's file, of which the page makes `dampingFormulas`; of a damper without
+  // one it is no number, and no curve is drawn. The speed matters to dampers of an order above 0 alone.
   function coefficient(c, model, x, speed = 0) {
     const z = Math.max(x, 1e-100);
-    const f = force(c, z);
-    if (model === "CDC") return 2 * c.w1;
-    if (model === "CDR") return 2 * Math.sqrt(f / z);
-    if (model === "SDR") return (2 * f) / z / c.w1;
-    if (model in exact) {
-      const { order, normalisation } = exact[model];
-      const [stored, kinetic] = [energy(c, z), (speed * speed) / 2];
-      return ((2 * normalisation * f) / Math.sqrt(2 * stored)) * (kinetic / (kinetic + stored)) ** order;
-    }
-    return NaN; // a damper that only the package knows: no curve is drawn
+    const { order, normalisation } = exact[model] ?? {};
+    return dampingFormulas[model]?.(z, force(c, z), 2 * energy(c, z), speed, c.w1, order, normalisation) ?? NaN;
   }
 
   // g(x0; a1, b1, a3): branch by branch in s = sqrt(x0 - x), by Gauss and Legendre's rule.

@@ -11,10 +11,10 @@ from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.figures.style import style_of
 from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import Damping, kinds
 from rockdamp.mechanics.wall import Wall
 from rockdamp.report import ratio_table
-from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, TITLES, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 DASHES = {"solid": [], "dashed": [6, 3], "dashdot": [8, 3, 2, 3], "dotted": [2, 3]}
 WIDTH = 2  # of the lines; dashes are in line widths [pixels]
@@ -54,8 +54,12 @@ def dash(style: str | tuple[float, Sequence[float]]) -> list[float]:
 def styles() -> dict[str, dict[str, Any]]:
     """Return each damping model's name, colour and dashes, those of the figures."""
     return {
-        model: {"title": title, "colour": style_of(model).colour, "dash": dash(style_of(model).linestyle)}
-        for model, title in TITLES.items()
+        model: {
+            "title": kinds()[model].title,
+            "colour": style_of(model).colour,
+            "dash": dash(style_of(model).linestyle),
+        }
+        for model in MODELS
     }
 
 
@@ -116,6 +120,13 @@ def data(
         "start": start,
         "presets": {"study": start, **presets},
     }
+
+
+def formulas() -> str:
+    """Return a script with the coefficient of each damper at xi = 1, as the damper's file has it."""
+    known = {model: kinds()[model].javascript for model in VISCOUS_MODELS if kinds()[model].javascript}
+    lines = [f'  "{model}": (z, f, doubleV, v, w1, m, size) => {formula},' for model, formula in known.items()]
+    return "\n".join(['"use strict";', "const dampingFormulas = {", *lines, "};"])
 
 
 def exact_dampers() -> dict[str, dict[str, float]]:

@@ -83,7 +83,7 @@ def build(content: Content) -> str:
     accuracy, curve = content.datasets.get("accuracy"), make_curve(content.config["curve"])
     return template.render(
         style=Markup(_text(STYLE)),
-        scripts=[_script(_text(name)) for name in SCRIPTS],
+        scripts=[_script(text) for text in (interactive.formulas(), *map(_text, SCRIPTS))],
         explorer=_explorer(content, curve),
         controls=interactive.CONTROLS,
         table_error=f"{100 * LARGEST_ERROR:g}",

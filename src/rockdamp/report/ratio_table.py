@@ -28,15 +28,15 @@ def data(window: float) -> dict[str, Any] | None:
     """
     if not np.isclose(window, DEFAULT_WINDOW):
         return None
-    table = tabulated.shipped()
+    tables = {model: tabulated.shipped(model) for model in tabulated.NODES}
     refusals = [f"{name} must be {allowed}" for name, allowed in tabulated.REFUSALS]
     refusals[A3] = f"{tabulated.REFUSALS[A3][0]} must be {NOT_1}"
     return {
         "models": {
             model: {
                 "nodes": [*nodes[:3], nodes[4]],
-                "units": _text(np.round(table.log_ratio[model][:, :, :, -1] / tabulated.UNIT).astype("<i2")),
-                "refused": _text(np.packbits(table.refused[model][:, :, :, -1])),
+                "units": _text(np.round(tables[model].log_ratio[:, :, :, -1] / tabulated.UNIT).astype("<i2")),
+                "refused": _text(np.packbits(tables[model].refused[:, :, :, -1])),
             }
             for model, nodes in tabulated.NODES.items()
         },

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp import kernels
 from rockdamp.arguments import MOST_ELEMENTS
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.response import Reference
 
 CACHE_LINE = 8  # doubles
-OBSERVED = (kernels.ALIVE, kernels.END, kernels.PEAK, kernels.PEAK_AT, kernels.CROSSINGS)
+OBSERVED = (kernel.ALIVE, kernel.END, kernel.PEAK, kernel.PEAK_AT, kernel.CROSSINGS)
 
 
 class Batch:
@@ -28,16 +28,16 @@ class Batch:
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
         self.lanes = math.prod(shape)
-        self.width = next((width for width in kernels.WIDTHS if width >= self.lanes), kernels.LANES)
+        self.width = next((width for width in kernel.WIDTHS if width >= self.lanes), kernel.LANES)
         self.blocks = -(-self.lanes // self.width)
 
     def require_room(self, stored: int, checkpoints: int) -> None:
         """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
         each = max(stored, checkpoints)
-        if max(self.lanes, 1) * max(kernels.ROWS, each) > MOST_ELEMENTS:
+        if max(self.lanes, 1) * max(kernel.ROWS, each) > MOST_ELEMENTS:
             raise InputError(
                 f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at"
-                f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernels.ROWS:,} lanes"
+                f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernel.ROWS:,} lanes"
             )
 
     def _lay(self, rows: NDArray[Any], blocks: NDArray[Any]) -> None:
@@ -52,17 +52,17 @@ class Batch:
 
     def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
         """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
-        given = np.zeros((kernels.ROWS, *self.shape))
+        given = np.zeros((kernel.ROWS, *self.shape))
         for row, value in rows.items():
-            given[row // kernels.LANES] = value
-        blocks = _aligned_zeros(self.blocks * kernels.ROWS * kernels.LANES)
-        self._lay(given, blocks.reshape(self.blocks, kernels.ROWS, kernels.LANES))
-        return blocks.reshape(self.blocks, kernels.ROWS * kernels.LANES)
+            given[row // kernel.LANES] = value
+        blocks = _aligned_zeros(self.blocks * kernel.ROWS * kernel.LANES)
+        self._lay(given, blocks.reshape(self.blocks, kernel.ROWS, kernel.LANES))
+        return blocks.reshape(self.blocks, kernel.ROWS * kernel.LANES)
 
     def unpack(self, work: Array, rows: Sequence[int]) -> list[Array]:
         """Return some rows that follow on each other, each in the batch's shape."""
-        first, count = rows[0] // kernels.LANES, len(rows)
-        blocks = work.reshape(self.blocks, kernels.ROWS, kernels.LANES)[:, first : first + count, : self.width]
+        first, count = rows[0] // kernel.LANES, len(rows)
+        blocks = work.reshape(self.blocks, kernel.ROWS, kernel.LANES)[:, first : first + count, : self.width]
         flat = blocks.swapaxes(0, 1).reshape(count, self.blocks * self.width)
         return [row[: self.lanes].reshape(self.shape) for row in flat]
 

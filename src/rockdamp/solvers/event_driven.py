@@ -21,8 +21,7 @@ from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping, Viscous
-from rockdamp.mechanics.damping.viscous import Law, secant_law
+from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_kernel
 from rockdamp.solvers.response import OUTCOMES
 
@@ -102,10 +101,9 @@ def history(
     at = int(np.searchsorted(corners, x, side="left" if v < 0 else "right"))
     displacement, velocity = np.full(times.shape, np.nan), np.full(times.shape, np.nan)
     displacement[times == 0.0], velocity[times == 0.0] = x, v
-    law, given = law_of(damping, curve)
-    ended, tau, x, impacts, turns = event_kernel.run(law)(
+    ended, tau, x, impacts, turns = event_kernel.compiled_run(damping.law)(
         described,
-        given,
+        damping.law_parameters(float(curve.initial_stiffness)),
         float(damping.restitution) if damping.is_impact else 1.0,
         at,
         x,
@@ -163,13 +161,6 @@ def _check(
 # --- the damper and the branches --------------------------------------------------------------------------------------
 
 
-def law_of(damping: Damping, curve: TrilinearCurve) -> tuple[Law, tuple[float, ...]]:
-    """Return a damper's law and what it is given; without a law of its own, one that no branch asks."""
-    if not isinstance(damping, Viscous):
-        return secant_law, (0.0, 1.0, 0.0)
-    return damping.law, damping.law_parameters(float(curve.initial_stiffness))
-
-
 def branches(curve: TrilinearCurve, damping: Damping) -> Array:
     """Return the branches from -a3 to a3, split at x = 0, as `event_kernel` describes them, shape (6, DESCRIPTION)."""
     k1, b1, ks, a1, a2, a3 = (float(value) for value in curve.parameters())
@@ -185,7 +176,7 @@ def branches(curve: TrilinearCurve, damping: Damping) -> Array:
 
 def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -> float:
     """C on the branch of number `index` from x = 0 where it is constant, else -1."""
-    if not isinstance(damping, Viscous):
+    if damping.is_impact:
         return 0.0
     k1 = float(curve.initial_stiffness)
     return 2 * math.sqrt(k1) * float(damping.damping_ratio) if index < damping.constant_branches else -1.0

@@ -7,19 +7,18 @@ piece is reached from its start, by the closed form or by a step of that length:
 the last bits of its time.
 
 Nothing here is the batched kernel's, and the compiler is free to reorder and to contract nothing.
+
+The functions from `coefficient` to `run` are compiled once for each damper; `law` holds the place of the damper's.
 """
 
 import math
-from functools import cache, wraps
+from functools import cache
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 from scipy.integrate import DOP853
 
-from rockdamp.storage.compiled_cache import checked, digest_of
-
-SOURCE = digest_of(__file__)  # as it is imported
+from rockdamp.solvers.compiled import compiled, specialised
 
 # DOP853's coefficients; the last two are of the estimates of a step's error, which look at the rates at its end too.
 STAGES = DOP853.n_stages
@@ -38,23 +37,6 @@ LOW, HIGH, STIFFNESS, OFFSET, CONSTANT, INNERMOST, LARGEST_FORCE, INNER_END, INN
 COMPLETED, COLLAPSED, STALLED, FAILED = range(4)  # how a run ends
 
 VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # what an event is a zero of
-
-
-def named(function, law):
-    """Give what is made for a law a name of its own, by which Numba tells machine code and files apart."""
-    function.__name__ = function.__qualname__ = f"{function.__name__}_{law.__name__}"
-    return function
-
-
-def of_law(make):
-    """Let what makes a compiled function for a law make it once."""
-
-    @cache
-    @wraps(make)
-    def made(law):
-        return register_jitable(named(make(law), law))
-
-    return made
 
 
 # --- closed form: x'' + c x' + k x = q + slope t, k of either sign or zero --------------------------------------------
@@ -143,54 +125,42 @@ def closed_turn(x, v, c, k, q, slope, duration):
 # --- a damper's law: steps of DOP853 ----------------------------------------------------------------------------------
 
 
-@of_law
-def coefficient_by(law):
-    """Return C on a branch: a constant, or by the law of |x|, |f|, 2V and v."""
-
-    def coefficient(branch, given, x, v):
-        if branch[CONSTANT] >= 0.0:
-            return branch[CONSTANT]
-        z = max(abs(x), LEAST)
-        f = max(branch[STIFFNESS] * z + abs(branch[OFFSET]), 0.0)
-        # 2V by the area of a trapezoid further than at the inner end.
-        double_v = branch[INNER_DOUBLE_V] + (f + branch[INNER_FORCE]) * (z - branch[INNER_END])
-        return law(z, f, double_v, v, given)
-
-    return coefficient
+def law(z, f, double_v, v, parameters):
+    """Hold the place of a damper's law: C by |x|, |f|, 2V and v."""
+    raise NotImplementedError
 
 
-@of_law
-def acceleration_by(law):
+def coefficient(branch, parameters, x, v):
+    """Return C on a branch: a constant, or by the law."""
+    if branch[CONSTANT] >= 0.0:
+        return branch[CONSTANT]
+    z = max(abs(x), LEAST)
+    f = max(branch[STIFFNESS] * z + abs(branch[OFFSET]), 0.0)
+    # 2V by the area of a trapezoid further than at the inner end.
+    double_v = branch[INNER_DOUBLE_V] + (f + branch[INNER_FORCE]) * (z - branch[INNER_END])
+    return law(z, f, double_v, v, parameters)
+
+
+def acceleration(branch, parameters, p, x, v):
     """Return x'' on a branch under the load p."""
-    coefficient = coefficient_by(law)
-
-    def acceleration(branch, given, p, x, v):
-        return p - branch[STIFFNESS] * x - branch[OFFSET] - coefficient(branch, given, x, v) * v
-
-    return acceleration
+    return p - branch[STIFFNESS] * x - branch[OFFSET] - coefficient(branch, parameters, x, v) * v
 
 
-@of_law
-def step_by(law):
-    """Return a step of DOP853 of the length h; the rates of its stages are left in `rates`, shape (2, STAGES + 1)."""
-    acceleration = acceleration_by(law)
-
-    def advance(branch, given, start, h, rates):
-        x, v, p, slope = start
-        for stage in range(STAGES):
-            dx, dv = 0.0, 0.0
-            for before in range(stage):
-                dx += A[stage, before] * rates[0, before]
-                dv += A[stage, before] * rates[1, before]
-            rates[0, stage] = v + h * dv
-            rates[1, stage] = acceleration(branch, given, p + slope * (C[stage] * h), x + h * dx, v + h * dv)
+def advance(branch, parameters, start, h, rates):
+    """Take a step of DOP853 of the length h; the rates of its stages are left in `rates`, shape (2, STAGES + 1)."""
+    x, v, p, slope = start
+    for stage in range(STAGES):
         dx, dv = 0.0, 0.0
-        for stage in range(STAGES):
-            dx += B[stage] * rates[0, stage]
-            dv += B[stage] * rates[1, stage]
-        return x + h * dx, v + h * dv
-
-    return advance
+        for before in range(stage):
+            dx += A[stage, before] * rates[0, before]
+            dv += A[stage, before] * rates[1, before]
+        rates[0, stage] = v + h * dv
+        rates[1, stage] = acceleration(branch, parameters, p + slope * (C[stage] * h), x + h * dx, v + h * dv)
+    dx, dv = 0.0, 0.0
+    for stage in range(STAGES):
+        dx += B[stage] * rates[0, stage]
+        dv += B[stage] * rates[1, stage]
+    return x + h * dx, v + h * dv
 
 
 @register_jitable
@@ -222,118 +192,88 @@ def longest_step(branch, start, remaining):
     return 2.0 * reach / (speed + math.sqrt(speed * speed + 2.0 * pull * reach))
 
 
-@of_law
-def adaptive_step_by(law):
-    """Return a step that keeps the tolerance: its length (0 where none does), its end, and a good length for the next.
+def adaptive(branch, parameters, start, remaining, tau, wanted, rates):
+    """Take a step that keeps the tolerance: its length (0 where none does), its end, and a good length for the next.
 
     The rates at its end stand last in `rates`.
     """
-    advance, acceleration = step_by(law), acceleration_by(law)
-
-    def adaptive(branch, given, start, remaining, tau, wanted, rates):
-        h = min(wanted, longest_step(branch, start, remaining), remaining)
-        rejected = False
-        while True:
-            end = advance(branch, given, start, h, rates)
-            rates[0, STAGES] = end[1]
-            rates[1, STAGES] = acceleration(branch, given, start[2] + start[3] * h, end[0], end[1])
-            error = error_of(start, end, h, rates)
-            if error < 1.0:
-                growth = GROWTH if error == 0.0 else min(GROWTH, SAFETY * error**-0.125)
-                growth = min(growth, 1.0) if rejected else growth
-                return h, end, max(growth * h, wanted) if h == remaining else growth * h
-            h *= max(SHRINKAGE, SAFETY * error**-0.125) if error < np.inf else SHRINKAGE
-            rejected = True
-            if not h > SMALLEST * tau:
-                return 0.0, end, wanted
-
-    return adaptive
+    h = min(wanted, longest_step(branch, start, remaining), remaining)
+    rejected = False
+    while True:
+        end = advance(branch, parameters, start, h, rates)
+        rates[0, STAGES] = end[1]
+        rates[1, STAGES] = acceleration(branch, parameters, start[2] + start[3] * h, end[0], end[1])
+        error = error_of(start, end, h, rates)
+        if error < 1.0:
+            growth = GROWTH if error == 0.0 else min(GROWTH, SAFETY * error**-0.125)
+            growth = min(growth, 1.0) if rejected else growth
+            return h, end, max(growth * h, wanted) if h == remaining else growth * h
+        h *= max(SHRINKAGE, SAFETY * error**-0.125) if error < np.inf else SHRINKAGE
+        rejected = True
+        if not h > SMALLEST * tau:
+            return 0.0, end, wanted
 
 
 # --- events inside a piece --------------------------------------------------------------------------------------------
 
 
-@of_law
-def state_by(law):
+def state(branch, parameters, start, t, rates):
     """Return the state at a moment t of the piece from `start`."""
-    advance = step_by(law)
-
-    def state(branch, given, start, t, rates):
-        if branch[CONSTANT] >= 0.0:
-            x, v, p, slope = start
-            return closed_state(x, v, branch[CONSTANT], branch[STIFFNESS], p - branch[OFFSET], slope, t)
-        return advance(branch, given, start, t, rates)
-
-    return state
+    if branch[CONSTANT] >= 0.0:
+        x, v, p, slope = start
+        return closed_state(x, v, branch[CONSTANT], branch[STIFFNESS], p - branch[OFFSET], slope, t)
+    return advance(branch, parameters, start, t, rates)
 
 
-@of_law
-def event_by(law):
+def event(branch, parameters, start, zero_of, bound, sign_after, before, after, rates):
     """Return the last moment before `zero_of` less `bound` changes sign, known to do so once between two moments."""
-    state, acceleration = state_by(law), acceleration_by(law)
-
-    def event(branch, given, start, zero_of, bound, sign_after, before, after, rates):
-        for _ in range(HALVINGS):
-            middle = 0.5 * (before + after)
-            if middle <= before or middle >= after:
-                break
-            x, v = state(branch, given, start, middle, rates)
-            value = v if zero_of == VELOCITY else x
-            if zero_of == ACCELERATION:
-                value = acceleration(branch, given, start[2] + start[3] * middle, x, v)
-            if (value - bound) * sign_after > 0.0:
-                after = middle
-            else:
-                before = middle
-        return before
-
-    return event
+    for _ in range(HALVINGS):
+        middle = 0.5 * (before + after)
+        if middle <= before or middle >= after:
+            break
+        x, v = state(branch, parameters, start, middle, rates)
+        value = v if zero_of == VELOCITY else x
+        if zero_of == ACCELERATION:
+            value = acceleration(branch, parameters, start[2] + start[3] * middle, x, v)
+        if (value - bound) * sign_after > 0.0:
+            after = middle
+        else:
+            before = middle
+    return before
 
 
-@of_law
-def turn_by(law):
+def turn(branch, parameters, start, h, end, rates):
     """Return where a step of DOP853 first turns, and whether it does.
 
     A step near rounding is a small part of a cycle: its acceleration changes sign once at most.
     """
-    state, event = state_by(law), event_by(law)
-
-    def turn(branch, given, start, h, end, rates):
-        a, a_end = rates[1, 0], rates[1, STAGES]
-        v, v_end = start[1], end[1]
-        way = v if v != 0.0 else a
-        if way * v_end < 0.0:
-            fastest = event(branch, given, start, ACCELERATION, 0.0, -way, 0.0, h, rates) if v == 0.0 else 0.0
-            return event(branch, given, start, VELOCITY, 0.0, -way, fastest, h, rates), True
-        if way * a < 0.0 and way * a_end > 0.0:  # slower and faster again: or was it back and forth?
-            slowest = event(branch, given, start, ACCELERATION, 0.0, way, 0.0, h, rates)
-            if way * state(branch, given, start, slowest, rates)[1] < 0.0:
-                return event(branch, given, start, VELOCITY, 0.0, -way, 0.0, slowest, rates), True
-        return h, False
-
-    return turn
+    a, a_end = rates[1, 0], rates[1, STAGES]
+    v, v_end = start[1], end[1]
+    way = v if v != 0.0 else a
+    if way * v_end < 0.0:
+        fastest = event(branch, parameters, start, ACCELERATION, 0.0, -way, 0.0, h, rates) if v == 0.0 else 0.0
+        return event(branch, parameters, start, VELOCITY, 0.0, -way, fastest, h, rates), True
+    if way * a < 0.0 and way * a_end > 0.0:  # slower and faster again: or was it back and forth?
+        slowest = event(branch, parameters, start, ACCELERATION, 0.0, way, 0.0, h, rates)
+        if way * state(branch, parameters, start, slowest, rates)[1] < 0.0:
+            return event(branch, parameters, start, VELOCITY, 0.0, -way, 0.0, slowest, rates), True
+    return h, False
 
 
-@of_law
-def piece_by(law):
+def piece(branch, parameters, start, remaining, tau, wanted, rates):
     """Return the next piece: its length (0 where no step keeps the tolerance), whether it ends at a turn, and a good
     length for the next step."""
-    adaptive, turn, event = adaptive_step_by(law), turn_by(law), event_by(law)
-
-    def piece(branch, given, start, remaining, tau, wanted, rates):
-        c, k = branch[CONSTANT], branch[STIFFNESS]
-        if c < 0.0:
-            h, end, wanted = adaptive(branch, given, start, remaining, tau, wanted, rates)
-            h, turns = turn(branch, given, start, h, end, rates)
-            return h, turns, wanted
-        x, v, p, slope = start
-        before, after, turns = closed_turn(x, v, c, k, p - branch[OFFSET], slope, remaining)
-        if turns:
-            way = closed_state(x, v, c, k, p - branch[OFFSET], slope, after)[1]
-            before = event(branch, given, start, VELOCITY, 0.0, way, before, after, rates)
-        return before, turns, wanted
-
-    return piece
+    c, k = branch[CONSTANT], branch[STIFFNESS]
+    if c < 0.0:
+        h, end, wanted = adaptive(branch, parameters, start, remaining, tau, wanted, rates)
+        h, turns = turn(branch, parameters, start, h, end, rates)
+        return h, turns, wanted
+    x, v, p, slope = start
+    before, after, turns = closed_turn(x, v, c, k, p - branch[OFFSET], slope, remaining)
+    if turns:
+        way = closed_state(x, v, c, k, p - branch[OFFSET], slope, after)[1]
+        before = event(branch, parameters, start, VELOCITY, 0.0, way, before, after, rates)
+    return before, turns, wanted
 
 
 # --- the run ----------------------------------------------------------------------------------------------------------
@@ -351,93 +291,109 @@ def appended(rows, count, first, second):
     return rows
 
 
-def plain_run(law):
-    """Return the run with one damper's law, as Python runs it."""
-    piece, state, event = piece_by(law), state_by(law), event_by(law)
+def run(
+    branches,
+    parameters,
+    restitution,
+    at,
+    x,
+    v,
+    load,
+    load_step,
+    times,
+    patience,
+    displacement,
+    velocity,
+    impacts,
+    turns,
+):
+    """Move from tau = 0 to the last of `times`, or to the collapse.
 
-    def run(
-        branches, given, restitution, at, x, v, load, load_step, times, patience, displacement, velocity, impacts, turns
-    ):
-        """Move from tau = 0 to the last of `times`, or to the collapse.
+    Parameters
+    ----------
+    branches : ndarray, shape (branches, DESCRIPTION)
+        From the left to the right.
+    parameters : tuple of float
+        What the law has besides the state.
+    restitution : float
+        What times the velocity at x = 0, Eq. (8).
+    at : int
+        The branch of the start.
+    x, v : float
+        The start.
+    load, load_step : ndarray and float
+        Samples, linear between them and zero after the last, and their spacing.
+    times : ndarray, shape (n,)
+        Ascending.
+    patience : int
+        Pieces without progress before the run gives up.
+    displacement, velocity : ndarray, shape (n,)
+        Filled at each of `times` that is reached.
+    impacts, turns : ndarray, shape (room, 2)
+        Room for tau and v of each crossing of x = 0, and for tau and x of each change of direction.
 
-        Parameters
-        ----------
-        branches : ndarray, shape (branches, DESCRIPTION)
-            From the left to the right.
-        given : tuple of float
-            What the law has besides the state.
-        restitution : float
-            What times the velocity at x = 0, Eq. (8).
-        at : int
-            The branch of the start.
-        x, v : float
-            The start.
-        load, load_step : ndarray and float
-            Samples, linear between them and zero after the last, and their spacing.
-        times : ndarray, shape (n,)
-            Ascending.
-        patience : int
-            Pieces without progress before the run gives up.
-        displacement, velocity : ndarray, shape (n,)
-            Filled at each of `times` that is reached.
-        impacts, turns : ndarray, shape (room, 2)
-            Room for tau and v of each crossing of x = 0, and for tau and x of each change of direction.
+    Returns
+    -------
+    tuple
+        How it ended, tau, x, the impacts and the turns, each of shape (count, 2).
+    """
+    rates = np.zeros((2, STAGES + 1))
+    crossings, changes, reached = 0, 0, 0
+    tau, wanted, stalled = 0.0, np.inf, 0
+    last, samples = times[-1], load.size
+    for segment in range(max(samples, 1)):
+        begin, stop, p, slope = max(samples - 1, 0) * load_step, last, 0.0, 0.0
+        if segment < samples - 1:
+            begin, stop = segment * load_step, min((segment + 1) * load_step, last)
+            p, slope = load[segment], (load[segment + 1] - load[segment]) / load_step
+        while tau < stop and 0 <= at < branches.shape[0]:
+            branch, origin = branches[at], tau
+            start = (x, v, p + slope * (origin - begin), slope)
+            end, turning, wanted = piece(branch, parameters, start, stop - origin, origin, wanted, rates)
+            if end == 0.0 and not turning and branch[CONSTANT] < 0.0:
+                return FAILED, tau, x, impacts[:crossings], turns[:changes]
+            # The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once
+            # if the motion goes out, and none if it goes in.
+            x_end, v_end = state(branch, parameters, start, end, rates)
+            way = 1 if x_end > branch[HIGH] else -1 if x_end < branch[LOW] else 0
+            if way:
+                bound = branch[HIGH] if way > 0 else branch[LOW]
+                end = event(branch, parameters, start, DISPLACEMENT, bound, way, 0.0, end, rates) if x != bound else 0.0
+                x_end, v_end = bound, state(branch, parameters, start, end, rates)[1]
+            tau = stop if end == stop - origin else origin + end
+            while reached > 0 and times[reached - 1] >= origin:  # after an impact, once more
+                reached -= 1
+            while reached < times.size and times[reached] <= tau:
+                displacement[reached], velocity[reached] = state(
+                    branch, parameters, start, times[reached] - origin, rates
+                )
+                reached += 1
+            x, v, at = x_end, v_end, at + way
+            if turning and not way:
+                v = 0.0  # to the last bit: from there on, the hyperbolic branch does not amplify rounding
+                turns = appended(turns, changes, tau, x)
+                changes += 1
+            if way and x == 0.0 and v != 0.0:
+                impacts = appended(impacts, crossings, tau, v)
+                crossings += 1
+                v *= restitution  # Eq. (8)
+            stalled = stalled + 1 if tau == origin else 0
+            if stalled > patience:
+                return STALLED, tau, x, impacts[:crossings], turns[:changes]
+    ended = COMPLETED if 0 <= at < branches.shape[0] else COLLAPSED
+    return ended, tau, x, impacts[:crossings], turns[:changes]
 
-        Returns
-        -------
-        tuple
-            How it ended, tau, x, the impacts and the turns, each of shape (count, 2).
-        """
-        rates = np.zeros((2, STAGES + 1))
-        crossings, changes, reached = 0, 0, 0
-        tau, wanted, stalled = 0.0, np.inf, 0
-        last, samples = times[-1], load.size
-        for segment in range(max(samples, 1)):
-            begin, stop, p, slope = max(samples - 1, 0) * load_step, last, 0.0, 0.0
-            if segment < samples - 1:
-                begin, stop = segment * load_step, min((segment + 1) * load_step, last)
-                p, slope = load[segment], (load[segment + 1] - load[segment]) / load_step
-            while tau < stop and 0 <= at < branches.shape[0]:
-                branch, origin = branches[at], tau
-                start = (x, v, p + slope * (origin - begin), slope)
-                end, turning, wanted = piece(branch, given, start, stop - origin, origin, wanted, rates)
-                if end == 0.0 and not turning and branch[CONSTANT] < 0.0:
-                    return FAILED, tau, x, impacts[:crossings], turns[:changes]
-                # The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once
-                # if the motion goes out, and none if it goes in.
-                x_end, v_end = state(branch, given, start, end, rates)
-                way = 1 if x_end > branch[HIGH] else -1 if x_end < branch[LOW] else 0
-                if way:
-                    bound = branch[HIGH] if way > 0 else branch[LOW]
-                    end = event(branch, given, start, DISPLACEMENT, bound, way, 0.0, end, rates) if x != bound else 0.0
-                    x_end, v_end = bound, state(branch, given, start, end, rates)[1]
-                tau = stop if end == stop - origin else origin + end
-                while reached > 0 and times[reached - 1] >= origin:  # after an impact, once more
-                    reached -= 1
-                while reached < times.size and times[reached] <= tau:
-                    displacement[reached], velocity[reached] = state(
-                        branch, given, start, times[reached] - origin, rates
-                    )
-                    reached += 1
-                x, v, at = x_end, v_end, at + way
-                if turning and not way:
-                    v = 0.0  # to the last bit: from there on, the hyperbolic branch does not amplify rounding
-                    turns = appended(turns, changes, tau, x)
-                    changes += 1
-                if way and x == 0.0 and v != 0.0:
-                    impacts = appended(impacts, crossings, tau, v)
-                    crossings += 1
-                    v *= restitution  # Eq. (8)
-                stalled = stalled + 1 if tau == origin else 0
-                if stalled > patience:
-                    return STALLED, tau, x, impacts[:crossings], turns[:changes]
-        ended = COMPLETED if 0 <= at < branches.shape[0] else COLLAPSED
-        return ended, tau, x, impacts[:crossings], turns[:changes]
 
-    return named(run, law)
+OF_A_LAW = (coefficient, acceleration, advance, adaptive, state, event, turn, piece, run)
 
 
 @cache
-def run(law):
+def plain(law):
+    """Return the functions of one damper's law by name, as Python runs them."""
+    return specialised(OF_A_LAW, law.__qualname__, law=law)
+
+
+@cache
+def compiled_run(law):
     """Return the run with one damper's law, which is compiled when it is first called."""
-    return checked(njit(cache=True, error_model="numpy", nogil=True)(plain_run(law)), SOURCE)
+    return compiled(plain(law)["run"], law)

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import os
-from _thread import start_new_thread
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import pairwise
-from queue import SimpleQueue
 from threading import Event
 from typing import Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp import kernels
-from rockdamp.arguments import broadcast, instance, numbers, whole
+from rockdamp.arguments import broadcast, instance, numbers, one_of, whole
 from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.batch import Batch
 from rockdamp.solvers.response import (
     COLLAPSED,
@@ -31,10 +30,11 @@ from rockdamp.solvers.response import (
     Response,
 )
 
+SCHEMES = tuple(kernel.STEPS)
+BRANCHES = 3  # of the curve
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
 SHARE = 2**13  # of them that a thread has at least, by default: for fewer it would cost more than it gives
-NEVER = Event()  # stops a run on one thread
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -167,10 +167,13 @@ def solve(
     (2, 81)
     """
     instance("curve", curve, TrilinearCurve)
-    march = kernels.march(instance("damping", damping, Damping).step(scheme))
+    instance("damping", damping, Damping)
+    scheme = one_of("scheme", scheme, SCHEMES)
+    is_constant = damping.constant_branches == BRANCHES
+    march = kernel.compiled_march(scheme, damping.formula, damping.is_impact, is_constant)
     given = {
         "cracked_stiffness_ratio": curve.cracked_stiffness_ratio,
-        **damping.own,
+        **damping.parameters,
         "step": step,
         "release_amplitude": release_amplitude,
         "release_velocity": release_velocity,
@@ -193,19 +196,20 @@ def solve(
     batch = Batch(broadcast(curve=curve, damping=damping, **lanes))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
-    rows = curve.rows() | damping.rows(curve)
+    of_curve = zip(kernel.CURVE, curve.parameters(), strict=True)
+    of_damper = zip(kernel.DAMPER, damping.formula_parameters(curve), strict=False)
     work = batch.pack(
         {
-            kernels.X: x0,
-            kernels.V: v0,
-            kernels.H: h,
-            kernels.G: g,
-            kernels.G_BEFORE: g,
-            kernels.E: 1.0,
-            kernels.A: _start_acceleration(damping, rows, x0, v0, load),
-            kernels.ALIVE: 1.0,
-            kernels.PEAK: np.abs(x0),
-            **rows,
+            kernel.X: x0,
+            kernel.V: v0,
+            kernel.H: h,
+            kernel.G: g,
+            kernel.G_BEFORE: g,
+            kernel.A: _start_acceleration(curve, damping, x0, v0, load),
+            kernel.ALIVE: 1.0,
+            kernel.PEAK: np.abs(x0),
+            **dict(of_curve),
+            **dict(of_damper),
         }
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
@@ -299,10 +303,9 @@ def _check_start(
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _start_acceleration(damping: Damping, rows: Mapping[int, Array], x0: Array, v0: Array, load: Array) -> Array:
+def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
     """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
-    force = np.sign(x0) * kernels.force_at(rows, 0, np.abs(x0))
-    start = np.asarray(load - force - damping.by_rows(rows, x0, v0) * v0)
+    start = np.asarray(load - curve.force(x0) - damping.unchecked_coefficient(curve, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 
@@ -318,39 +321,24 @@ def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int
 
 
 def _in_threads(advance: Callable[[slice, Event], None], blocks: int, steps: int, threads: int | None) -> None:
-    """Call `advance` on parts of the blocks, at once on as many threads as are allowed; the parts do not matter.
+    """Call `advance` on parts of the blocks, on as many threads as are allowed; the parts do not change a bit.
 
-    This thread is one of them, and waits for no other that has taken no part. Where one fails, or the user interrupts
-    the run, the others are told to stop.
+    Where one part fails, or the user interrupts the run, the others stop between two calls of the kernel.
     """
     workers = min(blocks, threads or blocks * steps // SHARE)
     if threads is None and workers > 1:
         workers = min(workers, available_threads())
+    stopped = Event()
     if workers <= 1:
-        advance(slice(0, blocks), NEVER)
+        advance(slice(0, blocks), stopped)
         return
-    parts, stopped = _parts(blocks, workers), Event()
-    shared, done = iter(parts), SimpleQueue[BaseException | None]()
-
-    def work() -> None:
-        for part in shared:
-            try:
-                advance(part, stopped)
-            except BaseException as failure:
-                stopped.set()
-                done.put(failure)
-            else:
-                done.put(None)
-
-    try:
-        for _ in range(workers - 1):
-            start_new_thread(work, ())  # `Thread.start` waits until it runs: milliseconds on a busy machine
-        work()
-        for _ in parts:
-            if failure := done.get():
-                raise failure
-    finally:
-        stopped.set()
+    with ThreadPoolExecutor(workers) as pool:
+        done = [pool.submit(advance, part, stopped) for part in _parts(blocks, workers)]
+        try:
+            for part in as_completed(done):
+                part.result()
+        finally:
+            stopped.set()
 
 
 def _parts(blocks: int, workers: int) -> list[slice]:

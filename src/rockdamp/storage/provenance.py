@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+[\w.]+[ \t]+import[ \t]*(?:\([^)]*\)|[^(\n]+)|import[ \t]+[^\n]+)", re.MULTILINE
 )
+BY_NAME = re.compile(r"""import_module\(f"(\w+\.[\w.]+)\.\{""")
 FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 
 
@@ -146,6 +147,8 @@ def _imports(name: str, path: Path) -> frozenset[str]:
         for target in wanted:
             if target.split(".")[0] == PACKAGE and _file_of(target):
                 imported.add(target)
+    for package in BY_NAME.findall(_text(path)):  # any of its modules
+        imported |= {f"{package}.{file.stem}" for file in ROOT.joinpath(*package.split(".")[1:]).glob("[!_]*.py")}
     return frozenset(imported)
 
 

@@ -189,7 +189,10 @@ def damping_ratio_peaks(
     def excess(xi: Array, at: Array) -> Array:
         case = at.astype(np.int64)
         some = curves.map(lambda p: p[case])
-        return decrement(some, Damping.of(damping_model, damping_ratio=xi, exponent=n[case]), x0[case]) - delta[case]
+        return (
+            decrement(some, Damping.from_values(damping_model, damping_ratio=xi, exponent=n[case]), x0[case])
+            - delta[case]
+        )
 
     low, high = (factor * guess.ravel() for factor in BRACKET)
     root = elementwise.find_root(excess, (low, high), args=(np.arange(x0.size, dtype=float),), tolerances=TOLERANCES)
@@ -270,7 +273,7 @@ def exponent_map(curves: CurveMap, share: Array, ultimate_ratio: float) -> xr.Da
         n = best_exponent(curve, share)
         best[index].reshape(-1)[room] = n
         for row, model in enumerate(DAMPERS):
-            damping = Damping.of(model, damping_ratio=1.0, exponent=n[:, None])
+            damping = Damping.from_values(model, damping_ratio=1.0, exponent=n[:, None])
             spreads[row, index].reshape(-1)[room] = spread(curve, damping, share)
     dims = ("map_softening", "map_plateau_ratio", "map_cracked_stiffness_ratio")
     return xr.Dataset(

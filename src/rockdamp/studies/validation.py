@@ -123,7 +123,7 @@ def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: R
 
     runs = []
     for model in MODELS:
-        damping = Damping.of(model, restitution=e, damping_ratio=ratios.get(model))
+        damping = Damping.from_values(model, restitution=e, damping_ratio=ratios.get(model))
         response = respond(record, wall, curve, damping, given.step)
         runs.append(_compare(record.elapsed, response, u_ins, measured, decay, free, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}

@@ -47,7 +47,7 @@ class Ensemble:
 
     def damping(self, lane=slice(None)):
         own = self.parameter[lane]
-        return Damping.of(self.model, restitution=own, damping_ratio=own, exponent=self.exponent[lane])
+        return Damping.from_values(self.model, restitution=own, damping_ratio=own, exponent=self.exponent[lane])
 
     def solve(self, forced, scheme, substeps):
         load = {"ground_acceleration": self.load, "load_factor": self.factor} if forced else {}

@@ -43,7 +43,7 @@ def test_a_loss_that_is_2_percent_wrong_shows_as_such(damping):
     if damping.is_impact:
         wrong = Damping.cr(np.sqrt(1 - 1.02 * (1 - 0.85**2)))
     else:
-        wrong = damping.changed(damping_ratio=1.02 * damping.damping_ratio)
+        wrong = damping.replace(damping_ratio=1.02 * damping.damping_ratio)
     right, false = (exact_balance(damping, 0.0025, False, own) for own in (None, wrong))
     assert false.residual[-1] == pytest.approx(-0.02 * right.lost[-1], rel=0.02)
 

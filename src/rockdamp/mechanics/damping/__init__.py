@@ -1,13 +1,9 @@
-"""The damping models: the coefficient of restitution and the viscous dampers, one class each behind one face.
+"""The damping models: the coefficient of restitution and the viscous dampers, a file each.
 
-Dimensionless as in the kernels: unit mass, C over m_eff p. Eqs (8), (10), (11), (12) of the paper; ECD is beyond it.
+Dimensionless as in the solvers: unit mass, C over m_eff p. Eqs (8), (10), (11), (12) of the paper; ECD is beyond it.
+`base` says what a damper must have.
 """
 
-from rockdamp.mechanics.damping.energy_consistent import MULTIPLIED_ORDERS
-from rockdamp.mechanics.damping.face import SCHEMES, Damping
-from rockdamp.mechanics.damping.viscous import Viscous
+from rockdamp.mechanics.damping.base import Damping, kinds
 
-# A model is known once its module was loaded: each stands here.
-import rockdamp.mechanics.damping.restitution  # noqa: F401  isort: skip
-
-__all__ = ["MULTIPLIED_ORDERS", "SCHEMES", "Damping", "Viscous"]
+__all__ = ["Damping", "kinds"]

@@ -29,12 +29,13 @@ from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
 from rockdamp.histories.side_by_side import responses
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
 from rockdamp.report.numbers import number, percent, plain
 from rockdamp.storage.atomic import replacing
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY, TITLES, VISCOUS_MODELS
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY, VISCOUS_MODELS
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -198,7 +199,7 @@ def _dampers(subject: Subject) -> list[dict[str, Any]]:
     return [
         {
             "model": model,
-            "title": TITLES[model],
+            "title": kinds()[model].title,
             "energy": percent(float(damping_ratio_energy(curve, model, e, release)), 3),
             "ratio": percent(fitted[model][0], 3) if fitted else None,
             "error": percent(fitted[model][1]) if fitted else None,

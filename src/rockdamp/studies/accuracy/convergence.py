@@ -100,7 +100,9 @@ def orders(config: Config) -> xr.Dataset:
 
 def _histories(ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
-    damping = Damping.of(model, restitution=ensemble.restitution, damping_ratio=exact_ratio(ensemble.restitution))
+    damping = Damping.from_values(
+        model, restitution=ensemble.restitution, damping_ratio=exact_ratio(ensemble.restitution)
+    )
     response = solve(
         ensemble.curve,
         damping,

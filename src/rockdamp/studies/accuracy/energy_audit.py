@@ -161,7 +161,7 @@ class Audited:
     def damping(self, model: str) -> Damping:
         """Return what damps the history of one model."""
         ratio = float(self.histories["damping_ratio"].sel(damping_model=model))
-        return Damping.of(model, restitution=self.restitution, damping_ratio=ratio)
+        return Damping.from_values(model, restitution=self.restitution, damping_ratio=ratio)
 
 
 def residuals(ensemble: Ensemble, step: float) -> xr.Dataset:

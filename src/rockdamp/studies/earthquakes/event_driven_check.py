@@ -189,7 +189,7 @@ def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWal
     ground = followed_by_rest(record.ground_acceleration, record.step, tail)
     load = float(wall.load_factor) * float(case["scale_factor"]) * ground
     step = float(wall.frequency_parameter) * record.step
-    return exact_end(named.curve, Damping.of(model, restitution=e, damping_ratio=ratio), load, step)
+    return exact_end(named.curve, Damping.from_values(model, restitution=e, damping_ratio=ratio), load, step)
 
 
 def exact_end(curve: TrilinearCurve, damping: Damping, load: Array, step: float) -> tuple[float, bool]:

@@ -52,7 +52,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
         ground = followed_by_rest(motion.ground_acceleration, motion.step, given.tail)
-        damping = Damping.of(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
+        damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
         own = curve.map(lambda parameter: parameter[i])
         load = float(wall.load_factor[i]) * factor * ground
         return exact_end(own, damping, load, float(wall.frequency_parameter[i]) * motion.step)

@@ -281,7 +281,7 @@ def _near(own: Sequence[tuple[Case, Runs]], halving: int) -> Response:
     first, of = own[0]
     substeps = first.substeps * 2**halving
     curve = {name: lanes(getattr(case.curve, name) for case, _ in own) for name in CURVE}
-    damping = {name: lanes(runs.damping.own[name] for _, runs in own) for name in of.damping.own}
+    damping = {name: lanes(runs.damping.parameters[name] for _, runs in own) for name in of.damping.parameters}
     return solve(
         TrilinearCurve(**curve, softening=first.curve.softening),
         Damping(of.damping.model, **damping),

@@ -1,9 +1,33 @@
-"""What every damping model can be asked, and how one is made by its name."""
+"""What every damping model has and can be asked, and how one is made by its name.
+
+A damper is one file of this folder with a subclass of `Damping`, and one line of `vocabulary.DAMPERS` names it. All is
+dimensionless: z = |x| = |u|/u_ins, f = |F|/(K0 u_ins), v = dx/dtau, and C is over m_eff p. A damper must have
+
+1. `model`, `title` and `colour`: its short name, what it stands for, and its colour in figures as ``"#rrggbb"``;
+2. `names`, and `defaults` of those that need not be given: its parameters, each with a range in `RANGES`;
+3. `formula(z, f, double_v, v, parameters)`: the coefficient C for the batched solver, which compiles it;
+4. `formula_parameters(curve)`: up to three values, of shapes that broadcast with the curve's, that `formula` reads;
+5. `law(z, f, double_v, v, parameters)`: C once more, for the event-driven solver, which compiles it too. Write it from
+   the paper and not from the formula, with `math` alone, as each of the two solvers is checked by the other;
+6. `law_parameters(k1)`: the plain numbers that `law` reads, k1 = w1^2 the curve's first stiffness.
+
+`formula` is called with numbers and with arrays; it uses arithmetic and NumPy's functions of one number. `double_v` is
+twice the stored energy; what a formula does not use costs it nothing, as the compiler drops it. A damper can have
+
+7. `constant_branches`: on how many branches of the curve, counted from x = 0, C is 2 w1 xi; there the event-driven
+   solver has a closed form;
+8. `secant_exponent`: n, if C goes with w^n of the secant's frequency and with nothing else;
+9. `same_loss_at_any_amplitude` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
+   xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
+10. `javascript`: C at xi = 1 by z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the
+    damper out.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cache, cached_property
+from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,11 +36,11 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import broadcast, instance, numbers, one_of, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, require
+from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import MODELS, TITLES
+from rockdamp.vocabulary import DAMPERS, MODELS
 
-SCHEMES = ("newmark", "paper")
-# What a message calls a parameter, its range, and the range in words.
+# A parameter's name in messages, its range, and the range in words.
 RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "restitution": ("restitution (e)", lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1"),
     "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
@@ -24,7 +48,15 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "order": ("order (m)", lambda m: m >= 0, "at least 0"),
 }
 
-_KINDS: dict[str, type[Damping]] = {}
+
+@cache
+def kinds() -> dict[str, type[Damping]]:
+    """Return the class of each damper that `vocabulary.DAMPERS` names."""
+    classes = {}
+    for model, place in DAMPERS.items():
+        file, name = place.split(":")
+        classes[model] = getattr(import_module(f"rockdamp.mechanics.damping.{file}"), name)
+    return classes
 
 
 class Damping(ByValue):
@@ -73,11 +105,17 @@ class Damping(ByValue):
     """
 
     model: ClassVar[str]
-    names: ClassVar[tuple[str, ...]]
+    title: ClassVar[str]
+    colour: ClassVar[str]
+    names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
     defaults: ClassVar[Mapping[str, float]] = {}  # of parameters that need not be given, and are by name alone
+    formula: Any
+    law: Any
     is_impact: ClassVar[bool] = False
-    secant_exponent: Any = None  # C goes with this power of the secant's frequency and with nothing else, where set
-    same_loss_at_any_amplitude: ClassVar[bool] = False  # of energy, as a fraction, in every half cycle of any curve
+    constant_branches: Any = 0
+    secant_exponent: Any = None
+    same_loss_at_any_amplitude: ClassVar[bool] = False
+    javascript: ClassVar[str | None] = None
 
     restitution: Quantity
     damping_ratio: Quantity
@@ -87,7 +125,7 @@ class Damping(ByValue):
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
         if cls is not Damping:
             return super().__new__(cls)
-        return super().__new__(_KINDS[_known(model)])
+        return super().__new__(kinds()[_known(model)])
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
         required = [name for name in self.names if name not in self.defaults]
@@ -104,18 +142,14 @@ class Damping(ByValue):
             require(within(array), text, array, allowed)
             self.__dict__[name] = array
 
-    def __init_subclass__(cls) -> None:
-        if "model" in cls.__dict__:
-            _KINDS[cls.model] = cls
-
     def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"{name} cannot be set: a damper keeps its parameters; `changed` makes another")
+        raise AttributeError(f"{name} cannot be set: a damper keeps its parameters; `replace` makes another")
 
     def _parts(self) -> tuple[Any, ...]:
-        return tuple(self.own.values())
+        return tuple(self.parameters.values())
 
     def __repr__(self) -> str:
-        return f"Damping({self.model!r}, {', '.join(f'{name}={value!r}' for name, value in self.own.items())})"
+        return f"Damping({self.model!r}, {', '.join(f'{name}={value!r}' for name, value in self.parameters.items())})"
 
     @classmethod
     def cr(cls, restitution: Quantity) -> Damping:
@@ -170,14 +204,14 @@ class Damping(ByValue):
         """
         exact = Damping.exact_models()
         model = one_of("damping_model", model, exact, ": the others need a fit")
-        kind = _KINDS[model]
+        kind = kinds()[model]
         e = np.asarray(Damping.cr(restitution).restitution)
         return Damping(model, e if kind.is_impact else kind.exact_damping_ratio(e, **named), **named)
 
     @staticmethod
     def exact_models() -> tuple[str, ...]:
         """Return the models that a coefficient of restitution describes exactly and without a fit, CR first."""
-        return tuple(name for name in MODELS if _KINDS[name].is_impact or _KINDS[name].same_loss_at_any_amplitude)
+        return tuple(name for name in MODELS if kinds()[name].is_impact or kinds()[name].same_loss_at_any_amplitude)
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
@@ -193,7 +227,7 @@ class Damping(ByValue):
         raise NotImplementedError
 
     @classmethod
-    def of(cls, model: str, **values: Quantity) -> Damping:
+    def from_values(cls, model: str, **values: Quantity) -> Damping:
         """Return a model with those of the values that are its own: of e and xi, say, the one that it has.
 
         Parameters
@@ -203,20 +237,15 @@ class Damping(ByValue):
         **values : float or ndarray
             By name; those that the model does not have are left out. [-]
         """
-        names = _KINDS[_known(model)].names
+        names = kinds()[_known(model)].names
         return Damping(model, **{name: values[name] for name in names if name in values})
 
     @property
-    def title(self) -> str:
-        """What the model's short name stands for."""
-        return TITLES[self.model]
-
-    @property
-    def own(self) -> dict[str, Quantity]:
+    def parameters(self) -> dict[str, Quantity]:
         """Its parameters by name."""
         return {name: getattr(self, name) for name in self.names}
 
-    def changed(self, **named: Quantity) -> Damping:
+    def replace(self, **named: Quantity) -> Damping:
         """Return the same model with other values of the parameters that are given.
 
         Parameters
@@ -224,7 +253,7 @@ class Damping(ByValue):
         **named : float or ndarray
             By name. [-]
         """
-        return Damping(self.model, **(self.own | named))
+        return Damping(self.model, **(self.parameters | named))
 
     def map(self, function: Callable[[Array], Quantity]) -> Damping:
         """Return the same model with a function applied to each of its parameters.
@@ -234,42 +263,31 @@ class Damping(ByValue):
         function : callable
             Picks or repeats elements of an array.
         """
-        return self.changed(**{name: function(value) for name, value in self.own.items()})
+        return self.replace(**{name: function(value) for name, value in self.parameters.items()})
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        return broadcast(**self.own)
+        return broadcast(**self.parameters)
 
-    def rows(self, curve: TrilinearCurve) -> dict[int, Array]:
-        """Return what the kernel's step reads of the damper, by row: of shapes that broadcast with the curve's.
+    def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
+        """Return what `formula` reads besides the state, at most three values that broadcast with the curve's.
 
         Parameters
         ----------
         curve : TrilinearCurve
-            The damper is in proportion to its first branch's frequency w1.
+            C is in proportion to its first branch's frequency w1.
         """
         raise NotImplementedError
 
-    def step(self, scheme: str) -> Callable[..., None]:
-        """Return the kernel's step for this model.
+    def law_parameters(self, k1: float) -> tuple[float, ...]:
+        """Return what `law` reads besides the state, of a damper of plain numbers.
 
         Parameters
         ----------
-        scheme : {"newmark", "paper"}
-            As for `rockdamp.solve`.
-
-        Raises
-        ------
-        InputError
-            If the scheme is unknown.
+        k1 : float
+            Stiffness of the curve's first branch. [-]
         """
-        return self._newmark() if one_of("scheme", scheme, SCHEMES) == "newmark" else self._printed()
-
-    def _newmark(self) -> Callable[..., None]:
-        raise NotImplementedError
-
-    def _printed(self) -> Callable[..., None]:
         raise NotImplementedError
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
@@ -285,27 +303,17 @@ class Damping(ByValue):
         instance("curve", curve, TrilinearCurve)
         at, speed = numbers("x", x), numbers("v", v)
         shape = broadcast(x=at, v=speed, curve=curve, damping=self)
-        return np.broadcast_to(self.by_rows(curve.rows() | self.rows(curve), at, speed), shape).copy()
+        return np.broadcast_to(self.unchecked_coefficient(curve, at, speed), shape).copy()
 
-    def by_rows(self, rows: Mapping[int, Array], x: Array, v: Array) -> Quantity:
-        """Return the coefficient as `coefficient` does, by rows of curve and damper and by numbers that were checked.
-
-        Parameters
-        ----------
-        rows : mapping
-            `TrilinearCurve.rows` and `rows`.
-        x, v : ndarray
-            u/u_ins and its derivative by tau. [-]
-
-        Returns
-        -------
-        float or ndarray
-            Of a shape that broadcasts to theirs.
-        """
-        raise NotImplementedError
+    def unchecked_coefficient(self, curve: TrilinearCurve, x: Array, v: Array) -> Quantity:
+        """Return the coefficient of arrays that were checked, in a shape that broadcasts to theirs. [-]"""
+        z = np.maximum(np.abs(x), trilinear.TINY)
+        k1, b1, ks, a1, a2, a3 = curve.parameters()
+        f, double_v = trilinear.force(z, k1, b1, ks, a3), trilinear.double_energy(z, k1, b1, ks, a1, a2, a3)
+        return self.formula(z, f, double_v, v, self.formula_parameters(curve))
 
 
 def _known(model: str) -> str:
     """Return the name of a model that there is; the general exponent is one, and none of those that are compared."""
-    named = model if isinstance(model, str) and model.upper() in _KINDS else None
+    named = model if isinstance(model, str) and model.upper() in DAMPERS else None
     return named.upper() if named is not None else one_of("damping_model", model, MODELS)

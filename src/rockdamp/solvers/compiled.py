@@ -1,0 +1,111 @@
+"""What both solvers' compiled loops share: one compilation for each damper, and a cache that notices every edit.
+
+Numba keeps machine code under the name of the function, its file and that file's content. It does not notice an edit of
+a function in another file. So the name of each loop ends with a digest of all compiled sources and of Numba's version:
+edited sources find no old code, and two versions never write one file. The files lie where Numba puts them, beside the
+source or in NUMBA_CACHE_DIR; `make clean` removes them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import cache, wraps
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numba
+from numba import config, njit
+from numba.extending import register_jitable
+
+from rockdamp.errors import InputError
+
+PACKAGE = Path(__file__).parents[1]
+SOURCES = ("mechanics/trilinear.py", "mechanics/damping/*.py", "solvers/*_kernel.py")
+# Of what a file that is cut, empty or no cache raises where it is unpickled.
+DAMAGED = (AttributeError, EOFError, ImportError, IndexError, KeyError, ValueError, pickle.UnpicklingError)
+
+
+@cache
+def digest(*further: str) -> str:
+    """Return a digest of all compiled sources, of further files and of Numba's version, as of the first call."""
+    files = [*(path for pattern in SOURCES for path in sorted(PACKAGE.glob(pattern))), *map(Path, further)]
+    content = b"\0".join([numba.__version__.encode(), *(path.read_bytes() for path in files if path.is_file())])
+    return hashlib.sha256(content).hexdigest()[:12]
+
+
+digest()  # when this module is imported: an edit while the process runs changes nothing here
+
+
+@cache
+def jitable(function: Any) -> Any:
+    """Let compiled code call a function; register it once."""
+    return register_jitable(function)
+
+
+def specialised(functions: Sequence[Any], name: str, **stands: Callable[..., Any]) -> dict[str, Any]:
+    """Return copies of functions for one damper, as a template is instantiated.
+
+    In each copy the global names of `stands` mean what is given, and the name of an earlier function its copy. Numba
+    takes global names as constants, so each damper's loop is compiled for itself. Closures would do the same, but
+    Numba's cache compares them by a pickle that differs from process to process.
+
+    Parameters
+    ----------
+    functions : sequence of function
+        Each calls those before it alone.
+    name : str
+        Ends the names of the copies. Numba tells machine code apart by names: without them, code from the cache and
+        code just compiled would stand for each other.
+    **stands : function
+        What global names of the functions stand for.
+    """
+    names = {key: jitable(one) for key, one in stands.items()}
+    copies: dict[str, Any] = {}
+    for function in functions:
+        copy = FunctionType(function.__code__, function.__globals__ | names | copies)
+        copy.__name__ = copy.__qualname__ = f"{function.__name__}_{name}"
+        copy.__doc__ = function.__doc__
+        copies[function.__name__] = jitable(copy)
+    return copies
+
+
+def compiled(function: Any, formula: Any, **options: Any) -> Any:
+    """Return a loop that is compiled when it is first called, or read from Numba's cache.
+
+    Parameters
+    ----------
+    function : function
+        A copy by `specialised`.
+    formula : function
+        The damper's, whose file may lie outside the package.
+    **options : bool
+        Numba's, besides those that all loops have.
+
+    Raises
+    ------
+    InputError
+        When the loop is called, if a file of the cache is damaged.
+    """
+    function.__name__ = function.__qualname__ = f"{function.__name__}_{digest(formula.__code__.co_filename)}"
+    if config.DISABLE_JIT:
+        return function
+    loop = njit(error_model="numpy", nogil=True, **options)(function)
+    try:
+        loop.enable_caching()
+    except RuntimeError:  # no folder can be written
+        config.CACHE_DIR = tempfile.mkdtemp(prefix="rockdamp-")
+        loop.enable_caching()
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        try:
+            return loop(*arguments)
+        except DAMAGED as error:  # compiled code raises none of them
+            place = loop.stats.cache_path
+            raise InputError(f"compiled code under {place} is damaged; `make clean` removes it") from error
+
+    return call

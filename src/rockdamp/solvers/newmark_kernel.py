@@ -1,0 +1,331 @@
+"""The batched solver's compiled code: one step of each scheme, and the loop over steps and lanes.
+
+A *lane* is one time history: one wall, one damper, one release. A history alone waits for each operation's result
+before the next can begin; a processor's vector unit computes four or eight independent ones at once. So lanes advance
+together in blocks of up to `LANES`, and every loop over the lanes of a block is free of branches and allocations: a
+branch becomes a choice between two computed values, and the compiler vectorises the loop. A block is one flat array of
+rows, a row for each variable, so that lanes which are computed together lie side by side in memory.
+
+Each lane is computed by the same formulas whatever runs beside it, or by ones that give the same bits: its result does
+not depend on its neighbours, on the number of lanes or on the number of threads.
+
+Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
+a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
+
+The loop is compiled once for each damper and scheme: `formula` and `advance` below only hold the places of the damper's
+formula and of the scheme's step. So a step pays for what its damper needs, a damper that is added leaves the machine
+code of the others as it is, and who uses one damper waits for no other.
+"""
+
+from functools import cache
+
+import numpy as np
+from numba.extending import register_jitable
+
+from rockdamp.mechanics import trilinear
+from rockdamp.mechanics.trilinear import TINY
+from rockdamp.solvers.compiled import compiled, specialised
+
+LANES = 64  # of a block at most, and the distance of its rows
+# Of a block: up to three lanes are computed one after the other, more of them in vectors, which are filled up.
+WIDTHS = (1, 2, 3, 8, 16, 32, 48, LANES)
+
+# A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
+# block[r + i]. First the state, then what is observed, then the parameters.
+ROWS = 21
+X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
+K1, B1, KS, A1, A2, A3, H, G, G_BEFORE = (LANES * row for row in range(9, 18))
+P0, P1, P2 = (LANES * row for row in range(18, 21))  # the damper's, as `Damping.formula_parameters` gives them; CR's e
+CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
+DAMPER = (P0, P1, P2)
+
+PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
+
+force = register_jitable(trilinear.force)
+tangent = register_jitable(trilinear.tangent)
+double_energy = register_jitable(trilinear.double_energy)
+
+
+# --- one step of a lane ---------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def newmark_end(v, a, h, p, restoring, c):
+    """Explicit Newmark (beta 0, gamma 1/2): velocity and acceleration at the end of a step, its displacement known."""
+    half = v + 0.5 * h * a
+    a = (p - restoring - c * half) / (1.0 + 0.5 * h * c)
+    return half + 0.5 * h * a, a
+
+
+@register_jitable
+def linear_acceleration(v, a, h, dp, k, c):
+    """Increments of displacement and velocity by linear acceleration, stiffness and damping frozen over the step."""
+    dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
+    return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
+
+
+@register_jitable(fastmath=False)
+def product(one, other):
+    """A product that is rounded: no sum that it is part of takes it whole, in a vector of lanes or in a lane alone."""
+    return one * other
+
+
+@register_jitable
+def impact_within(x, v, a, h):
+    """Time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
+    away = v if x > 0.0 else -v
+    root = np.sqrt(np.maximum(v * v - 2.0 * a * x, 0.0))
+    return np.minimum(2.0 * np.abs(x) / np.maximum(root - away, TINY), h)
+
+
+@register_jitable
+def crossed(before, after):
+    """Whether a step has reached or passed x = 0. Signs, not the product, which underflows late in a decay."""
+    return ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
+
+
+@register_jitable
+def odd(x, f):
+    """The force f(|x|) with the sign of x."""
+    return -f if x < 0.0 else f
+
+
+@register_jitable
+def settle(w, i, x, v, a, step):
+    """Take the new state unless the run has ended, and observe it: peak, crossings of x = 0, and collapse beyond a3."""
+    alive = w[ALIVE + i] > 0.0
+    old = w[X + i]
+    z = np.abs(x) if alive else 0.0
+    w[CROSSINGS + i] += 1.0 if alive & crossed(old, x) else 0.0
+    w[PEAK_AT + i] = step if z > w[PEAK + i] else w[PEAK_AT + i]
+    w[PEAK + i] = np.maximum(w[PEAK + i], z)
+    w[END + i] = step if alive else w[END + i]
+    w[ALIVE + i] = 1.0 if alive & (z <= w[A3 + i]) else 0.0
+    w[X + i] = x if alive else old
+    w[V + i] = v if alive else w[V + i]
+    w[A + i] = a if alive else w[A + i]
+
+
+# --- force and coefficient of lane i of a block ---------------------------------------------------------------------
+
+
+@register_jitable
+def force_at(w, i, z):
+    """Return the force at z = |x|."""
+    return force(z, w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+
+
+@register_jitable
+def tangent_at(w, i, z):
+    """Return the slope of the force."""
+    return tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+
+
+def formula(z, f, double_v, v, parameters):
+    """Hold the place of a damper's formula."""
+    raise NotImplementedError
+
+
+def damped_at(w, i, z, v):
+    """Return the force and the damper's coefficient. What its formula does not use, the compiler drops."""
+    z = np.maximum(z, TINY)  # the formula may divide by it, or by the energy there
+    f = force_at(w, i, z)
+    double_v = double_energy(z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+    return f, formula(z, f, double_v, v, (w[P0 + i], w[P1 + i], w[P2 + i]))
+
+
+def constantly_damped_at(w, i, z, v):
+    """Return the same of a damper whose coefficient is constant; the maximum would cost it a tenth of its time."""
+    return force_at(w, i, z), formula(0.0, 0.0, 0.0, 0.0, (w[P0 + i], w[P1 + i], w[P2 + i]))
+
+
+# --- one step of a block of lanes -----------------------------------------------------------------------------------
+
+
+def restitution_located(w, width, p0, p1, step):
+    """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
+    for i in range(width):
+        x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
+        start, end = w[G_BEFORE + i] * p0, w[G + i] * p1
+        ahead = x + h * (v + 0.5 * h * a)
+        hit = crossed(x, ahead)
+        s = impact_within(x, v, a, h) if hit else 0.0
+        # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
+        load = start + (end - start) * (s / h)
+        v = w[P0 + i] * (v + 0.5 * s * (a + load)) if hit else v
+        a = load if hit else a
+        h -= s
+        x = (0.0 if hit else x) + product(h, v + 0.5 * h * a)
+        f = force_at(w, i, np.abs(x))
+        v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
+        settle(w, i, x, v, a, step)
+
+
+def restitution_printed(w, width, p0, p1, step):
+    """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
+    # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
+    for i in range(width):
+        k = tangent_at(w, i, np.abs(w[X + i]))
+        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
+        x, v = w[X + i] + dx, w[V + i] + dv
+        v = w[P0 + i] * v if crossed(w[X + i], x) else v
+        f = force_at(w, i, np.abs(x))
+        settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
+
+
+def viscous_newmark(w, width, p0, p1, step):
+    """Viscous damping by explicit Newmark.
+
+    C is taken at the displacement at the end of the step and at the velocity v + h a that is expected there.
+    """
+    for i in range(width):
+        v, a, h = w[V + i], w[A + i], w[H + i]
+        x = w[X + i] + h * (v + 0.5 * h * a)
+        f, c = damped_at(w, i, np.abs(x), v + h * a)
+        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
+        settle(w, i, x, v, a, step)
+
+
+def viscous_printed(w, width, p0, p1, step):
+    """Viscous damping as printed: C and the tangent frozen at the step's start, balance restored at its end."""
+    for i in range(width):
+        z = np.abs(w[X + i])
+        _, c = damped_at(w, i, z, w[V + i])
+        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), tangent_at(w, i, z), c)
+        x, v = w[X + i] + dx, w[V + i] + dv
+        f, c = damped_at(w, i, np.abs(x), v)
+        settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
+
+
+@register_jitable
+def compare_with(w, width, reference, row, step):
+    """Add this step's term of Eq. (17)."""
+    for i in range(width):
+        difference = np.abs(reference[row[i], step]) - np.abs(w[X + i])
+        w[ERROR + i] += difference * difference
+
+
+# --- the loop -------------------------------------------------------------------------------------------------------
+
+
+@register_jitable
+def any_alive(w, width):
+    """Whether any lane of a block has not collapsed."""
+    alive = 0.0
+    for i in range(width):
+        alive += w[ALIVE + i]
+    return alive > 0.0
+
+
+def advance(w, width, p0, p1, step):
+    """Hold the place of one of the steps of a block."""
+    raise NotImplementedError
+
+
+def march(
+    blocks,
+    width,
+    ground,
+    factors,
+    substeps,
+    first,
+    last,
+    reference,
+    row,
+    checkpoints,
+    error,
+    every,
+    displacement,
+    velocity,
+):
+    """Advance blocks of lanes by the steps `first` to `last`, in place; the first of a run is step 1.
+
+    Parameters
+    ----------
+    blocks : ndarray, shape (blocks, ROWS * LANES)
+        State, observations and parameters, laid out as the constants above say.
+    width : int
+        Lanes of each block, of `WIDTHS`; the rest of its rows is idle.
+    ground : ndarray, shape (motions, samples)
+        Shared accelerations, linear between samples; empty for a free decay. Of one motion, rows G and G_BEFORE
+        hold each lane's factor on it.
+    factors : ndarray, shape (blocks, motions, width)
+        Of several motions, each lane's factors on them. Rows G and G_BEFORE then hold its loads at the end of the
+        step and at its start.
+    substeps, first, last : int
+        Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
+    reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, width)
+        Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
+    checkpoints, error : ndarray, shape (windows,) and (blocks, windows, width)
+        Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
+        lane of the block stands; those of a collapsed lane mean nothing.
+    every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
+        Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
+    """
+    forced, motions = ground.size > 0, ground.shape[0]
+    compare = reference.shape[0] > 0
+    store = displacement.shape[0] > 0
+    for b in range(blocks.shape[0]):
+        w = blocks[b]
+        window = 0
+        while window < checkpoints.size - 1 and checkpoints[window] < first:
+            window += 1
+        p1 = ground[0, (first - 1) // substeps] if forced else 0.0
+        if store and first == 1:
+            for i in range(width):
+                displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+        for step in range(first, last + 1):
+            p0 = p1
+            if forced:
+                sample, part = divmod(step, substeps)
+                p1 = ground[0, sample]
+                if part > 0:
+                    p1 += (ground[0, sample + 1] - p1) * part / substeps
+                if motions > 1:
+                    for i in range(width):
+                        w[G_BEFORE + i] = w[G + i]
+                        w[G + i] = factors[b, 0, i] * p1
+                    for motion in range(1, motions):
+                        p1 = ground[motion, sample]
+                        if part > 0:
+                            p1 += (ground[motion, sample + 1] - p1) * part / substeps
+                        for i in range(width):
+                            w[G + i] += factors[b, motion, i] * p1
+                    p0, p1 = 1.0, 1.0
+            advance(w, width, p0, p1, step)
+            if compare:
+                compare_with(w, width, reference, row[b], step)
+                if step == checkpoints[window]:
+                    for i in range(width):
+                        error[b, window, i] = w[ERROR + i]
+                    window = min(window + 1, checkpoints.size - 1)
+            if store and step % every == 0:
+                for i in range(width):
+                    if w[ALIVE + i] > 0.0:
+                        displacement[b, i, step // every] = w[X + i]
+                        velocity[b, i, step // every] = w[V + i]
+            if step % PATIENCE == 0 and not any_alive(w, width):
+                break
+
+
+STEPS = {  # by scheme: of impacts, and of viscous damping
+    "newmark": (restitution_located, viscous_newmark),
+    "paper": (restitution_printed, viscous_printed),
+}
+
+
+@cache
+def plain_march(scheme, formula, is_impact, is_constant):
+    """Return the loop of one scheme and one damper's formula, as Python runs it."""
+    step = STEPS[scheme][0 if is_impact else 1]
+    name = f"{step.__name__}_{formula.__qualname__}"
+    at = constantly_damped_at if is_constant else damped_at
+    (force_and_coefficient,) = specialised((at,), name, formula=formula).values()
+    (advance,) = specialised((step,), name, damped_at=force_and_coefficient).values()
+    return specialised((march,), name, advance=advance)["march"]
+
+
+@cache
+def compiled_march(scheme, formula, is_impact, is_constant):
+    """Return the same loop, which is compiled when it is first called."""
+    return compiled(plain_march(scheme, formula, is_impact, is_constant), formula, fastmath=True)
