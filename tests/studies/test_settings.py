@@ -230,7 +230,7 @@ def test_a_curve_states_all_of_its_parameters(config):
         (
             "parameters.slenderness.distribution",
             "normall",
-            "slenderness.distribution of the config is 'normall'",
+            "slenderness.distribution is 'normall'",
         ),
         ("correlations.slendernes", {}, "population.correlations.slendernes is not a key of the config"),
         ("correlations.restitution.slendernes", 0.5, "correlations.restitution.slendernes is not a key of the config"),

@@ -98,13 +98,6 @@ def test_correlations_that_contradict_each_other_are_refused(config):
         population.sample(settings(config, correlations=correlations))
 
 
-def test_a_normal_distribution_without_its_moments_is_refused(config):
-    parameters = copy.deepcopy(config["population"]["parameters"])
-    del parameters["restitution"]["mean"]
-    with pytest.raises(InputError, match="normal; it must state its mean and standard_deviation"):
-        population.sample(settings(config, parameters=parameters))
-
-
 def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
     one = walls.isel(wall=7)
     _, curve = population.mechanics({name: np.array([one[name].item()]) for name in population.PARAMETERS})

@@ -7,7 +7,9 @@ from functools import partial
 from typing import Annotated, Any
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Settings, each, geometric, members, number, refusal, section
+from rockdamp.config.parsing import Settings, each, geometric, members, number, section
+from rockdamp.errors import InputError
+from rockdamp.statistics.distribution import Distribution
 from rockdamp.studies.settings import Matching, Solver
 from rockdamp.studies.walls import NamedWall, make_named_wall
 
@@ -21,7 +23,6 @@ PARAMETERS = (
     "plateau_ratio",
     "restitution",
 )
-DISTRIBUTIONS = ("uniform", "loguniform", "normal")
 
 NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
 
@@ -32,25 +33,17 @@ class Bootstrap:
     seed: int
 
 
-@dataclass(frozen=True)
-class Distribution:
-    distribution: str
-    low: float
-    high: float
-    mean: float | None = None
-    standard_deviation: float | None = None
-
-
 def _distributions(value: Any, key: str) -> dict[str, Distribution]:
     """The distribution of each parameter of a population."""
     return {name: _distribution(entry, f"{key}.{name}") for name, entry in members(value, key, PARAMETERS).items()}
 
 
 def _distribution(value: Any, key: str) -> Distribution:
-    made: Distribution = section(Distribution, value, key)
-    if made.distribution not in DISTRIBUTIONS:
-        raise refusal(made.distribution, f"{key}.distribution", f"one of {', '.join(DISTRIBUTIONS)}")
-    return made
+    try:
+        return section(Distribution, value, key)
+    except InputError as error:
+        said = str(error)
+        raise InputError(said if said.startswith(key) else f"{key}.{said}") from None
 
 
 def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
