@@ -16,6 +16,13 @@ from scipy.stats import qmc
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import (
+    PARAMETERS,
+    Bootstrap,
+    PopulationSettings,
+    PopulationShareSettings,
+    PopulationWallSettings,
+)
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.at_intensities import ends
@@ -26,13 +33,6 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit_resampled, interval, resample
-from rockdamp.studies.earthquakes.settings import (
-    PARAMETERS,
-    Bootstrap,
-    PopulationSettings,
-    PopulationShareSettings,
-    PopulationWallSettings,
-)
 from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 HARMONICS = 10  # of RBD-FAST, the usual number
