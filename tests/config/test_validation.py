@@ -8,9 +8,7 @@ from repository import ROOT
 
 from rockdamp.config import schema, validation
 from rockdamp.config.merging import merged
-from rockdamp.config.parsing import Settings
 from rockdamp.config.validation import validate
-from rockdamp.config.walls import StudySettings
 from rockdamp.errors import InputError, InputWarning
 from rockdamp.storage.dotted_keys import path_of, stated
 
@@ -102,17 +100,6 @@ def test_every_number_and_every_list_of_numbers_has_bounds():
     assert len(found) > 50
     for entry in found:
         assert {"minimum", "exclusiveMinimum"} & entry.keys() and {"maximum", "exclusiveMaximum"} & entry.keys(), entry
-
-
-def kinds(base=Settings):
-    for kind in base.__subclasses__():
-        yield kind
-        yield from kinds(kind)
-
-
-def test_the_settings_of_every_stage_are_parsed():
-    defined = {kind for kind in kinds() if kind.__module__.startswith("rockdamp.config.")}
-    assert set(validation.SETTINGS) == defined - {StudySettings}
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------

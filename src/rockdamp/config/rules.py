@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -236,33 +235,20 @@ def records_are_files(config: Config) -> Problems:
 # --- walls -----------------------------------------------------------------------------------------------------------
 
 
-class Corner(NamedTuple):
-    """The most squat wall of those that are drawn or compared by their shape."""
-
-    key: str
-    thickness: float
-    slenderness: float
-    hinge_ratio: float
-
-
 def squat_walls_rock(config: Config) -> Problems:
     """Walls that are drawn or compared by their shape must rock, down to the most squat."""
-    drawn, accuracy = PopulationWallSettings.of(config).parameters, AccuracySettings.of(config)
-    rigid = accuracy.accuracy.rigid
-    low = (drawn[name].low for name in ("thickness", "slenderness", "hinge_ratio"))
-    for corner in (
-        Corner("population.parameters.slenderness.low", *low),
-        Corner(
-            "accuracy.rigid.slenderness",
-            accuracy.loops.rigid.thickness,
-            float(min(rigid.slenderness)),
-            float(min(rigid.hinge_ratio)),
-        ),
-    ):
+    low = {name: drawn.low for name, drawn in PopulationWallSettings.of(config).parameters.items()}
+    accuracy = AccuracySettings.of(config)
+    thickness, rigid = accuracy.loops.rigid.thickness, accuracy.accuracy.rigid
+    squat = {
+        "population.parameters.slenderness.low": (low["thickness"], low["slenderness"], low["hinge_ratio"]),
+        "accuracy.rigid.slenderness": (thickness, min(rigid.slenderness), min(rigid.hinge_ratio)),
+    }
+    for key, (t, slenderness, hinge_ratio) in squat.items():
         try:
-            Wall(corner.thickness, corner.thickness * corner.slenderness, hinge_ratio=corner.hinge_ratio)
+            Wall(t, t * slenderness, hinge_ratio=hinge_ratio)
         except InputError as error:
-            yield ConfigError(corner.key, f"makes a wall that cannot rock: {error}")
+            yield ConfigError(key, f"makes a wall that cannot rock: {error}")
 
 
 RULES = (

@@ -25,32 +25,12 @@ from rockdamp.storage.dotted_keys import path_of, stated
 from rockdamp.vocabulary import STUDIES
 
 # The settings of every stage but that of identification, whose distributions are parsed one by one.
-SETTINGS: tuple[type[Settings], ...] = (
-    settings.DecaySettings,
-    settings.MatchSettings,
-    settings.ResponseLengthSettings,
-    settings.PolynomialSettings,
-    settings.LoopSettings,
-    settings.ForceCurveSettings,
-    settings.BilinearSettings,
-    settings.DispersionSettings,
-    settings.DamperOrderSettings,
-    settings.PulseSettings,
-    settings.ConvergenceSettings,
-    settings.ValidationSettings,
-    settings.CalibrationSettings,
-    settings.AccuracySettings,
-    earthquakes.EarthquakeWallSettings,
-    earthquakes.EarthquakeRecordSettings,
-    earthquakes.ComparisonSettings,
-    earthquakes.OrderRecordSettings,
-    earthquakes.OrderComparisonSettings,
-    earthquakes.EventDrivenCheckSettings,
-    earthquakes.PopulationWallSettings,
-    earthquakes.PopulationShareSettings,
-    earthquakes.PopulationCheckSettings,
-    earthquakes.PopulationSettings,
-)
+SETTINGS = [
+    kind
+    for module in (settings, earthquakes)
+    for kind in vars(module).values()
+    if isinstance(kind, type) and issubclass(kind, Settings) and kind.__module__ == module.__name__
+]
 
 
 def validate(config: Config, schema: str | Path, files: Sequence[str | Path]) -> None:

@@ -21,7 +21,9 @@ def refused(tree, overlay):
 
 def test_bad_values_stop_the_run_with_a_line_each(tree):
     said = refused(tree, "wall:\n  thickness: -0.3\n  hinge_ratio: 1\n")
-    assert "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0 and at most 1000000\n" in said
+    assert (
+        "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0 and at most 1000000\n" in said
+    )
     assert "overlay.yaml, line 3: wall.hinge_ratio is 1; it must be a number greater than 0 and less than 1\n" in said
 
 
