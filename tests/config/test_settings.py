@@ -11,7 +11,7 @@ from repository import ROOT
 from snakemake.utils import update_config
 
 from rockdamp.config import earthquakes
-from rockdamp.config.parsing import Settings
+from rockdamp.config.parsing import Settings, ascending
 from rockdamp.config.settings import AccuracySettings, CalibrationSettings, DecaySettings, MatchSettings, PulseSettings
 from rockdamp.config.walls import StudySettings, make_curve, make_named_wall, make_wall
 from rockdamp.errors import InputError
@@ -161,6 +161,11 @@ def test_the_default_window_is_the_packages(config):
 def test_the_grid_of_restitution_is_exact_in_decimals(config):
     grid = DecaySettings.of(config).restitution
     assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
+
+
+def test_of_values_that_must_ascend_the_first_that_does_not_is_named():
+    with pytest.raises(InputError, match=r"^a\.b\[2\] is 2; it must be greater than the value before it, 2$"):
+        ascending([1, 2, 2, 1, 3], "a.b")
 
 
 def test_settings_cannot_be_changed(config):
