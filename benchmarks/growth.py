@@ -13,10 +13,10 @@ import yaml
 from kernel import batch
 from measure import Section, Table, interleaved, number, slope
 
+from rockdamp.config.earthquakes import PopulationShareSettings
 from rockdamp.motions import catalogue
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.earthquakes import population
-from rockdamp.studies.earthquakes.settings import PopulationShareSettings
 from rockdamp.vocabulary import MODELS
 
 ROOT = Path(__file__).resolve().parents[1]

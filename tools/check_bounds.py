@@ -14,10 +14,10 @@ import xarray as xr
 import yaml
 
 from rockdamp.config import Config
+from rockdamp.config.settings import AccuracySettings
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy import matched_ratios
 from rockdamp.studies.earthquakes import event_driven_check
-from rockdamp.studies.settings import AccuracySettings
 from rockdamp.vocabulary import STUDIES, VISCOUS_MODELS
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -12,9 +12,15 @@ BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "m
 
 
 def resolved(entry, schema):
-    """Follow the reference of an entry; its own words come first."""
-    reference = entry.get("$ref")
-    return {**schema["$defs"][reference.rpartition("/")[2]], **entry} if reference else entry
+    """Follow the references of an entry; its own words come first, and bounds of a distribution join its properties."""
+    named = [part["$ref"].rpartition("/")[2] for part in [entry, *entry.get("allOf", [])] if "$ref" in part]
+    whole = {}
+    for definition in (schema["$defs"][name] for name in named):
+        inner = {**whole.get("properties", {})}
+        for key, bounds in definition.get("properties", {}).items():
+            inner[key] = {**inner.get(key, {}), **bounds}
+        whole |= {**definition, **({"properties": inner} if inner else {})}
+    return {**whole, **entry}
 
 
 def allowed(entry, schema):
@@ -26,7 +32,8 @@ def allowed(entry, schema):
         return f"`{entry['const']}`"
     if "enum" in entry:
         return ", ".join(f"`{value}`" for value in entry["enum"])
-    bounds = ", ".join(f"{sign} {entry[key]}" for key, sign in BOUNDS.items() if key in entry)
+    exclusive = {key.removeprefix("exclusive").lower() for key in entry if key.startswith("exclusive")}
+    bounds = ", ".join(f"{sign} {entry[key]:.15g}" for key, sign in BOUNDS.items() if key in entry.keys() - exclusive)
     if entry.get("type") == "array":
         items = allowed(entry["items"], schema) if "items" in entry else ""
         return "list" + (f" of {items}" if items else "")

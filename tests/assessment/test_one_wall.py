@@ -6,12 +6,12 @@ import pytest
 import rockdamp as rd
 from rockdamp.assessment.collapses import STRIPES, velocity_scale
 from rockdamp.assessment.restitution import RULES
+from rockdamp.config.walls import make_named_wall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers.event_driven import history
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.storage import dataset
-from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 

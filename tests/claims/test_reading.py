@@ -93,7 +93,7 @@ def test_a_file_that_is_no_mapping_is_refused(tmp_path, text):
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(InputError, match="none.yaml cannot be read"):
+    with pytest.raises(InputError, match="none.yaml: there is no such file"):
         claims.read(tmp_path / "none.yaml")
 
 

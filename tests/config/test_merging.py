@@ -1,10 +1,13 @@
-"""The config from its files: as Snakemake merges them, by YAML 1.2."""
+"""The config from its files: as Snakemake merges them, by YAML 1.2, and where Snakemake would read something else."""
+
+import os
 
 import pytest
 from repository import ROOT
+from snakemake.common.configfile import load_configfile
 from snakemake.utils import update_config
 
-from rockdamp.config.merging import merged
+from rockdamp.config.merging import merged, refuse_other_readings, refuse_unreadable
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
 
@@ -27,23 +30,82 @@ def test_what_is_merged_leaves_its_sources_alone():
     assert stated == {"wall": {"thickness": 1.0}}
 
 
+# --- what Snakemake would stumble over, or read otherwise -----------------------------------------------------------
+
+
+def refusal(*arguments):
+    """The one line that ends the program."""
+    with pytest.raises(SystemExit) as caught:
+        refuse_unreadable(arguments)
+    said = str(caught.value)
+    assert said.startswith("Error: ") and "\n" not in said
+    return said
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("wall: {width: 1}\nwall: {width: 2}\n", "line 2: key 'wall' stands there more than once, first on line 1"),
-        ('{"wall": 1, "wall": 2}', "line 1: key 'wall' stands there more than once"),
+        ("wall: {width: 1}\nwall: {width: 2}\n", 'bad.yaml, line 2: found duplicate key "wall"'),
         ("- wall\n", "is not a mapping of keys to values; a config must be one"),
-        ("wall:\n\twidth: 1\n", "line 2: found character that cannot start any token"),
-        ("a: [\n", "line 2: did not find expected node content"),
+        ("a: [\n", "bad.yaml, line 2: "),
+        ("results: 2020-13-45\n", "month must be in 1..12; it must be YAML"),
+        (f"a: {'[' * 5000}{']' * 5000}\n", "is nested too deep; it must be YAML"),
         (b"\xff\xfea\x00", "byte 0xff on line 1 is not text; it must be UTF-8"),
         (b"results: caf\xe9\n", "byte 0xe9 on line 1 is not text; it must be UTF-8"),
         (b"\x00\x01", "character 0x00 on line 1 is a control character"),
     ],
 )
-def test_what_is_no_config_is_one_line_with_its_file(tmp_path, content, message):
-    path = tmp_path / "config.yaml"
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+@pytest.mark.parametrize("option", ["--configfile", "--configfiles"])
+def test_what_is_no_config_is_one_line_with_its_file(tmp_path, content, message, option):
+    good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
+    good.write_text("results: results/mine\n", encoding="utf-8")
+    bad.write_bytes(content if isinstance(content, bytes) else content.encode())
+    said = refusal("-c2", "fig1", option, str(good), str(bad), "--dry-run")
+    assert f"{bad}" in said and message in said
     with pytest.raises(InputError) as caught:
-        merged([path], {})
-    assert str(caught.value).startswith(str(path)) and message in str(caught.value)
-    assert "\n" not in str(caught.value)
+        merged([bad], {})
+    assert f"Error: {caught.value}" == said
+
+
+def test_a_file_is_a_file(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert "pipe: is neither a regular file nor a stream" in refusal("--configfile", f"{tmp_path}/pipe")
+    assert "is a directory; it must be YAML" in refusal("--configfile", str(tmp_path))
+    assert refusal("--configfile", "nowhere.yaml").endswith("nowhere.yaml: there is no such file; it must be YAML")
+
+
+def test_a_target_that_the_option_took_for_a_file_is_said_to_be_one():
+    said = refusal("--configfile", str(FILES[0]), "fig1")
+    assert "fig1: there is no such file; it must be YAML; --configfile takes every name that follows it" in said
+
+
+def test_what_can_be_read_is_let_through(tmp_path):
+    refuse_unreadable(["-c2", "fig1", "--config", "results=a=b", "--configfile", str(FILES[0])])
+    refuse_unreadable(["-c2", "fig1", "--", "--configfile"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a: 1:30", "line 1: a is '1:30' in YAML 1.2, and 90 in YAML 1.1"),
+        ("b: {a: 0o10}", "line 1: b.a is 8 in YAML 1.2, and '0o10' in YAML 1.1"),
+        ("b: [1,\n  1e-3]", "line 2: b[1] is 0.001 in YAML 1.2, and '1e-3' in YAML 1.1"),
+        ("a: yes", "line 1: a is 'yes' in YAML 1.2, and True in YAML 1.1"),
+        ("a: 010", "line 1: a is 10 in YAML 1.2, and 8 in YAML 1.1"),
+        ("on: 1", "is {'on': 1} in YAML 1.2, and {True: 1} in YAML 1.1"),
+    ],
+)
+def test_what_both_versions_of_yaml_read_otherwise_is_refused(tmp_path, text, said):
+    path = tmp_path / "own.yaml"
+    path.write_text(text + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        refuse_other_readings(load_configfile(path), [path], {})
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_what_both_read_alike_is_let_through():
+    config = {}
+    for file in FILES:
+        update_config(config, load_configfile(file))
+    update_config(config, STATED)
+    refuse_other_readings(config, FILES, STATED)

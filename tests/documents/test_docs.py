@@ -13,11 +13,11 @@ import yaml
 from nbclient import NotebookClient
 from repository import ROOT
 
-from rockdamp.config.schema import dotted
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES
+from rockdamp.storage.dotted_keys import dotted
 from rockdamp.vocabulary import RECOMMENDED
 
 NOTEBOOK = ROOT / "docs/notebooks/explore.ipynb"

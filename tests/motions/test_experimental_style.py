@@ -10,11 +10,11 @@ from repository import ROOT
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
+from rockdamp.config.walls import make_wall
 from rockdamp.errors import InputError
 from rockdamp.motions import experimental_style
 from rockdamp.motions.experimental_style import ricker, synthetic_record, table_pulse
 from rockdamp.motions.records import read_record
-from rockdamp.studies.walls import make_wall
 
 SHIPPED = ROOT / "data" / "sin-03-00-synthetic.csv"
 U_INS = float(experimental_style.WALL.instability_displacement)

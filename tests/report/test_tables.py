@@ -3,10 +3,8 @@
 import dataclasses
 
 import pytest
-from repository import ROOT
 
 from rockdamp import report
-from rockdamp.config import between_keys as checks
 from rockdamp.errors import InputError
 from rockdamp.report import numbers, tables
 
@@ -81,11 +79,3 @@ def test_quantities_are_told_by_model_or_by_their_extremes(content):
     lost = content.datasets["accuracy"]["energy_lost"]
     assert told["energy_lost"]["value"] == f"{numbers.number(lost.min())} to {numbers.number(lost.max())}"
     assert told["energy_lost"]["units"] == "J"
-
-
-def test_a_config_without_png_is_refused_since_the_report_shows_it(content, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    config = {**content.config, "figures": {"formats": ["pdf", "svg"], "resolution": 200}}
-    assert [str(problem) for problem in checks.problems(config)] == [
-        "figures.formats is ['pdf', 'svg']; png must be among them, as the report shows it"
-    ]

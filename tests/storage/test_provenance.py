@@ -90,7 +90,7 @@ def test_a_stage_depends_on_the_kernels_and_not_on_other_stages():
         "rockdamp",
         "rockdamp.equivalence.matching",
         "rockdamp.studies.validation",
-        "rockdamp.config.between_keys",
+        "rockdamp.config.rules",
     } & set(modules)
     assert all(path.is_file() and path.suffix == ".py" for path in modules.values())
 

@@ -1,6 +1,5 @@
 """The damping ratio over the amplitude: from peaks, from Err, from the closed form; the best exponent; its figures."""
 
-import copy
 import re
 
 import numpy as np
@@ -9,6 +8,7 @@ import yaml
 from figure_functions import FIGURES
 from repository import ROOT
 
+from rockdamp.config.settings import DispersionSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy, exact_ratio
 from rockdamp.equivalence.minima import RESOLUTION
 from rockdamp.errors import InputError
@@ -18,7 +18,6 @@ from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies import amplitude_dispersion
 from rockdamp.studies.amplitude_dispersion import best_exponent, damping_ratio_peaks, groups, spread
-from rockdamp.studies.settings import DispersionSettings
 from rockdamp.vocabulary import PAPER_MODELS
 
 PAPER = TrilinearCurve(0.04, 0.85)
@@ -256,26 +255,3 @@ def test_fig_closed_form_shows_the_differences_to_peaks_and_to_err(found):
         for column, model in enumerate(models):
             one = found.sel(damping_model=model, case="a1 = 0.04", restitution=0.85)
             assert has(axes[row * len(models) + column], 100 * (one["damping_ratio_energy"] / one[measure] - 1).values)
-
-
-# --- the config ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("cracked_stiffness_ratio", [0.04, 0.3], "a1 must be less than a2"),
-        ("ultimate_ratio", 0.3, "a3 must be greater than 1 - b1"),
-        ("release_share", [0.5, 0.9999], "must come before the end of matching.window"),
-        ("restitution", [0.9, 0.8], "must be greater than the value before it"),
-    ],
-)
-def test_what_the_schema_cannot_say_is_checked(config, key, value, message, monkeypatch):
-    from rockdamp.config.between_keys import check
-
-    monkeypatch.chdir(ROOT)
-    check(config)
-    bad = copy.deepcopy(config)
-    bad["dispersion"][key] = value
-    with pytest.raises(InputError, match=message):
-        check(bad)

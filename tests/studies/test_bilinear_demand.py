@@ -5,12 +5,12 @@ import pytest
 from repository import ROOT
 
 from rockdamp.config.merging import merged
+from rockdamp.config.settings import BilinearSettings
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
 from rockdamp.studies.bilinear_demand import demand
 from rockdamp.studies.pulses import pulse
-from rockdamp.studies.settings import BilinearSettings
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,11 @@
 """ECD of order m against restitution: what is measured, by other methods too, and what it says."""
 
-import copy
-
 import numpy as np
 import pytest
 from repository import ROOT
 from snakemake.utils import update_config
 
-from rockdamp.config.between_keys import check
 from rockdamp.equivalence.one_curve import equivalent
-from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import read_record
@@ -201,34 +197,3 @@ def test_ratios_and_collapses_are_counted_as_they_are_defined():
             "pulse_before_impact_log_error": np.sqrt(1 / 3),
         }
     )
-
-
-# --- config ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("order", [4, 1], "must be greater than the value before it"),
-        ("restitution", [0.85, 0.8], "must be greater than the value before it"),
-        ("release_share", [0.5, 0.3], "must be greater than the value before it"),
-        ("restitution_change", 0.16, r"damper_order\.restitution_change is 0.16; it must be less than 0.15"),
-        ("pulses.step", 0.5, "stability limit"),
-        (
-            "pulses.load",
-            {"start": 2.0, "stop": 1.0, "count": 3},
-            r"must be greater than damper_order\.pulses\.load\.start",
-        ),
-    ],
-)
-def test_what_the_schema_cannot_say_is_checked(config, key, value, message, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    check(config)
-    bad = copy.deepcopy(config)
-    *sections, last = key.split(".")
-    inner = bad["damper_order"]
-    for section in sections:
-        inner = inner[section]
-    inner[last] = value
-    with pytest.raises(InputError, match=message):
-        check(bad)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rockdamp.config.walls import StudySettings
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.walls import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 

@@ -5,14 +5,14 @@ import report_content
 from accuracy_cases import made_up
 from repository import ROOT
 
-from rockdamp.config import between_keys as checks
+from rockdamp.config import validation as checks
+from rockdamp.config.walls import StudySettings, make_wall
 from rockdamp.errors import InputError
 from rockdamp.pipeline import dictionary
 from rockdamp.storage import dataset, yaml_file
 from rockdamp.storage.registry import registry
 from rockdamp.studies import damping_loops, decays, matches
 from rockdamp.studies.accuracy.stage import accuracy
-from rockdamp.studies.walls import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 SCHEMA, DEFAULT = ROOT / "workflow/schemas/config.schema.yaml", ROOT / "config/default.yaml"
@@ -95,8 +95,7 @@ def test_its_values_are_checked_before_the_run(fifth, monkeypatch):
     lines = "\n".join(map(str, checks.problems(config)))
     said = {
         "hinge": "studies.hinge.hinge_ratio[0] is 0.05; at",
-        "plateau": "curve.cracked_stiffness_ratio is 0.04; a1 must be less than a2, where the plateau ends, 0.03"
-        " at b1 = 0.97, of studies.plateau.plateau_ratio[1]",
+        "plateau": "studies.plateau cannot be used: cracked_stiffness_ratio (a1) is 0.04; it must be less than a2",
     }
     assert said[name] in lines
     config["studies"][name][parameter] = wrong[::-1]
@@ -119,5 +118,5 @@ def test_a_wall_has_the_slenderness_that_the_config_states_whatever_its_thicknes
     config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
     config["studies"]["fifth"] = {parameter: values}
     walls = StudySettings.of(config).study("fifth")
-    stated = [checks.frequency_parameter({**config["wall"], parameter: value}) for value in values]
+    stated = [float(make_wall({**config["wall"], parameter: value}).frequency_parameter) for value in values]
     assert walls.frequency_parameter.tolist() == pytest.approx(stated)

@@ -5,13 +5,13 @@ import copy
 import numpy as np
 import pytest
 
+from rockdamp.config.settings import MatchSettings, PulseSettings
+from rockdamp.config.walls import make_wall
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.studies import damping_loops, polynomial_fits, pulses
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.earthquakes import incremental
 from rockdamp.studies.matches import match
-from rockdamp.studies.settings import MatchSettings, PulseSettings
-from rockdamp.studies.walls import make_wall
 from rockdamp.vocabulary import STUDIES
 
 

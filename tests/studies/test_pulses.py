@@ -9,11 +9,9 @@ import yaml
 from figure_functions import FIGURES
 from repository import ROOT
 
-from rockdamp.config.between_keys import check
 from rockdamp.config.parsing import geometric
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.equivalence.one_curve import equivalent
-from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
@@ -200,23 +198,6 @@ def test_fig_pulses_shows_the_contours_the_pairs_and_the_medians(found):
             np.shape(y.get_ydata()) == medians.shape and np.allclose(y.get_ydata(), medians) for y in panel.lines
         )
         assert f"false safe\n{int(one['false_safe'].sel(damping_model=model))} of" in panel.get_title()
-
-
-@pytest.mark.parametrize(
-    ("section", "value", "message"),
-    [
-        ("frequency", {"start": 2.0, "stop": 1.0, "count": 3}, "must be greater than pulses.frequency.start"),
-        ("step", 0.5, "stability limit"),
-        ("bands", [0.1, 0.05], "must be greater than the value before it"),
-    ],
-)
-def test_what_the_schema_cannot_say_is_checked(config, section, value, message, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    check(config)
-    bad = copy.deepcopy(config)
-    bad["pulses"][section] = value
-    with pytest.raises(InputError, match=message):
-        check(bad)
 
 
 def test_empty_bands_give_no_value_and_no_warning(config):

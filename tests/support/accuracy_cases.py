@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
+from rockdamp.config.settings import DecaySettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.studies.settings import DecaySettings
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.8)

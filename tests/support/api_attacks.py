@@ -19,7 +19,7 @@ import pandas as pd
 import xarray as xr
 
 import rockdamp as rd
-from rockdamp.studies.settings import Solver
+from rockdamp.config.settings import Solver
 
 CURVE, DAMPING, WALL = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05), rd.Wall(0.3, 4.5)
 TIME = 0.01 * np.arange(100)

@@ -14,8 +14,7 @@ from repository import ROOT
 from snakemake.utils import update_config
 
 import rockdamp as rd
-from rockdamp.config import between_keys, merging
-from rockdamp.config.limits import size_problems
+from rockdamp.config import merging, validation
 from rockdamp.config.schema import schema_problems
 from rockdamp.storage import yaml_file
 
@@ -30,7 +29,7 @@ def config_attacks(seed: int) -> Iterator[Attack]:
     whole: dict[str, Any] = {}
     for name in ("default", "minimal"):
         update_config(whole, yaml_file.load((ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")))
-    rules, places = between_keys.read_schema(SCHEMA), sorted(_places(whole), key=str)
+    rules, places = validation.read_schema(SCHEMA), sorted(_places(whole), key=str)
     text = (ROOT / "config/minimal.yaml").read_bytes()
     while True:
         if rng.random() < 0.3:
@@ -62,7 +61,7 @@ def _put(config: Any, place: tuple[Any, ...], value: Any) -> None:
 
 def _config_judge(config: dict[str, Any], rules: Any) -> Callable[[Path], str]:
     def run(_: Path) -> str:
-        found = schema_problems(config, rules) or size_problems(config) or between_keys.problems(config)
+        found = schema_problems(config, rules) or validation.problems(config)
         if not found:
             return ANSWER
         return REFUSED if all(len(str(line).splitlines()) == 1 for line in found) else "a refusal of several lines"

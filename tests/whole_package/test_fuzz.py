@@ -12,16 +12,16 @@ from repository import ROOT
 from snakemake.utils import update_config
 
 import rockdamp as rd
-from rockdamp.config import between_keys as checks
+from rockdamp.config import validation as checks
 from rockdamp.config.schema import schema_problems
+from rockdamp.config.settings import DecaySettings
+from rockdamp.config.walls import StudySettings, make_named_wall
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.storage import yaml_file
 from rockdamp.studies import force_curves
-from rockdamp.studies.settings import DecaySettings
-from rockdamp.studies.walls import StudySettings, make_named_wall
 from rockdamp.vocabulary import SOFTENING, STUDIES
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"

@@ -8,11 +8,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from rockdamp.config.schema import KeyPath, dotted, origin, schema_problems
+from rockdamp.config.merging import origin
+from rockdamp.config.schema import schema_problems
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
+from rockdamp.storage.dotted_keys import KeyPath, dotted
 
 Check = Callable[[Sequence[dict[str, Any]]], list[tuple[KeyPath, str]]]
 
@@ -35,10 +35,7 @@ def read_list(path: str | os.PathLike[str], key: str, schema: str, check: Check)
     InputError
         With a line for each thing that does not fit, and where it stands.
     """
-    try:
-        document = yaml_file.load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{os.fspath(path)} cannot be read as YAML: {' '.join(str(error).split())}") from None
+    document = yaml_file.read(path)
     if not isinstance(document, dict):
         raise InputError(f"{os.fspath(path)} must be a mapping with the key {key}")
     wanted = yaml_file.load(files("rockdamp.claims").joinpath(schema).read_text(encoding="utf-8"))

@@ -111,8 +111,9 @@ def _posterior(
 
     prior = Prior()
     if priors is not None:
+        stated = yaml_file.read(priors)
         with concerning(priors):
-            prior = Prior.of(yaml_file.load(priors.read_text(encoding="utf-8")))
+            prior = Prior.of(stated)
     measured = read_record(record)
     with concerning(record):
         found = identify.posterior(

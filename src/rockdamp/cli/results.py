@@ -49,8 +49,8 @@ def verify(folder: Path | None, files: tuple[Path, ...], as_json: bool) -> None:
     config, the sources of the package, and the digests of all that it was made of. FOLDER is that of the config where
     it is not given. Run it in the folder of the project. The exit status is 1 if any result is missing or another's.
     """
-    from rockdamp.config.between_keys import validate
     from rockdamp.config.merging import merged
+    from rockdamp.config.validation import validate
     from rockdamp.motions import catalogue
     from rockdamp.pipeline import soundness
 

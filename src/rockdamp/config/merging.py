@@ -1,22 +1,22 @@
-"""The config from its files, as Snakemake merges them, but read by the package's own YAML.
-
-Snakemake reads them by YAML 1.1, in which of two sections of one name the first is lost and 010 is 8.
-"""
+"""The files of a config: merged as Snakemake merges them, and where in them a value stands."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import argparse
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
+from rockdamp.config import Config
+from rockdamp.errors import InputError, shown
+from rockdamp.storage import yaml_file
+from rockdamp.storage.dotted_keys import KeyPath, dotted, stated
 
-from rockdamp.errors import InputError
-from rockdamp.storage import input_file, yaml_file
+COMMAND_LINE = "the command line"
 
 
-def merged(files: Iterable[str | Path], stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the config that files hold, the later before the earlier, and what the command line states before all.
+def merged(files: Iterable[str | Path], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the config of `files`, of which a later one replaces values of an earlier one, with `values` over all.
 
     Raises
     ------
@@ -24,33 +24,121 @@ def merged(files: Iterable[str | Path], stated: Mapping[str, Any]) -> dict[str, 
         If a file cannot be read, or does not have keys at its top.
     """
     config: dict[str, Any] = {}
-    for file in files:
-        document = _read(file)
-        if not isinstance(document, Mapping):
-            raise InputError(f"{file}: is not a mapping of keys to values; a config must be one")
-        update(config, document)
-    update(config, stated)
+    for document in (*map(_read, files), values):
+        _update(config, document)
     return config
 
 
-def _read(path: str | Path) -> Any:
-    """Return what a YAML file holds; what goes wrong is one line, with the file and where it can be told the line."""
-    text = input_file.text(input_file.content(path, "YAML"), path)
-    try:
-        return yaml_file.load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        said = getattr(error, "problem", None) or " ".join(str(error).split())
-        raise InputError(f"{path}{line}: {said}; it must be YAML") from None
+def _read(file: str | Path) -> Mapping[str, Any]:
+    document = yaml_file.read(file)
+    if not isinstance(document, Mapping):
+        raise InputError(f"{file}: is not a mapping of keys to values; a config must be one")
+    return document
 
 
-def update(config: dict[str, Any], other: Mapping[str, Any]) -> None:
-    """Put the values of `other` into `config`, section by section, as Snakemake does."""
+def _update(config: dict[str, Any], other: Mapping[str, Any]) -> None:
     for key, value in other.items():
         if isinstance(value, Mapping):
             inner = config.get(key)
             config[key] = inner = dict(inner) if isinstance(inner, Mapping) else {}
-            update(inner, value)
+            _update(inner, value)
         else:
             config[key] = value
+
+
+def refuse_unreadable(arguments: Sequence[str]) -> None:
+    """End the program with one line where Snakemake would end in a traceback on a config file, or not name it.
+
+    Snakemake reads the files of ``--configfile`` before the Snakefile. The profiles, which it reads first, call this.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Those of Snakemake's command line.
+
+    Raises
+    ------
+    SystemExit
+        With the reason, if a file cannot be read.
+    """
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])
+    for file in parser.parse_known_args(arguments)[0].configfile:
+        try:
+            _read(file)
+        except InputError as error:
+            target = not file.exists() and not file.suffix
+            hint = "; --configfile takes every name that follows it: name targets before it" if target else ""
+            raise SystemExit(f"Error: {error}{hint}") from None
+
+
+def refuse_other_readings(config: Config, files: Sequence[str | Path], values: Mapping[str, Any]) -> None:
+    """Raise `InputError` where Snakemake, which reads YAML 1.1, took something else from the files than YAML 1.2 does.
+
+    Parameters
+    ----------
+    config : dict
+        As Snakemake read it.
+    files : sequence of paths
+        Of the config, in the order in which they were merged.
+    values : dict
+        What the command line states.
+
+    Raises
+    ------
+    InputError
+        With a line for each value, and where it stands.
+    """
+    meant = merged(files, values)
+    lines = [
+        f"{origin(path, meant, files)}: {dotted(path)} is {shown(value)} in YAML 1.2, and {shown(taken)} in YAML 1.1,"
+        " by which Snakemake reads; write it so that both agree: 1.0e-3 for 1e-3, text in quotes"
+        for path, value, taken in _differences(meant, config, ())
+    ]
+    if lines:
+        raise InputError("\n".join(lines))
+
+
+def _differences(one: Any, other: Any, path: KeyPath) -> Iterable[tuple[KeyPath, Any, Any]]:
+    """Yield path and both values wherever two documents differ."""
+    if isinstance(one, Mapping) and isinstance(other, Mapping) and set(one) == set(other):
+        for key in one:
+            yield from _differences(one[key], other[key], (*path, key))
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for index, pair in enumerate(zip(one, other, strict=True)):
+            yield from _differences(*pair, (*path, index))
+    elif repr(one) != repr(other):  # not the values: NaN does not equal itself
+        yield path, one, other
+
+
+def origin(path: KeyPath, config: Config, files: Sequence[str | Path]) -> str:
+    """Return the place that the value at `path` of the merged `config` is from.
+
+    Parameters
+    ----------
+    path : tuple
+        Keys and list indices. Where there is no such key, the place of its section is returned.
+    config : dict
+    files : sequence of paths
+        In the order in which they were merged: the last that has the key gives its value.
+
+    Returns
+    -------
+    str
+        ``config/default.yaml, line 9``; or ``the command line`` for a value that none of the files gives.
+    """
+    there = _at(config, path) is not None
+    for depth in [len(path)] if there else range(len(path) - 1, 0, -1):
+        for file in reversed(files):
+            line = yaml_file.line_of(file, path[:depth])
+            if line is not None:
+                same = not there or _at(yaml_file.read(file), path) == _at(config, path)
+                return f"{file}, line {line}" if same else COMMAND_LINE
+    return COMMAND_LINE
+
+
+def _at(config: Any, path: KeyPath) -> str | None:
+    try:
+        return repr(stated(config, path))  # not the value: NaN does not equal itself
+    except LookupError:
+        return None

@@ -6,7 +6,9 @@ parses it, ``Annotated[Array, geometric]``; a field without the first is named a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from types import NoneType
 from typing import Annotated, Any, Self, get_args, get_origin, get_type_hints
@@ -16,8 +18,33 @@ import numpy as np
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError
+from rockdamp.storage.dotted_keys import stated
 
 Parser = Callable[[Any, str], Any]  # takes a value and its dotted key
+WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, as a fraction of the number of steps
+_NAMED = re.compile(r"(\w+)(?: \(\w+\))? (is .*)", re.DOTALL)  # an error of a constructor: its argument and the rest
+
+
+class ConfigError(InputError):
+    """What is wrong with the value at a dotted key of the config."""
+
+    def __init__(self, key: str, text: str) -> None:
+        super().__init__(f"{key} {text}")
+        self.key, self.text = key, text
+
+
+@contextmanager
+def made_of(key: str, names: Iterable[str]) -> Iterator[None]:
+    """Name the key of the config in an error of what is made of a section with `names`."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except InputError as error:
+        named = _NAMED.fullmatch(str(error))
+        if named and named[1] in names:
+            raise ConfigError(f"{key}.{named[1]}", named[2]) from None
+        raise ConfigError(key, f"cannot be used: {error}") from None
 
 
 class Settings:
@@ -41,12 +68,20 @@ class Settings:
 
 
 def section(kind: type[Any], value: Any, key: str) -> Any:
-    """Parse a whole section as the dataclass `kind`; only a field that may be None may be left out."""
+    """Parse a whole section as the dataclass `kind`; only a field that may be None may be left out.
+
+    Raises
+    ------
+    ConfigError
+        If a value is of another kind, or the dataclass refuses it.
+    """
     known = _fields(kind)
     hints = get_type_hints(kind)
     optional = [name for name in known if NoneType in get_args(hints[name])]
     given = members(value, key, [name for name in known if name not in optional], optional)
-    return kind(**{name: known[name][1](inner, f"{key}.{name}") for name, inner in given.items()})
+    parsed = {name: known[name][1](inner, f"{key}.{name}") for name, inner in given.items()}
+    with made_of(key, parsed):
+        return kind(**parsed)
 
 
 def members(value: Any, key: str, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, Any]:
@@ -56,16 +91,16 @@ def members(value: Any, key: str, needed: Sequence[str], optional: Sequence[str]
     for name in value:
         if name not in needed and name not in optional:
             allowed = ", ".join([*needed, *optional])
-            raise InputError(f"{key}.{name} is not a key of the config; it must be one of {allowed}")
+            raise ConfigError(f"{key}.{name}", f"is not a key; it must be one of {allowed}")
     for name in needed:
         if name not in value:
-            raise InputError(f"{key}.{name} is missing from the config")
+            raise ConfigError(f"{key}.{name}", "is missing")
     return dict(value)
 
 
-def refusal(value: Any, key: str, allowed: str) -> InputError:
-    """Return the error that says what the config has at `key`, and what it must be."""
-    return InputError(f"{key} of the config is {value!r}; it must be {allowed}")
+def refusal(value: Any, key: str, allowed: str) -> ConfigError:
+    """Return the error that says which value the config has at `key`, and what it must be."""
+    return ConfigError(key, f"is {value!r}; it must be {allowed}")
 
 
 def number(value: Any, key: str) -> float:
@@ -101,28 +136,49 @@ def numbers(value: Any, key: str) -> Array:
     return np.array(each(number, value, key))
 
 
+def ascending(value: Any, key: str) -> Array:
+    """Return a list of numbers, each greater than the one before it."""
+    array = numbers(value, key)
+    for index in np.flatnonzero(~(np.diff(array) > 0)):
+        allowed = f"greater than the value before it, {value[index]}"
+        raise refusal(value[index + 1], f"{key}[{index + 1}]", allowed)
+    return array
+
+
+Ascending = Annotated[Array, ascending]
+
+
 def arithmetic(value: Any, key: str) -> Array:
     """Return the values from ``start`` to ``stop`` by ``step``, rounded to 12 decimals, lest 0.85 be a little more."""
-    given = {
-        name: number(inner, f"{key}.{name}") for name, inner in members(value, key, ("start", "stop", "step")).items()
-    }
-    count = round((given["stop"] - given["start"]) / given["step"]) + 1
-    return np.round(given["start"] + given["step"] * np.arange(count), 12)
+    start, stop, step = _grid(value, key, "step")
+    steps = (stop - start) / step
+    if not abs(steps - round(steps)) <= WHOLE * steps:
+        allowed = f"such that a whole number of steps leads from {key}.start, {start:g}, to {key}.stop, {stop:g}"
+        raise refusal(value["step"], f"{key}.step", allowed)
+    return np.round(start + step * np.arange(round(steps) + 1), 12)
 
 
 def geometric(value: Any, key: str) -> Array:
     """Return ``count`` values from ``start`` to ``stop`` in a geometric sequence."""
-    given = members(value, key, ("start", "stop", "count"))
-    start, stop = (number(given[name], f"{key}.{name}") for name in ("start", "stop"))
-    return np.geomspace(start, stop, whole(given["count"], f"{key}.count"))
+    start, stop, count = _grid(value, key, "count")
+    return np.geomspace(start, stop, whole(count, f"{key}.count"))
 
 
-def _at(config: Any, key: str) -> Any:
-    for name in key.split("."):
-        if not isinstance(config, Mapping) or name not in config:
-            raise InputError(f"{key} is missing from the config")
-        config = config[name]
-    return config
+def _grid(value: Any, key: str, spacing: str) -> list[float]:
+    """The numbers of a section with ``start``, ``stop`` and what divides the distance between them."""
+    names = ("start", "stop", spacing)
+    given = members(value, key, names)
+    start, stop, divider = (number(given[name], f"{key}.{name}") for name in names)
+    if not start < stop:
+        raise refusal(given["stop"], f"{key}.stop", f"greater than {key}.start, {start:g}")
+    return [start, stop, divider]
+
+
+def _at(config: Config, key: str) -> Any:
+    try:
+        return stated(config, key)
+    except LookupError:
+        raise ConfigError(key, "is missing") from None
 
 
 def _fields(kind: type[Any]) -> dict[str, tuple[str, Parser]]:

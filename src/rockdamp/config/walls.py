@@ -1,108 +1,187 @@
-"""Whether the walls of a config can rock, and which of them few have seen: what `rockdamp.plausibility` says of them.
+"""The walls and curves of the config: of one section, of what earthquakes shake, and of what a study varies.
 
-This runs whenever snakemake starts, so restitution stands here in plain arithmetic; a test holds it against `Wall`.
+Meaning, unit and range of each key: workflow/schemas/config.schema.yaml.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any
 
-from rockdamp import plausibility
-from rockdamp.config import Config
-from rockdamp.config.schema import KeyPath, Problem
-from rockdamp.errors import InputError
+import numpy as np
+
+from rockdamp.arrays import Array, Quantity
+from rockdamp.config.parsing import ConfigError, Settings, ascending, made_of, members, number, refusal, section, text
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.vocabulary import STUDIES
 
-SHAPE = ("thickness", "slenderness", "hinge_ratio")  # what of a wall decides
+
+def _sizes(given: Mapping[str, Any], key: str) -> dict[str, float]:
+    """What `Wall` and `Parapet` take, of a section that states slenderness (h/t) in place of the height."""
+    sizes = {name: number(value, f"{key}.{name}") for name, value in given.items()}
+    return {"height": sizes["thickness"] * sizes.pop("slenderness"), **sizes}
 
 
-class Sizes(NamedTuple):
-    """A wall that the config asks for; a parapet has no hinge."""
-
-    path: KeyPath  # of the value that makes it as slender as it is
-    thickness: float
-    slenderness: float
-    hinge_ratio: float | None
-
-    @property
-    def restitution(self) -> float:
-        """e, as `Wall.restitution` by Eq. (7), or `Parapet.restitution`. [-]"""
-        square, r = self.slenderness**2, self.hinge_ratio
-        if r is None:
-            return 1 - 1.5 / (1 + square)
-        return (r * (1 + r) * square - 3) / (r * (1 + r) * square + 3)
+def make_wall(value: Any, key: str = "wall") -> Wall:
+    """Build the wall of a section, which states slenderness (h/t) in place of the height."""
+    needed = ["slenderness", *(field.name for field in fields(Wall) if field.name != "height")]
+    sizes = _sizes(members(value, key, needed), key)
+    with made_of(key, needed):
+        return Wall(**sizes)
 
 
-def wall_problems(config: Config) -> Iterator[Problem]:
-    """Every wall can rock: it is higher than thick, and has a restitution above 0; the overburden stands on it."""
-    yield from _told_once([problem for sizes in _sizes(config) for problem in _rocking_problems(sizes)])
-    for path, wall in ((("wall",), config["wall"]), (("validation", "wall"), config["validation"]["wall"])):
-        limit = wall["thickness"] / 2
-        if not abs(wall["eccentricity"]) <= limit:
-            text = f"is {wall['eccentricity']}; it must be at most half the thickness, {limit} m, either way"
-            yield Problem((*path, "eccentricity"), text)
+def make_curve(value: Any, key: str = "curve") -> TrilinearCurve:
+    """Build the curve of a section."""
+    given = members(value, key, [field.name for field in fields(TrilinearCurve)])
+    with made_of(key, given):
+        return TrilinearCurve(**given)
 
 
-def _rocking_problems(sizes: Sizes) -> Iterator[Problem]:
-    t, h, strip = sizes.thickness, sizes.thickness * sizes.slenderness, sizes.hinge_ratio is not None
-    try:
-        plausibility.require_rocking(
-            t, h, sizes.restitution, 1.0 if strip else 0.0, "Eq. (7)" if strip else "Housner's formula"
+@dataclass(frozen=True)
+class NamedWall:
+    """A wall that earthquakes shake."""
+
+    name: str
+    wall: Wall | Parapet
+    curve: TrilinearCurve
+
+
+def make_named_wall(value: Any, key: str = "natural.walls") -> NamedWall:
+    """Build an entry of ``natural.walls``: a preset, or a1 and b1, with a3 = 1; a parapet has no hinge."""
+    stated = value if isinstance(value, Mapping) else {}
+    parapet, preset = stated.get("parapet", False), "preset" in stated
+    shape = ["preset"] if preset else ["cracked_stiffness_ratio", "plateau_ratio"]
+    of_wall = ["thickness", "slenderness", "overburden_ratio", *([] if parapet else ["hinge_ratio"])]
+    given = members(value, key, ["name", *of_wall, *shape], ["parapet"])
+    sizes = _sizes({name: given[name] for name in of_wall}, key)
+    with made_of(key, given):
+        curve = TrilinearCurve.preset(given["preset"]) if preset else TrilinearCurve(*(given[name] for name in shape))
+        wall = (Parapet if parapet else Wall)(**sizes)
+    return NamedWall(text(given["name"], f"{key}.name"), wall, curve)
+
+
+Strip = Annotated[Wall, make_wall]
+Curve = Annotated[TrilinearCurve, make_curve]
+
+
+# --- the walls of a study ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class PlateauBeyond:
+    """The plateau b1 of curves with `cracked_stiffness_ratio` or more, for which the reference's leaves no room."""
+
+    cracked_stiffness_ratio: float
+    plateau_ratio: float
+
+    def at(self, cracked_stiffness_ratio: Quantity, reference: Quantity) -> Array:
+        """Return b1 at each a1, where `reference` is b1 of the other curves. [-]"""
+        beyond = np.asarray(cracked_stiffness_ratio) >= self.cracked_stiffness_ratio
+        return np.where(beyond, self.plateau_ratio, reference)
+
+
+@dataclass(frozen=True)
+class Varied:
+    """The values of the parameter that a study varies."""
+
+    values: Array
+    plateau_ratio_beyond: PlateauBeyond | None
+
+
+def _studies(value: Any, key: str) -> dict[str, Varied]:
+    """What each study varies, of those that the section has."""
+    if not isinstance(value, Mapping) or not value.keys() <= STUDIES.keys():
+        raise refusal(value, key, f"a mapping with keys among {', '.join(STUDIES)}")
+    return {name: _varied(STUDIES[name], entry, f"{key}.{name}") for name, entry in value.items()}
+
+
+def _varied(parameter: str, value: Any, key: str) -> Varied:
+    if parameter != "cracked_stiffness_ratio":
+        return Varied(ascending(members(value, key, [parameter])[parameter], f"{key}.{parameter}"), None)
+    given = members(value, key, [parameter, "plateau_ratio_beyond"])
+    beyond = section(PlateauBeyond, given["plateau_ratio_beyond"], f"{key}.plateau_ratio_beyond")
+    return Varied(ascending(given[parameter], f"{key}.{parameter}"), beyond)
+
+
+@dataclass(frozen=True)
+class Study:
+    """The walls of one study; every array has the length of `values`.
+
+    Attributes
+    ----------
+    name, parameter : str
+        One of `STUDIES` and its dimension.
+    values : ndarray
+        Of the parameter.
+    curve : TrilinearCurve
+    release_amplitude : ndarray
+        u0/u_ins. [-]
+    frequency_parameter : ndarray
+        p. [rad s-1]
+    of_wall : bool
+        Whether the parameter is the wall's, on which p depends.
+    """
+
+    name: str
+    parameter: str
+    values: Array
+    curve: TrilinearCurve
+    release_amplitude: Array
+    frequency_parameter: Array
+    of_wall: bool
+
+
+@dataclass(frozen=True)
+class StudySettings(Settings):
+    """The reference wall and what studies vary of it, on which every stage depends that looks at a study's walls."""
+
+    wall: Strip
+    curve: Curve
+    release_amplitude: float
+    studies: Annotated[dict[str, Varied], _studies]
+
+    def study(self, name: str) -> Study:
+        """Return the walls of study `name`.
+
+        Raises
+        ------
+        ConfigError
+            If the config, or the part of it that the stage was given, has no such study, or a wall cannot be.
+        """
+        if name not in self.studies:
+            raise ConfigError(f"studies.{name}", "is missing")
+        with made_of(f"studies.{name}", [STUDIES[name]]):
+            return self._walls_of(name, STUDIES[name], self.studies[name])
+
+    def _walls_of(self, name: str, parameter: str, varied: Varied) -> Study:
+        values, wall, curve, release = (
+            varied.values,
+            self.wall,
+            self.curve,
+            np.full(varied.values.shape, self.release_amplitude),
         )
-    except InputError as error:
-        yield Problem(sizes.path, f"makes a wall that cannot rock: {error}")
-
-
-def wall_doubts(config: Config) -> list[Problem]:
-    """List the walls that are larger than masonry walls are: possible, and likelier a slip of units."""
-    drawn = config["population"]["parameters"]
-    highest = Sizes(
-        ("population", "parameters", "thickness", "high"),
-        drawn["thickness"]["high"],
-        drawn["slenderness"]["high"],
-        None,
-    )
-    doubts = [
-        Problem(_largest(sizes), f"makes an unlikely wall: {doubt}")
-        for sizes in (*_sizes(config), highest)
-        for doubt in plausibility.of_wall(sizes.thickness, sizes.thickness * sizes.slenderness)
-    ]
-    return _told_once(doubts)
-
-
-def _told_once(problems: list[Problem]) -> list[Problem]:
-    """Leave out what is said of the studies' walls where it is said of the wall that they vary."""
-    told = any(problem.path[0] == "wall" for problem in problems)
-    return [problem for problem in problems if not (told and problem.path[0] == "studies")]
-
-
-def _sizes(config: Config) -> Iterator[Sizes]:
-    """Every wall of the config, and of those that are drawn or compared by their shape the most squat."""
-    wall, rigid = config["wall"], config["loops"]["rigid"]
-    yield _of_section(("wall",), wall)
-    for study, key in STUDIES.items():
-        for index, value in enumerate(config["studies"][study][key] if key in SHAPE else []):
-            varied = {**wall, key: value}
-            yield Sizes(("studies", study, key, index), *(varied[name] for name in SHAPE))
-    slenderness = rigid["height"] / rigid["thickness"]
-    yield Sizes(("loops", "rigid", "height"), rigid["thickness"], slenderness, rigid["hinge_ratio"])
-    yield _of_section(("validation", "wall"), config["validation"]["wall"])
-    for index, entry in enumerate(config["natural"]["walls"]):
-        yield _of_section(("natural", "walls", index), entry)
-    drawn = config["population"]["parameters"]
-    least = (drawn["slenderness"]["low"], drawn["hinge_ratio"]["low"])
-    yield Sizes(("population", "parameters", "slenderness", "low"), drawn["thickness"]["low"], *least)
-    shapes = config["accuracy"]["rigid"]
-    least = (min(shapes["slenderness"]), min(shapes["hinge_ratio"]))
-    yield Sizes(("accuracy", "rigid", "slenderness"), rigid["thickness"], *least)
-
-
-def _of_section(path: KeyPath, wall: Config) -> Sizes:
-    return Sizes((*path, "slenderness"), wall["thickness"], wall["slenderness"], wall.get("hinge_ratio"))
-
-
-def _largest(sizes: Sizes) -> KeyPath:
-    """The value that makes a wall large: its thickness, where that is beyond what is built."""
-    by_thickness = sizes.path[-1] == "slenderness" and sizes.thickness > plausibility.THICKEST
-    return (*sizes.path[:-1], "thickness") if by_thickness else sizes.path
+        of_wall = parameter in ("slenderness", *(field.name for field in fields(Wall)))
+        if parameter == "release_amplitude":
+            release = values
+        elif parameter == "slenderness":
+            wall = replace(wall, height=wall.thickness * values)
+        elif parameter == "thickness":  # the config states the slenderness, so that stays
+            wall = replace(wall, thickness=values, height=wall.height / wall.thickness * values)
+        elif of_wall:
+            wall = replace(wall, **{parameter: values})
+        else:
+            beyond = varied.plateau_ratio_beyond
+            b1 = curve.plateau_ratio if beyond is None else beyond.at(values, curve.plateau_ratio)
+            changes: dict[str, Any] = {"plateau_ratio": b1, parameter: values}
+            curve = replace(curve, **changes)
+        return Study(
+            name,
+            parameter,
+            values,
+            curve.map(lambda p: np.broadcast_to(p, values.shape)),
+            release,
+            np.broadcast_to(wall.frequency_parameter, values.shape),
+            of_wall,
+        )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rockdamp.errors import require
+
 
 @dataclass(frozen=True)
 class Scan:
@@ -20,3 +22,6 @@ class Scan:
     smallest: float
     largest: float
     points: int
+
+    def __post_init__(self) -> None:
+        require(self.smallest < self.largest, "largest", self.largest, f"greater than smallest, {self.smallest:g}")

@@ -15,6 +15,7 @@ from rockdamp.pipeline.figures import FIGURES, Drawing
 from rockdamp.pipeline.stages import STAGES, Stage
 from rockdamp.progress import track
 from rockdamp.storage import notes
+from rockdamp.storage.dotted_keys import stated
 from rockdamp.storage.provenance import code_version, config_digest, subset
 from rockdamp.vocabulary import STUDIES
 
@@ -58,14 +59,6 @@ def modules_of(taker: Stage | Drawing) -> tuple[str, ...]:
     if isinstance(taker, Stage):
         return (taker.module,)
     return (f"rockdamp.figures.{taker.module}", "rockdamp.figures.output")
-
-
-def stated(config: Config, key: str) -> Any:
-    """Return the value of a dotted key of the config."""
-    value: Any = config
-    for name in key.split("."):
-        value = value[name]
-    return value
 
 
 def shares(stage: Stage, config: Config, count: Count) -> list[int]:

@@ -15,6 +15,7 @@ import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp.config.walls import make_curve, make_wall
 from rockdamp.equivalence.tabulated import LARGEST_ERROR
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -24,7 +25,6 @@ from rockdamp.report.answer import answer
 from rockdamp.report.captions import caption
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.studies.walls import make_curve, make_wall
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.

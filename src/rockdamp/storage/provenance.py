@@ -17,6 +17,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from rockdamp.storage.dotted_keys import stated
+
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).resolve().parents[1]
 IMPORT = re.compile(
@@ -112,11 +114,10 @@ def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     part: dict[str, Any] = {}
     for key in keys:
         *sections, last = key.split(".")
-        source: Any = whole
         target = part
         for section in sections:
-            source, target = source[section], target.setdefault(section, {})
-        target[last] = source[last]
+            target = target.setdefault(section, {})
+        target[last] = stated(whole, key)
     return part
 
 

@@ -1,134 +1,82 @@
-"""YAML 1.2 with its core schema, by PyYAML's compiled parser where there is one: every job reads long documents.
+"""YAML: documents of the package by PyYAML's compiled parser, those of users by YAML 1.2, with lines for errors.
 
-PyYAML by itself reads YAML 1.1, in which 1:30 is 90, 010 is 8 and 1e3 is text, and of two keys of one name it keeps
-the last. Here they are text, 10, a number, and an error.
+Every job reads the package's documents, which both versions of YAML read alike. In a user's file YAML 1.1 takes 1:30
+for 90 and 010 for 8, and of two keys of one name it keeps the last; ruamel.yaml, which reads YAML 1.2, does not.
 """
 
 from __future__ import annotations
 
-import re
+import os
+from copy import deepcopy
+from functools import lru_cache
 from typing import Any
 
 import yaml
 
 try:
-    from yaml import CSafeLoader as _Base
+    from yaml import CSafeLoader as _Loader
 except ImportError:  # a PyYAML built without libyaml
-    from yaml import SafeLoader as _Base  # type: ignore[assignment]
+    from yaml import SafeLoader as _Loader  # type: ignore[assignment]
 
-MOST_VALUES = 1_000_000  # of a document, with each alias counted as what it stands for
-MOST_DIGITS = 400  # of a whole number; longer ones are beyond every other number too
-NUMBERS = {  # the core schema of YAML 1.2: tag, form, first letters
-    "null": (r"(?:~|null|Null|NULL|)", ["~", "n", "N", ""]),
-    "bool": (r"(?:true|True|TRUE|false|False|FALSE)", list("tTfF")),
-    "int": (r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)", list("-+0123456789")),
-    "float": (
-        r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))",
-        list("-+.0123456789"),
-    ),
-    "merge": (r"<<", ["<"]),
-}
-MOST_DEPTH = 100  # of brackets, which a parser without such a bound follows until its stack is full
-_INDENTED = re.compile(r"^[ ?:-]{200}", re.MULTILINE)
-_ALIAS = re.compile(r"(?:^|[\s,:\[{-])\*")
-
-
-class Loader(_Base):
-    """The loader; its numbers are those of YAML 1.2."""
-
-    yaml_implicit_resolvers: dict[str, Any] = {}
-
-    def __init__(self, text: str) -> None:
-        super().__init__(text)
-        self.compared: set[int] = set()  # mappings, which hold the keys of `<<` too once it was put in place
-
-    def flatten_mapping(self, node: yaml.MappingNode) -> None:
-        """Put the keys of `<<` in place, after those that stand there were compared."""
-        if id(node) not in self.compared:
-            self.compared.add(id(node))
-            _refuse_repeated_keys(node)
-        super().flatten_mapping(node)
-
-
-def _whole(loader: Loader, node: yaml.ScalarNode) -> int | float:
-    text = loader.construct_scalar(node)
-    if len(text) > MOST_DIGITS:
-        return float("-inf" if text.startswith("-") else "inf")
-    return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
-
-
-def _real(loader: Loader, node: yaml.ScalarNode) -> float:
-    return float(loader.construct_scalar(node).lower().replace(".inf", "inf").replace(".nan", "nan"))
-
-
-for _tag, (_form, _letters) in NUMBERS.items():
-    Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"{_form}\\Z"), _letters)
-Loader.add_constructor("tag:yaml.org,2002:int", _whole)
-Loader.add_constructor("tag:yaml.org,2002:float", _real)
+from rockdamp.errors import InputError
+from rockdamp.storage import input_file
+from rockdamp.storage.dotted_keys import KeyPath
 
 
 def load(text: str) -> Any:
-    """Return what a YAML document holds.
+    """Return what a document of the package holds."""
+    return yaml.load(text, Loader=_Loader)
+
+
+def read(path: str | os.PathLike[str]) -> Any:
+    """Return what a user's YAML file holds.
 
     Raises
     ------
-    yaml.YAMLError
-        If it is none, a mapping has a key twice, or it is nested too deep or, with its aliases, too large.
+    InputError
+        In one line, with the file and where possible the line, if it cannot be read, is not text in UTF-8 or not YAML,
+        or has a key twice.
     """
-    if _depth(text) > MOST_DEPTH or _INDENTED.search(text):
-        raise yaml.YAMLError("it is nested too deep")
-    loader = Loader(text)
-    try:
-        node = loader.get_single_node()
-        if node is None:
+    return deepcopy(_parsed(path, "safe"))
+
+
+def line_of(path: str | os.PathLike[str], key: KeyPath) -> int | None:
+    """Return the line of a key, or of an item of a list, in a YAML file; None where the file does not have it."""
+    node, line = _parsed(path, "rt"), None
+    for part in key:
+        try:
+            line = (node.lc.item(part) if isinstance(part, int) else node.lc.key(part))[0] + 1
+            node = node[part]
+        except (AttributeError, LookupError, TypeError):
             return None
-        if _ALIAS.search(text):
-            _size(node, {}, set())
-        return loader.construct_document(node)
-    except (ValueError, OverflowError) as error:  # what is tagged as a number and is none, a letter that is none
-        raise yaml.YAMLError(str(error)) from None
-    finally:
-        loader.dispose()
+    return line
 
 
-def _depth(text: str) -> int:
-    """How deep the brackets of a text are nested."""
-    depth = deepest = 0
-    for bracket in re.findall(r"[\[\]{}]", text):
-        depth += 1 if bracket in "[{" else -1
-        deepest = max(deepest, depth)
-    return deepest
+def _parsed(path: str | os.PathLike[str], kind: str) -> Any:
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    text = input_file.text(input_file.content(path, "YAML"), path)
+    try:
+        return _document(text, kind)
+    except RecursionError:
+        raise InputError(f"{os.fspath(path)}: is nested too deep; it must be YAML") from None
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f", line {mark.line + 1}" if mark else ""
+        said = " ".join(str(error.problem or error.context).split()).partition(" with value ")[0]
+        raise InputError(f"{os.fspath(path)}{line}: {said}; it must be YAML") from None
+    except (
+        YAMLError,
+        ValueError,
+        OverflowError,
+        TypeError,
+        AttributeError,
+    ) as error:  # of values that are tagged wrongly
+        raise InputError(f"{os.fspath(path)}: {' '.join(str(error).split())}; it must be YAML") from None
 
 
-def _refuse_repeated_keys(node: yaml.MappingNode) -> None:
-    names = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-    if len(set(names)) == len(names):
-        return
-    lines: dict[tuple[str, str], int] = {}
-    for key, _ in node.value:
-        if isinstance(key, yaml.ScalarNode):
-            first = lines.get((key.tag, key.value))
-            if first is not None:
-                text = f"key {key.value!r} stands there more than once, first on line {first}"
-                raise yaml.constructor.ConstructorError(None, None, text, key.start_mark)
-            lines[key.tag, key.value] = key.start_mark.line + 1
+@lru_cache(maxsize=8)  # the values and the lines of few files, for one error after the other
+def _document(text: str, kind: str) -> Any:
+    from ruamel.yaml import YAML
 
-
-def _size(node: yaml.Node, sizes: dict[int, int], above: set[int]) -> int:
-    """Return how many values a node has, each alias counted as what it stands for."""
-    if id(node) in above:
-        raise yaml.constructor.ConstructorError(None, None, "an alias stands within what it names", node.start_mark)
-    if id(node) in sizes:
-        return sizes[id(node)]
-    size = 1
-    if not isinstance(node, yaml.ScalarNode):
-        pairs = isinstance(node, yaml.MappingNode)
-        parts = [part for pair in node.value for part in pair] if pairs else node.value
-        above.add(id(node))
-        size += sum(_size(part, sizes, above) for part in parts)
-        above.remove(id(node))
-    if size > MOST_VALUES:
-        text = f"its aliases stand for more than {MOST_VALUES} values"
-        raise yaml.constructor.ConstructorError(None, None, text, node.start_mark)
-    sizes[id(node)] = size
-    return size
+    return YAML(typ=kind, pure=True).load(text)

@@ -17,6 +17,8 @@ from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import CurveMap, Dispersion, DispersionSettings
+from rockdamp.config.walls import PlateauBeyond
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turns
@@ -25,8 +27,6 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.settings import CurveMap, Dispersion, DispersionSettings
-from rockdamp.studies.walls import PlateauBeyond
 from rockdamp.vocabulary import PAPER_MODELS, PRESETS, SOFTENING, VISCOUS_MODELS
 
 BEST = "POWER"  # the general exponent, at the best n of each curve

@@ -11,6 +11,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import BilinearSettings
 from rockdamp.histories.at_intensities import ends
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -22,7 +23,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.studies.pulses import PULSES, pulse
-from rockdamp.studies.settings import BilinearSettings
 
 CURVES = ("tri-linear", "bi-linear")
 

@@ -10,13 +10,13 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import CalibrationSettings
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import SEARCHED, Candidate
 from rockdamp.studies.least_squares import Fit
-from rockdamp.studies.settings import CalibrationSettings
 from rockdamp.vocabulary import REFERENCE
 
 PARAMETERS = Candidate(REFERENCE).searched

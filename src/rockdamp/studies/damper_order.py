@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import DamperOrderSettings
 from rockdamp.histories.half_cycles import passes_zero, turns
 from rockdamp.histories.under_a_record import record_attributes, respond
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -28,7 +29,6 @@ from rockdamp.studies.amplitude_dispersion import Group, groups
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
 from rockdamp.studies.pulses import PULSES, Run, pulse
-from rockdamp.studies.settings import DamperOrderSettings
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 VARIATIONS = ("lower e", "higher e")

@@ -6,13 +6,13 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
+from rockdamp.config.settings import LoopSettings, Matching, RigidWall
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.settings import LoopSettings, Matching, RigidWall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)

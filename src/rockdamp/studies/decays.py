@@ -9,11 +9,11 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import DecaySettings
+from rockdamp.config.walls import Study
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.settings import DecaySettings
-from rockdamp.studies.walls import Study
 
 INFERS = "amplitude"  # the study from whose decays the length of the response is inferred
 

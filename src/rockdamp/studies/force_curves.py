@@ -7,9 +7,9 @@ import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
+from rockdamp.config.settings import ForceCurveSettings
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
-from rockdamp.studies.settings import ForceCurveSettings
 from rockdamp.vocabulary import PRESETS
 
 POINTS = 1001

@@ -9,6 +9,8 @@ import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
+from rockdamp.config.settings import Matching, MatchSettings
+from rockdamp.config.walls import Study
 from rockdamp.equivalence.absolute_minima import least_absolute
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import Matched, of_each, solve
@@ -16,8 +18,6 @@ from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.studies.decays import longest_response, step_count, windows_of_fixed_seconds
-from rockdamp.studies.settings import Matching, MatchSettings
-from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 

@@ -10,8 +10,8 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import PolynomialSettings
 from rockdamp.equivalence.closed_form import giannini_masiani
-from rockdamp.studies.settings import PolynomialSettings
 
 DEGREE = 2
 ROUNDING = 1e-9  # of e

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import PulseSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -27,7 +28,6 @@ from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.settings import PulseSettings
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSES = ("Ricker", "sine")

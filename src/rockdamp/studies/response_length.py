@@ -11,11 +11,11 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import ResponseLengthSettings
 from rockdamp.equivalence.minima import global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import cases_of
-from rockdamp.studies.settings import ResponseLengthSettings
 from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import ValidationSettings
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
@@ -26,7 +27,6 @@ from rockdamp.histories.under_a_record import (
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED, Histories
-from rockdamp.studies.settings import ValidationSettings
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 

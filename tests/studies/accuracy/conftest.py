@@ -5,11 +5,11 @@ import yaml
 from accuracy_cases import made_up
 from repository import ROOT
 
+from rockdamp.config.walls import StudySettings
 from rockdamp.studies import damping_loops
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.studies.walls import StudySettings
 from rockdamp.vocabulary import STUDIES
 
 

@@ -5,6 +5,7 @@ import pytest
 from accuracy_cases import CURVE, DAMPINGS
 
 from rockdamp import plausibility
+from rockdamp.config.walls import make_curve, make_wall
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.damping import Damping
@@ -12,7 +13,6 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.studies.walls import make_curve, make_wall
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, STUDIES, VISCOUS_MODELS
 
 # --- the energy audit ------------------------------------------------------------------------------------------------

@@ -10,14 +10,14 @@ import xarray as xr
 import yaml
 from repository import ROOT
 
+from rockdamp.config.earthquakes import EarthquakeRecordSettings
+from rockdamp.config.walls import make_named_wall
 from rockdamp.histories import at_intensities
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.studies.earthquakes import event_driven_check, incremental, population, wall_under_record
-from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
-from rockdamp.studies.walls import make_named_wall
 
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
 SIZE = 50.0  # m s-2

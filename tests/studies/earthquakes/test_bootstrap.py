@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 from made_up_earthquakes import MODELS
 
+from rockdamp.config.earthquakes import PARAMETERS
 from rockdamp.statistics.fragility import resample
 from rockdamp.studies.earthquakes import comparison, incremental, orders, population
-from rockdamp.studies.earthquakes.settings import PARAMETERS
 
 STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
 SCALE = np.geomspace(0.2, 5.0, 9)

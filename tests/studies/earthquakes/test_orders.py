@@ -6,6 +6,7 @@ import xarray as xr
 import yaml
 from repository import ROOT
 
+from rockdamp.config.walls import make_named_wall
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -13,7 +14,6 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import orders
-from rockdamp.studies.walls import make_named_wall
 
 
 @pytest.fixture(scope="module")

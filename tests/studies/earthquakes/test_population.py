@@ -9,7 +9,8 @@ import yaml
 from repository import ROOT
 from scipy import stats
 
-from rockdamp.config.between_keys import check
+from rockdamp.config.earthquakes import Bootstrap, PopulationWallSettings
+from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -18,8 +19,6 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import population, population_check
-from rockdamp.studies.earthquakes.settings import Bootstrap, PopulationWallSettings
-from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS
 
 
@@ -96,13 +95,6 @@ def test_correlations_that_contradict_each_other_are_refused(config):
     said = "0.9 of restitution with slenderness, .*; no parameters can have all of them at once"
     with pytest.raises(InputError, match=said):
         population.sample(settings(config, correlations=correlations))
-
-
-def test_a_normal_distribution_without_its_moments_is_refused(config):
-    parameters = copy.deepcopy(config["population"]["parameters"])
-    del parameters["restitution"]["mean"]
-    with pytest.raises(InputError, match="normal; it must state its mean and standard_deviation"):
-        population.sample(settings(config, parameters=parameters))
 
 
 def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
@@ -283,36 +275,6 @@ def test_shares_are_added_up_without_being_held_at_once(tmp_path, shares):
     assert not any(one["collapsed"]._in_memory for one in opened)
     for one in opened:
         one.close()
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            lambda p: p["parameters"]["thickness"].update(low=0.6),
-            r"thickness\.high is 0\.5; it must be greater than low",
-        ),
-        (lambda p: p["parameters"]["thickness"].update(low=-1), r"thickness\.low is -1; it must be greater than 0"),
-        (
-            lambda p: p["parameters"]["hinge_ratio"].update(high=1),
-            r"hinge_ratio\.high is 1; it must be between 0 and 1",
-        ),
-        (lambda p: p["parameters"]["overburden_ratio"].update(low=-1), r"overburden_ratio\.low is -1; .* at least 0"),
-        (lambda p: p["parameters"]["restitution"].update(high=1.1), r"restitution is 0\.78 to 1\.1; e must be"),
-        (lambda p: p["parameters"]["restitution"].pop("mean"), "mean and standard_deviation must be stated"),
-        (
-            lambda p: p["parameters"]["plateau_ratio"].update(high=0.9),
-            r"cracked_stiffness_ratio\.high is 0\.14; .* 0\.1",
-        ),
-        (lambda p: p["correlations"].update(thickness={"thickness": 0.5}), "states thickness itself"),
-        (lambda p: p["intensity"].update(stop=0.1), r"population\.intensity\.stop is 0\.1; it must be greater"),
-    ],
-)
-def test_a_population_that_cannot_be_is_refused(config, change, message):
-    bad = copy.deepcopy(config)
-    change(bad["population"])
-    with pytest.raises(InputError, match=message):
-        check(bad)
 
 
 def test_both_studies_mean_the_same_wall(config):

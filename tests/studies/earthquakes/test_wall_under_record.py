@@ -5,14 +5,14 @@ import pytest
 import yaml
 from repository import ROOT
 
+from rockdamp.config.earthquakes import EarthquakeRecordSettings
+from rockdamp.config.walls import make_named_wall
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings
 from rockdamp.studies.earthquakes.wall_under_record import NEAR, SOURCES, Case, by_damper
-from rockdamp.studies.walls import make_named_wall
 from rockdamp.vocabulary import MODELS
 
 E = np.array([0.8, 0.9])

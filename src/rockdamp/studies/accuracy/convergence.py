@@ -9,6 +9,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import ConvergenceSettings
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -16,7 +17,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.settings import ConvergenceSettings
 from rockdamp.vocabulary import MODELS
 
 SCHEMES = ("newmark", "paper")

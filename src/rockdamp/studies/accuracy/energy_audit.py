@@ -27,12 +27,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.config.walls import Study
 from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
-from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import MODELS
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy

@@ -11,12 +11,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.config.walls import Study
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED, Options
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.walls import Study
 from rockdamp.vocabulary import MODELS
 
 EXCITATIONS = ("free", "forced")

@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
+from rockdamp.config.walls import Study
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
-from rockdamp.studies.walls import Study
 
 THOUSANDTH = 1e-3
 HALVES = ("largest error", "drawn")  # of the sample

@@ -10,6 +10,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.settings import AccuracySettings
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios
@@ -17,7 +18,6 @@ from rockdamp.studies.accuracy.energy_audit import Audited
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, fitted_order, halved
 from rockdamp.studies.accuracy.small_rotations import rotations
 from rockdamp.studies.damping_loops import matched_histories
-from rockdamp.studies.settings import AccuracySettings
 from rockdamp.vocabulary import MODELS, STUDIES
 
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import ComparisonSettings
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
-from rockdamp.studies.earthquakes.settings import ComparisonSettings
 from rockdamp.vocabulary import REFERENCE
 
 FRACTILES = (0.16, 0.50, 0.84)

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import EventDrivenCheckSettings
+from rockdamp.config.walls import NamedWall
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -27,9 +29,7 @@ from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.solvers.response import OUTCOMES
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER
-from rockdamp.studies.earthquakes.settings import EventDrivenCheckSettings
 from rockdamp.studies.earthquakes.wall_under_record import NEAR
-from rockdamp.studies.walls import NamedWall
 from rockdamp.vocabulary import MODELS, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that stand

@@ -17,6 +17,8 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import EarthquakeRecordSettings, EarthquakeWallSettings
+from rockdamp.config.walls import NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -25,10 +27,8 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures, spectral_acceleration
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
-from rockdamp.studies.earthquakes.settings import EarthquakeRecordSettings, EarthquakeWallSettings
 from rockdamp.studies.earthquakes.wall_under_record import SOURCES, VARIATIONS, Case, by_damper
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.walls import NamedWall
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 MEASURES = ("pga", "pgv", "pgd", "arias", "strong_duration")

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import OrderComparisonSettings, OrderRecordSettings
+from rockdamp.config.walls import NamedWall
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.motions import catalogue
@@ -26,8 +28,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Options
 from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
-from rockdamp.studies.earthquakes.settings import OrderComparisonSettings, OrderRecordSettings
-from rockdamp.studies.walls import NamedWall
 
 VARIATIONS = ("step", "lower e", "higher e")  # of CR: a step twice as long, and e a little lower and higher
 BOUND = ("lower", "upper")

@@ -16,6 +16,13 @@ from scipy.stats import qmc
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import (
+    PARAMETERS,
+    Bootstrap,
+    PopulationSettings,
+    PopulationShareSettings,
+    PopulationWallSettings,
+)
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.at_intensities import ends
@@ -26,14 +33,6 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit_resampled, interval, resample
-from rockdamp.studies.earthquakes.settings import (
-    PARAMETERS,
-    Bootstrap,
-    Distribution,
-    PopulationSettings,
-    PopulationShareSettings,
-    PopulationWallSettings,
-)
 from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 HARMONICS = 10  # of RBD-FAST, the usual number
@@ -97,7 +96,7 @@ def sample(given: PopulationWallSettings) -> dict[str, Array]:
     drawn, (_, factor) = _hypercube(given, given.seed), _correlation(given)
     scores = stats.norm.ppf(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
-    return {name: _quantile(given.parameters[name], uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {name: given.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
 def redraw(given: PopulationWallSettings) -> Array:
@@ -112,7 +111,7 @@ def redraw(given: PopulationWallSettings) -> Array:
     scores = stats.norm.ppf(_hypercube(given, given.seed)) @ factor.T
     fresh = stats.norm.ppf(_hypercube(given, [given.seed, 1]))
     uniform = stats.norm.cdf(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
-    values = np.array([_quantile(given.parameters[name], uniform[:, i]) for i, name in enumerate(PARAMETERS)])
+    values = np.array([given.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
     some = np.unique(np.linspace(0, given.count - 1, min(given.redrawn, given.count)).astype(int))
     return np.where(np.isin(np.arange(given.count), some), values, np.nan)
 
@@ -134,22 +133,6 @@ def _correlation(given: PopulationWallSettings) -> tuple[Array, Array]:
     except np.linalg.LinAlgError:
         stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in given.correlations.items())
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
-
-
-def _quantile(of: Distribution, probability: Array) -> Array:
-    """Return quantiles of a distribution between ``low`` and ``high``."""
-    if of.distribution == "uniform":
-        return of.low + (of.high - of.low) * probability
-    if of.distribution == "loguniform":
-        return np.asarray(of.low * (of.high / of.low) ** probability)
-    mean, deviation = of.mean, of.standard_deviation
-    if mean is None or deviation is None:
-        raise InputError(
-            f"a distribution of population.parameters is {of.distribution}; it must state its mean and"
-            " standard_deviation"
-        )
-    a, b = (of.low - mean) / deviation, (of.high - mean) / deviation
-    return np.asarray(stats.truncnorm.ppf(probability, a, b, loc=mean, scale=deviation))
 
 
 def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import PARAMETERS, PopulationCheckSettings
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -17,7 +18,6 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.studies.earthquakes import event_driven_check
 from rockdamp.studies.earthquakes.event_driven_check import STRATA, Members, Sample, draw, exact_end, rates, solved
 from rockdamp.studies.earthquakes.population import mechanics
-from rockdamp.studies.earthquakes.settings import PARAMETERS, PopulationCheckSettings
 
 HISTORY = ("wall", "record", "intensity", "damping_model")
 

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Settings
+from rockdamp.config.walls import Strip
 from rockdamp.studies.identification.prior import Interval, Prior
-from rockdamp.studies.walls import Strip
 
 
 @dataclass(frozen=True)

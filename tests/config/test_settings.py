@@ -10,15 +10,15 @@ import pytest
 from repository import ROOT
 from snakemake.utils import update_config
 
-from rockdamp.config.parsing import Settings
+from rockdamp.config import earthquakes
+from rockdamp.config.parsing import Settings, ascending
+from rockdamp.config.settings import AccuracySettings, CalibrationSettings, DecaySettings, MatchSettings, PulseSettings
+from rockdamp.config.walls import StudySettings, make_curve, make_named_wall, make_wall
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
 from rockdamp.storage.provenance import modules_of, subset
-from rockdamp.studies.earthquakes import settings as earthquakes
-from rockdamp.studies.settings import AccuracySettings, CalibrationSettings, DecaySettings, MatchSettings, PulseSettings
-from rockdamp.studies.walls import StudySettings, make_curve, make_named_wall, make_wall
 from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
 
 
@@ -98,7 +98,7 @@ def test_a_key_that_a_stage_needs_and_that_is_missing_is_named(kind, config):
         for section in sections:
             inner = inner[section]
         del inner[last]
-        with pytest.raises(InputError, match=f"^{key} is missing from the config$"):
+        with pytest.raises(InputError, match=f"^{key} is missing$"):
             kind.of(part)
 
 
@@ -124,24 +124,24 @@ def test_a_misspelt_key_is_an_error_and_never_a_default(key, kind, config):
     for section in sections:
         inner = inner[section]
     inner[last + "s"] = inner[last]
-    with pytest.raises(InputError, match=f"^{key}s is not a key of the config; it must be one of .*{last}"):
+    with pytest.raises(InputError, match=f"^{key}s is not a key; it must be one of .*{last}"):
         kind.of(config)
     del inner[last + "s"], inner[last]
-    with pytest.raises(InputError, match=f"^{key} is missing from the config$"):
+    with pytest.raises(InputError, match=f"^{key} is missing$"):
         kind.of(config)
 
 
 @pytest.mark.parametrize(
     ("section", "name", "value", "told"),
     [
-        ("solver", "step", "0.01", "solver.step of the config is '0.01'; it must be a number"),
-        ("solver", "step", True, "solver.step of the config is True; it must be a number"),
-        ("solver", "scheme", 2, "solver.scheme of the config is 2; it must be text"),
-        ("matching", "refinement", 2.5, "matching.refinement of the config is 2.5; it must be a whole number"),
-        ("matching", "window", "defalt", "matching.window of the config is 'defalt'; it must be a number"),
-        ("matching", "scan", None, "matching.scan of the config is None; it must be a mapping of keys to values"),
-        ("pulses", "bands", 0.5, "pulses.bands of the config is 0.5; it must be a list"),
-        ("pulses", "bands", [0.5, "a"], r"pulses.bands\[1\] of the config is 'a'; it must be a number"),
+        ("solver", "step", "0.01", "solver.step is '0.01'; it must be a number"),
+        ("solver", "step", True, "solver.step is True; it must be a number"),
+        ("solver", "scheme", 2, "solver.scheme is 2; it must be text"),
+        ("matching", "refinement", 2.5, "matching.refinement is 2.5; it must be a whole number"),
+        ("matching", "window", "defalt", "matching.window is 'defalt'; it must be a number"),
+        ("matching", "scan", None, "matching.scan is None; it must be a mapping of keys to values"),
+        ("pulses", "bands", 0.5, "pulses.bands is 0.5; it must be a list"),
+        ("pulses", "bands", [0.5, "a"], r"pulses.bands\[1\] is 'a'; it must be a number"),
     ],
 )
 def test_a_value_of_another_kind_is_named_with_its_key(section, name, value, told, config):
@@ -161,6 +161,11 @@ def test_the_default_window_is_the_packages(config):
 def test_the_grid_of_restitution_is_exact_in_decimals(config):
     grid = DecaySettings.of(config).restitution
     assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
+
+
+def test_of_values_that_must_ascend_the_first_that_does_not_is_named():
+    with pytest.raises(InputError, match=r"^a\.b\[2\] is 2; it must be greater than the value before it, 2$"):
+        ascending([1, 2, 2, 1, 3], "a.b")
 
 
 def test_settings_cannot_be_changed(config):
@@ -201,7 +206,7 @@ def test_a_fifth_study_varies_any_parameter_of_the_wall_or_the_curve(parameter, 
 def test_a_study_that_the_part_of_the_config_lacks_is_named(config):
     part = subset(config, "wall", "curve", "release_amplitude", "studies.amplitude")
     assert StudySettings.of(part).study("amplitude").name == "amplitude"
-    with pytest.raises(InputError, match=r"^studies\.slenderness is missing from the config$"):
+    with pytest.raises(InputError, match=r"^studies\.slenderness is missing$"):
         StudySettings.of(part).study("slenderness")
 
 
@@ -226,14 +231,14 @@ def test_a_curve_states_all_of_its_parameters(config):
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("parameters.slendernes", {}, "population.parameters.slendernes is not a key of the config"),
+        ("parameters.slendernes", {}, "population.parameters.slendernes is not a key"),
         (
             "parameters.slenderness.distribution",
             "normall",
-            "slenderness.distribution of the config is 'normall'",
+            "slenderness.distribution is 'normall'",
         ),
-        ("correlations.slendernes", {}, "population.correlations.slendernes is not a key of the config"),
-        ("correlations.restitution.slendernes", 0.5, "correlations.restitution.slendernes is not a key of the config"),
+        ("correlations.slendernes", {}, "population.correlations.slendernes is not a key"),
+        ("correlations.restitution.slendernes", 0.5, "correlations.restitution.slendernes is not a key"),
     ],
 )
 def test_a_population_of_misspelt_parameters_or_distributions_is_refused(key, value, told, config):

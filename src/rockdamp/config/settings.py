@@ -1,8 +1,8 @@
 """The config, parsed: a frozen dataclass for each section of it, and one for what each stage depends on.
 
-A stage's first line is ``given = PulseSettings.of(config)``; below it, functions take values by name. A stage may be
-given the part of the config that has its keys, or more. A key that is missing is an error, and so is one that a section
-does not have. Meaning, unit and range of each key: workflow/schemas/config.schema.yaml.
+A stage's first line is ``given = PulseSettings.of(config)``; below it, functions take values by name. A stage may take
+the part of the config that has its keys, or more. A key that is missing is an error, and so is one that a section does
+not have. Meaning, unit and range of each key: workflow/schemas/config.schema.yaml.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Settings, arithmetic, geometric, number
+from rockdamp.config.parsing import Ascending, Settings, arithmetic, geometric, number
+from rockdamp.config.walls import Curve, PlateauBeyond, Strip, StudySettings
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
-from rockdamp.studies.walls import Curve, PlateauBeyond, Strip, StudySettings
 from rockdamp.vocabulary import DEFAULT_WINDOW
 
 # --- sections ---------------------------------------------------------------------------------------------------------
@@ -51,6 +51,9 @@ class RigidWall:
     cracked_stiffness_ratio: float
     plateau_ratio: float
 
+    def __post_init__(self) -> None:
+        self.wall, self.curve  # noqa: B018 - sizes of which there is no wall or curve are refused here
+
     @property
     def wall(self) -> Wall:
         return Wall(self.thickness, self.height, hinge_ratio=self.hinge_ratio)
@@ -69,14 +72,14 @@ class Loops:
 
 @dataclass(frozen=True)
 class CurveMap:
-    cracked_stiffness_ratio: Array
-    plateau_ratio: Array
+    cracked_stiffness_ratio: Ascending
+    plateau_ratio: Ascending
 
 
 @dataclass(frozen=True)
 class Dispersion:
-    release_share: Array
-    restitution: Array
+    release_share: Ascending
+    restitution: Ascending
     cracked_stiffness_ratio: Array
     ultimate_ratio: float
     refinement: int
@@ -87,10 +90,10 @@ class Dispersion:
 class Pulses:
     frequency: Annotated[Array, geometric]
     load: Annotated[Array, geometric]
-    restitution: Array
+    restitution: Ascending
     step: float
     tail: float
-    bands: Array
+    bands: Ascending
 
 
 @dataclass(frozen=True)
@@ -103,10 +106,10 @@ class OrderPulses:
 
 @dataclass(frozen=True)
 class DamperOrder:
-    order: Array
-    restitution: Array
+    order: Ascending
+    restitution: Ascending
     restitution_change: float
-    release_share: Array
+    release_share: Ascending
     pulses: OrderPulses
 
 

@@ -1,0 +1,379 @@
+"""A config is checked once: by its schema, by what its stages' settings are made into, by the rules between keys."""
+
+import math
+
+import pytest
+from jsonschema import Draft202012Validator
+from repository import ROOT
+
+from rockdamp.config import schema, validation
+from rockdamp.config.merging import merged
+from rockdamp.config.validation import validate
+from rockdamp.errors import InputError, InputWarning
+from rockdamp.storage.dotted_keys import path_of, stated
+
+SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
+DEFAULT = ROOT / "config/default.yaml"
+MINIMAL = ROOT / "config/minimal.yaml"
+
+
+@pytest.fixture
+def config(monkeypatch):
+    monkeypatch.chdir(ROOT)  # the record's path is seen from the folder of the run
+    return merged([DEFAULT], {})
+
+
+def put(config, key, value):
+    *sections, last = path_of(key)
+    inner = stated(config, tuple(sections))
+    inner[last] = value
+
+
+def complaints(config):
+    with pytest.raises(InputError) as caught:
+        validate(config, SCHEMA, [DEFAULT])
+    return str(caught.value).splitlines()
+
+
+# --- what is shipped ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("files", [[DEFAULT], [DEFAULT, MINIMAL]], ids=["default", "minimal"])
+def test_the_shipped_configs_are_valid(files, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    validate(merged(files, {}), SCHEMA, files)
+
+
+def test_the_minimal_config_is_built_elsewhere():
+    assert merged([DEFAULT, MINIMAL], {})["results"] != merged([DEFAULT], {})["results"]
+
+
+def sections(schema, definitions, path=()):
+    """Every place of the schema that describes a key, references followed."""
+    for key, entry in schema.get("properties", {}).items():
+        reference = entry.get("$ref")
+        yield (*path, key), entry
+        target = definitions[reference.rpartition("/")[2]] if reference else entry
+        yield from sections(target, definitions, (*path, key))
+        assert ("type" in target) or ("enum" in target) or ("anyOf" in target), path
+
+
+# Keys that may be absent, by definition: config.py asks for one or the other.
+OPTIONAL = {
+    "natural_wall": {"parapet", "hinge_ratio", "preset", "cracked_stiffness_ratio", "plateau_ratio"},
+    "distribution": {"mean", "standard_deviation"},
+}
+
+
+def test_every_key_is_described_and_required_and_none_is_left_open():
+    schema = validation.read_schema(SCHEMA)
+    Draft202012Validator.check_schema(schema)
+    definitions = schema["$defs"]
+    described = dict(sections(schema, definitions))
+    assert len(described) > 60
+    for path, entry in described.items():
+        assert entry.get("description"), path
+    for name, entry in [("", schema), *described.items(), *definitions.items()]:
+        if entry.get("type") != "object":
+            continue
+        if "properties" in entry:
+            assert entry["additionalProperties"] is False
+            assert set(entry["required"]) | OPTIONAL.get(name, set()) == set(entry["properties"])
+        else:  # a mapping from names of a closed set
+            assert definitions[entry["propertyNames"]["$ref"].rpartition("/")[2]]["enum"]
+            assert entry["additionalProperties"]["type"] in ("number", "object")
+
+
+def numbers_of(entry):
+    """Every part of the schema that accepts a number."""
+    if isinstance(entry, dict):
+        if entry.get("type") in ("number", "integer"):
+            yield entry
+        entry = list(entry.values())
+    for inner in entry if isinstance(entry, list) else ():
+        yield from numbers_of(inner)
+
+
+def test_every_number_and_every_list_of_numbers_has_bounds():
+    """So that no config overflows a formula, or asks for a job that no computer can run."""
+    found = list(numbers_of(validation.read_schema(SCHEMA)))
+    assert len(found) > 50
+    for entry in found:
+        assert {"minimum", "exclusiveMinimum"} & entry.keys() and {"maximum", "exclusiveMaximum"} & entry.keys(), entry
+
+
+# --- bad input ------------------------------------------------------------------------------------------------------
+
+NAMED = {"name": "mine", "thickness": 0.2, "slenderness": 10, "overburden_ratio": 0.0, "hinge_ratio": 0.5}
+NAMED |= {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85}
+PRESET = {key: value for key, value in NAMED.items() if key != "hinge_ratio"}
+
+BAD = [
+    # a value outside its range
+    ("wall.thickness", 0, "wall.thickness is 0; it must be a number greater than 0 and at most 1000000"),
+    ("wall.thickness", -0.3, "wall.thickness is -0.3; it must be a number greater than 0"),
+    ("validation.wall.thickness", -1, "validation.wall.thickness is -1; it must be a number greater than 0"),
+    ("wall.hinge_ratio", 0, "wall.hinge_ratio is 0; it must be a number greater than 0 and less than 1"),
+    ("wall.hinge_ratio", 1.0, "wall.hinge_ratio is 1.0; it must be a number greater than 0 and less than 1"),
+    ("wall.overburden_ratio", -0.1, "wall.overburden_ratio is -0.1; it must be a number at least 0"),
+    ("studies.overburden.overburden_ratio", [0, -1], "overburden_ratio[1] is -1; it must be a number at least 0"),
+    ("restitution.start", 0, "restitution.start is 0; it must be a number greater than 0 and at most 1"),
+    ("restitution.stop", 1.01, "restitution.stop is 1.01; it must be a number greater than 0 and at most 1"),
+    ("loops.restitution", -0.5, "loops.restitution is -0.5; it must be a number greater than 0 and at most 1"),
+    ("curve.plateau_ratio", 1, "curve.plateau_ratio is 1; it must be a number greater than 0 and less than 1"),
+    ("curve.cracked_stiffness_ratio", 0, "cracked_stiffness_ratio is 0; it must be a number greater than 0"),
+    ("curve.ultimate_ratio", 1.1, "curve.ultimate_ratio is 1.1; it must be a number greater than 0 and at most 1"),
+    ("solver.step", 0, "solver.step is 0; it must be a number at least 0.0001 and at most 1"),
+    ("figures.resolution", 99.5, "figures.resolution is 99.5; it must be a whole number at least 30 and at most 1200"),
+    ("matching.window", -3, "matching.window is -3; it must be 'default' or a number greater than 0"),
+    ("matching.window", "long", "matching.window is 'long'; it must be 'default' or a number greater than 0"),
+    # something else than a number
+    ("wall.thickness", math.nan, "wall.thickness is nan; it must be a finite number"),
+    ("studies.slenderness.slenderness", [10, math.inf], "slenderness[1] is inf; it must be a finite number"),
+    ("wall.thickness", True, "wall.thickness is True; it must be a number greater than 0"),
+    ("natural.walls", [{"parapet": 3}], "natural.walls[0].parapet is 3; it must be true or false"),
+    ("wall.thickness", None, "wall.thickness is None; it must be a number greater than 0"),
+    ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number at least 0.0001 and at most 1 (YAML"),
+    ("wall", 3, "wall is 3; it must be a mapping of keys to values"),
+    ("restitution", [0.7, 0.8], "restitution is [0.7, 0.8]; it must be a mapping of keys to values"),
+    ("studies.slenderness.slenderness", {"a": 1}, "is a mapping of keys to values; it must be a list of at least 1"),
+    ("studies.slenderness.slenderness", [], "slenderness has 0 of them; it must be a list of at least 1"),
+    ("studies.slenderness.slenderness", [10, 10], "slenderness has 10 twice; its values must differ"),
+    ("records", [], "records has 0 of them; it must be a list of at least 1"),
+    ("records", ["a.csv", 1], "records[1] is 1; it must be text"),
+    # a name that is not known
+    ("solver.scheme", "euler", "solver.scheme is 'euler'; it must be one of newmark, paper"),
+    ("curve.softening", "sloping", "curve.softening is 'sloping'; it must be one of steeper, translated"),
+    ("figures.formats", ["jpg"], "figures.formats[0] is 'jpg'; it must be one of pdf, png, svg"),
+    ("studies.amplitud", {}, "studies.amplitud is not a key; did you mean 'amplitude'?"),
+    ("wall.slendernes", 15, "wall.slendernes is not a key; did you mean 'slenderness'?"),
+    ("solver.tolerance", 1, "solver.tolerance is not a key; it must be one of scheme, step"),
+    ("figures.formats", ["pdf"], "figures.formats is ['pdf']; png must be among them"),
+    ("pulses.restitution", [i / 2000 for i in range(1, 1002)], "has 1001 of them; it must be a list of at least 1 and"),
+    # a distribution that cannot be
+    ("identification.prior.plateau_ratio.high", 0.3, "plateau_ratio.high is 0.3; it must be greater than low, 0.4"),
+    ("identification.prior.plateau_ratio.high", 1.0, "plateau_ratio.high is 1.0; it must be a number less than 1"),
+    ("identification.prior.restitution.high", 1.1, "restitution.high is 1.1; it must be a number at most 1"),
+    ("identification.prior.damping_ratio.low", -0.1, "damping_ratio.low is -0.1; it must be a number at least 0"),
+    ("identification.prior.order.low", 0.0, "prior.order.low is 0.0; it must be greater than 0 for loguniform"),
+    ("identification.simulated.pulse_peak.low", -1.0, "pulse_peak.low is -1.0; it must be a number greater than 0"),
+    ("population.parameters.thickness.low", 0.6, "thickness.high is 0.5; it must be greater than low, 0.6"),
+    ("population.parameters.overburden_ratio.low", -1, "overburden_ratio.low is -1; it must be a number at least 0"),
+    ("population.parameters.hinge_ratio.high", 1, "hinge_ratio.high is 1; it must be a number less than 1"),
+    ("population.parameters.thickness.mean", 0.2, "thickness.distribution is 'uniform'; mean and standard_deviation"),
+    (
+        "population.parameters.plateau_ratio.high",
+        0.9,
+        "cracked_stiffness_ratio.high is 0.14; it must be less",
+    ),
+    ("population.correlations.thickness", {"thickness": 0.5}, "population.correlations.thickness states thickness"),
+    # a wall or a curve that cannot be
+    ("curve.cracked_stiffness_ratio", 0.16, "curve.cracked_stiffness_ratio is 0.16; it must be less than a2"),
+    ("curve.ultimate_ratio", 0.15, "curve.ultimate_ratio is 0.15; it must be greater than 1 - b1 with steeper"),
+    ("studies.cracked_stiffness.cracked_stiffness_ratio", [0.02, 0.04, 0.3], "ratio is 0.3; it must be less than a2"),
+    (
+        "validation.curve.cracked_stiffness_ratio",
+        0.2,
+        "validation.curve.cracked_stiffness_ratio is 0.2; it must",
+    ),
+    ("loops.rigid.cracked_stiffness_ratio", 0.2, "loops.rigid.cracked_stiffness_ratio is 0.2; it must be less than a2"),
+    (
+        "dispersion.cracked_stiffness_ratio",
+        [0.04, 0.3],
+        "dispersion.cracked_stiffness_ratio has a curve that can",
+    ),
+    ("dispersion.ultimate_ratio", 0.3, "dispersion.ultimate_ratio is 0.3; a3 must be greater than 1 - b1"),
+    ("wall.eccentricity", -0.2, "wall.eccentricity is -0.2; it must be"),
+    ("wall.slenderness", 0.1, "wall.thickness is 0.3 m and height 0.03 m, which is h/t = 0.1; it must be at least 1"),
+    ("studies.slenderness.slenderness", [1.2, 15], "studies.slenderness cannot be used: thickness is 0.3 m and height"),
+    ("loops.rigid.height", 0.1, "loops.rigid.thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be"),
+    ("validation.wall.hinge_ratio", 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
+    (
+        "population.parameters.slenderness.low",
+        1.3,
+        "parameters.slenderness.low makes a wall that cannot rock",
+    ),
+    ("accuracy.rigid.slenderness", [1.1, 20], "accuracy.rigid.slenderness makes a wall that cannot rock"),
+    ("natural.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
+    ("natural.walls", [PRESET], "natural.walls[0].hinge_ratio is missing"),
+    ("natural.walls", [{**NAMED, "preset": "new"}], "natural.walls[0].cracked_stiffness_ratio is not a key"),
+    (
+        "natural.walls",
+        [{**NAMED, "cracked_stiffness_ratio": 0.3}],
+        "walls[0].cracked_stiffness_ratio is 0.3; it must",
+    ),
+    ("natural.walls", [NAMED, NAMED], "natural.walls[1].name is named 'mine', as one before it"),
+    # time
+    ("solver.step", 0.15, "solver.step is 0.15; it must be less than the stability limit 2 sqrt(a1/b1), 0.142134"),
+    ("natural.walls", [{**NAMED, "cracked_stiffness_ratio": 1e-6}], "stability limit 2 sqrt(a1/b1), 0.00216"),
+    ("validation.step", 0.5, "validation.step is 0.5; it must be less than the stability limit"),
+    ("pulses.step", 0.5, "pulses.step is 0.5; it must be less than the stability limit"),
+    ("damper_order.pulses.step", 0.5, "damper_order.pulses.step is 0.5; it must be less than the stability limit"),
+    ("natural.walls", [{**NAMED, "plateau_ratio": 0.005}], "natural.walls[0] has its first impact at 1"),
+    ("release_amplitude", 1.0, "release_amplitude is 1.0; it must be less than a3, 1, where the wall collapses"),
+    ("studies.amplitude.release_amplitude", [0.5, 1.2], "release_amplitude[1] is 1.2; it must be less than a3"),
+    ("loops.rigid.release_amplitude", 1, "release_amplitude is 1; it must be a number greater than 0 and less than 1"),
+    ("windows.start", 1, "windows.start is 1.0; it must be greater than 2.99"),
+    ("matching.window", 2, "matching.window is 2.0; it must be greater than 2.99"),
+    ("matching.window", 81, "matching.window is 81.0; it must be at most windows.stop, 80"),
+    ("loops.window", 1.5, "loops.window is 1.5; it must be greater than 2.99"),
+    ("dispersion.release_share", [0.5, 0.9999], "must come before the end of matching.window"),
+    ("studies.overburden.overburden_ratio", [0, 200], "overburden_ratio[1] is 200; at "),
+    ("studies.slenderness.slenderness", [15, 9000], "slenderness[1] is 9000; at "),
+    # grids, and what other stages look up in them
+    (
+        "studies.slenderness.slenderness",
+        [20, 10],
+        "slenderness[1] is 10; it must be greater than the value before it",
+    ),
+    ("pulses.bands", [0.1, 0.05], "pulses.bands[1] is 0.05; it must be greater than the value before it"),
+    ("pulses.frequency.stop", 0.1, "frequency.stop is 0.1; it must be greater than pulses.frequency.start, 0.5"),
+    ("damper_order.order", [4, 1], "damper_order.order[1] is 1; it must be greater than the value before it"),
+    ("dispersion.restitution", [0.9, 0.8], "dispersion.restitution[1] is 0.8; it must be greater than the value"),
+    ("natural.scale.stop", 0.1, "natural.scale.stop is 0.1; it must be greater than natural.scale.start, 0.2"),
+    ("restitution.stop", 0.5, "restitution.stop is 0.5; it must be greater than restitution.start, 0.7"),
+    ("restitution.step", 0.03, "restitution.step is 0.03; it must be such that a whole number of steps leads from"),
+    ("restitution.step", 0.28, "restitution.step is 0.28; there must be at least 3 values"),
+    ("release_amplitude", 0.4, "release_amplitude is 0.4; it must be among studies.amplitude.release_amplitude"),
+    ("validation.restitution", 0.6, "validation.restitution is 0.6; it must lie within the e of the polynomials"),
+    ("validation.fit_cracked_stiffness_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
+    ("studies.cracked_stiffness.cracked_stiffness_ratio", [0.17], "has no value with the plateau of curve"),
+    ("matching.scan.smallest", 3.0, "matching.scan.largest is 3.0; it must be greater than smallest, 3"),
+    ("natural.restitution", [0.995], "natural.restitution_change is 0.01; every e of natural, 0.75 to 0.995, must"),
+    ("damper_order.restitution_change", 0.16, "damper_order.restitution_change is 0.16; every e of damper_order"),
+    ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
+    ("validation.ladder", ["data/none.csv"], "validation.ladder[0] is 'data/none.csv'; it must be a file"),
+    (
+        "validation.ladder",
+        ["data/ladder/cr-half.csv", "./data/ladder/cr-half.csv"],
+        "validation.ladder[1] is named 'cr-half', as one before it; each must have a name of its own",
+    ),
+    # what no computer can run, key by key
+    (
+        "convergence.lanes",
+        10**12,
+        "lanes is 1000000000000; it must be a whole number at least 1 and at most",
+    ),
+    ("solver.step", 1e-9, "solver.step is 1e-09; it must be a number at least 0.0001 and at most 1"),
+    ("validation.wall.density", 10**400, "and at most 1000000"),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "expected"), BAD, ids=[f"{key}={value}"[:60] for key, value, _ in BAD])
+def test_bad_input_is_named_with_its_value_and_what_is_allowed(config, key, value, expected):
+    put(config, key, value)
+    assert any(expected in line for line in complaints(config))
+
+
+def test_translated_softening_needs_room_behind_the_plateau(config):
+    config["curve"] |= {"ultimate_ratio": 0.88, "softening": "translated"}
+    said = "curve.ultimate_ratio is 0.88; it must be greater than a1 + b1 with translated softening"
+    assert any(said in line for line in complaints(config))
+
+
+def test_a_missing_key_is_named(config):
+    del config["wall"]["density"]
+    (line,) = complaints(config)
+    assert line.endswith("wall.density is missing")
+
+
+def test_a_misspelt_key_is_not_reported_as_missing_too(config):
+    config["wall"]["thicknes"] = config["wall"].pop("thickness")
+    (line,) = complaints(config)
+    assert line.endswith("wall.thicknes is not a key; did you mean 'thickness'?")
+
+
+def test_every_problem_has_its_own_line(config):
+    config["wall"]["thickness"], config["solver"]["step"] = -1, 0
+    assert len(complaints(config)) == 2
+
+
+def test_a_key_that_was_renamed_is_told_its_new_name(config, monkeypatch):
+    monkeypatch.setattr(schema, "RENAMED", {"windows": "lengths", "lengths.start": "lengths.first", "width": "depth"})
+    config["windows"] = {}
+    rules = validation.read_schema(SCHEMA)
+    rules["properties"]["lengths"] = rules["properties"].pop("windows")
+    rules["required"][rules["required"].index("windows")] = "lengths"
+    said = list(map(str, schema.schema_problems(config, rules)))
+    assert said == ["windows is now called lengths"]
+    config["lengths"] = {"start": 1}
+    del config["windows"], rules["properties"]["lengths"]["properties"]["start"]
+    rules["$defs"]["wall"]["properties"]["depth"] = rules["$defs"]["wall"]["properties"].pop("width")
+    said = list(map(str, schema.schema_problems(config, rules)))
+    assert {"lengths.start is now called lengths.first", "wall.width is now called depth"} <= set(said)
+
+
+@pytest.mark.parametrize("key", schema.RENAMED)
+def test_the_keys_that_were_renamed_are_no_more(key, config):
+    with pytest.raises(LookupError):
+        stated(config, key)
+
+
+# --- where it stands ------------------------------------------------------------------------------------------------
+
+
+def report(files, **changes):
+    """The one line about files that are merged in this order, then changed as on the command line."""
+    with pytest.raises(InputError) as caught:
+        validate(merged(files, changes), SCHEMA, files)
+    return str(caught.value)
+
+
+def test_an_error_names_file_and_line_of_the_value(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    own = tmp_path / "own.yaml"
+    own.write_text("wall:\n  width: 2.0\n  thickness: -0.3\n", encoding="utf-8")
+    assert report([DEFAULT, own]).startswith(f"{own}, line 3: wall.thickness is -0.3;")
+    # A later file that leaves the value alone is not blamed.
+    assert report([DEFAULT, own, MINIMAL]).startswith(f"{own}, line 3: wall.thickness is -0.3;")
+
+
+def test_an_error_names_the_line_of_an_item_in_a_list(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    own = tmp_path / "own.yaml"
+    own.write_text("studies:\n  slenderness:\n    slenderness:\n      - 10\n      - 0\n", encoding="utf-8")
+    assert report([DEFAULT, own]).startswith(f"{own}, line 5: studies.slenderness.slenderness[1] is 0;")
+
+
+def test_an_error_names_the_file_of_a_misspelt_key(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    own = tmp_path / "own.yaml"
+    own.write_text("# a comment\nsolvr:\n  step: 0.01\n", encoding="utf-8")
+    assert report([DEFAULT, own]) == f"{own}, line 2: solvr is not a key; did you mean 'solver'?"
+
+
+def test_a_missing_key_is_looked_for_in_its_section(tmp_path):
+    own = tmp_path / "own.yaml"
+    own.write_text(DEFAULT.read_text(encoding="utf-8").replace("  density: 1800 ", "  # none "), encoding="utf-8")
+    line = 1 + own.read_text(encoding="utf-8").splitlines().index("wall:                    # Figs 5 to 7")
+    assert report([own]) == f"{own}, line {line}: wall.density is missing"
+
+
+def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert report([DEFAULT], wall={"thickness": -1}).startswith("the command line: wall.thickness is -1;")
+    assert report([DEFAULT], wall={"widht": 1}).startswith("the command line: wall.widht is not a key;")
+    assert report([DEFAULT], wal={"thickness": 1}).startswith("the command line: wal is not a key;")
+    advice = "; write nested values in a file and pass --configfile"
+    assert report([DEFAULT], wall={"thickness": -1}).endswith(advice)
+    assert report([DEFAULT], restitution=0.9).endswith(f"a mapping of keys to values{advice}")
+    assert advice not in report([DEFAULT], release_amplitude=-1)
+
+
+# --- walls that are possible and unlikely ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("wall.thickness", 3.0, "wall makes an unlikely wall: thickness is 3 m and height 45 m"),
+        ("validation.wall.thickness", 102.0, "; were they in millimetres"),
+        ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),
+    ],
+)
+def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, key, value, expected):
+    put(config, key, value)
+    with pytest.warns(InputWarning) as caught:
+        validate(config, SCHEMA, [DEFAULT])
+    assert any(expected in str(one.message) for one in caught)
+    assert all(str(one.message).startswith(("the command line: ", f"{DEFAULT}, line ")) for one in caught)
