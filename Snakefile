@@ -8,7 +8,7 @@ from snakemake.utils import min_version
 
 from rockdamp.motions import catalogue
 
-from rockdamp.pipeline import soundness
+from rockdamp.pipeline import verification
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, keys_of, reported
 from rockdamp.config.between_keys import validate, warn
@@ -16,9 +16,8 @@ from rockdamp.config.command_line import values_of
 from rockdamp.config.merging import merged
 from rockdamp.config.results_folder import refuse_braces, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
-from rockdamp.storage import notes
 from rockdamp.storage.atomic import tidy
-from rockdamp.storage.provenance import files_of, subset
+from rockdamp.storage.provenance import code_version, files_of, subset, value_of
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import STUDIES
 
@@ -44,11 +43,11 @@ try:
     validate(config, schema=Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files=files)
     if workflow.is_main_process:  # once, not for every job
         require_own_folder(config["results"], tree=workflow.basedir)
-    tests = [soundness.stated(config, key) for key in keys_of("record")]
-    for path in [*tests, *(path for key in keys_of("ladder") for path in soundness.stated(config, key))]:
+    tests = [value_of(config, key) for key in keys_of("record")]
+    for path in [*tests, *(path for key in keys_of("ladder") for path in value_of(config, key))]:
         read_record(path)
         refuse_braces([path])
-    lists = [soundness.stated(config, key) for key in keys_of("motions")]
+    lists = [value_of(config, key) for key in keys_of("motions")]
     own_motions = [path for entries in lists for path in catalogue.files_of(entries)]
     refuse_braces(own_motions)
     with warnings_as_lines():
@@ -69,63 +68,50 @@ os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NU
 include: "workflow/rules/common.smk"
 
 
-# Snakemake would end in a traceback on a file where a folder must be, and where it cannot take an old result or log away.
+# Snakemake would end in a traceback on a file where a folder must be.
 if workflow.is_main_process:
-    expected = list(soundness.results(config, count))
-    below = {os.path.dirname(file) for result in expected for file in result.files}
+    subfolders = {os.path.dirname(file) for file in ORIGINS}
     try:
-        for folder, what in FOLDERS.items():
-            require_folders(folder, below, what)
-        soundness.tell(RESULTS, STATES, config, expected)
+        require_folders(RESULTS, subfolders, "the results")
+        require_folders(LOGS, subfolders, "the logs")
     except InputError as error:
         raise WorkflowError(str(error)) from None
-    except OSError as error:
-        raise WorkflowError(f"{error.filename} cannot be written ({error.strerror})") from None
 
 
 onstart:
     try:
-        for folder, what in FOLDERS.items():
-            require_writable(folder, what)
-        for folder in below:  # of this config; in folders of others another run may be at work
-            tidy(Path(RESULTS, folder))
+        require_writable(RESULTS, "the results")
+        require_writable(LOGS, "the logs")
     except InputError as error:
         raise WorkflowError(str(error)) from None
+    for folder in subfolders:  # of this config; in folders of others another run may be at work
+        tidy(Path(RESULTS, folder))
+    # Numba compiles the solvers here, once: jobs that start together would all compile them, into the same files.
+    from rockdamp.solvers import compile_all
+
+    compile_all()
 
 
 include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/checksums.smk"
 
 
 localrules:
     all,
-    verify,
 
 
 rule all:
     default_target: True
     input:
-        built(stage.dataset for stage in STAGES.values() if stage.dataset),
-        rules.coefficients.output,
-        rules.claims.output,
-        [getattr(rules, name).output for name in FIGURES],
-        rules.report.output,
+        rules.checksums.input.results,
+        rules.checksums.output,
     message:
         "Every dataset, every figure and the report are up to date"
 
 
-rule verify:
-    input:
-        rules.all.input,
-    log:
-        f"{LOGS}/verify.log",
-    message:
-        "Whether every result that is there was made in this tree, of this config"
-    script:
-        "workflow/scripts/verify.py"
-
-
-for each in workflow.rules:  # what `snakemake --list` says of them
+# `snakemake --list` shows the docstring of a rule. The rules that loops make have theirs from the tables.
+for each in workflow.rules:
     each.docstring = each.message.replace("{wildcards.", "{")

@@ -17,6 +17,7 @@ from rockdamp.claims.verdicts import (
     between,
     brief,
     judged,
+    measured,
     number,
     per_model,
     percent,
@@ -60,27 +61,34 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
         totals = np.array([areas(loops, model, length).sum() for model in PAPER_MODELS])
         apart = totals / totals.mean() - 1
         each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
-        measured = f"in total against their mean, up to tau {number(length)}: {each}"
+        totals_apart = measured(f"in total against their mean, up to tau {number(length)}", each)
         told = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
-        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), measured, told=told)
+        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, told=told)
     losses = impact_losses(loops, window)
     loop_areas = [areas(loops, model, window) for model in PAPER_MODELS]
     of_loss = np.array([values.sum() for values in loop_areas]) / losses.sum()
     each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, of_loss, strict=True))
     parts["decay"] = Part(
         bool((np.abs(of_loss - 1) <= limits["same"]).all()),
-        f"in total over CR's loss, up to tau {number(window)}: {each}",
+        measured(f"in total over CR's loss, up to tau {number(window)}", each),
         told={"of_loss": between(of_loss, percent)},
     )
     count = min(losses.size, *(values.size for values in loop_areas))
     table, losses = np.stack([values[:count] for values in loop_areas]), losses[:count]
     for name, reference, of in (("models", table.mean(axis=0), "their mean"), ("impact", losses, "CR's loss")):
         relative = table / reference - 1
-        each = "; ".join(f"{percent(column.min())} to {percent(column.max())}" for column in relative.T)
+        ranges = [f"{percent(column.min())} to {percent(column.max())}" for column in relative.T]
         held = np.abs(relative).max(axis=0) <= limits["same"]
-        measured = f"half cycle by half cycle against {of}: {each}"
         told = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
-        parts[name] = replace(judged(by_half_cycle(held), measured, "half cycle", limits["enough"]), told=told)
+        parts[name] = replace(
+            judged(
+                by_half_cycle(held),
+                measured(f"against {of}", *ranges, by="half cycle"),
+                "half cycle",
+                limits["enough"],
+            ),
+            told=told,
+        )
     return parts
 
 
@@ -98,8 +106,8 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
         concentrated = share > limits["concentrated"]
         held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
         ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
-        measured = f"{model} {ends[0]} to {ends[1]} of the area"
-        part = judged(held, measured, "half cycle", limits["enough"])
+        inner = measured(f"{model} {ends[0]} to {ends[1]} of the area")
+        part = judged(held, inner, "half cycle", limits["enough"])
         parts[model.lower()] = replace(part, told={model.lower(): between(share)})
     return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
 
@@ -124,8 +132,8 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
         count = min(ours.size, theirs.size)
         largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
         for part, value, words in (("history", apart, "history"), ("peaks", largest, f"first {count} peaks")):
-            measured, told = f"{reference}: {words} {percent(value)} of the release", {f"{name}_{part}": brief(value)}
-            parts[f"{name}-{part}"] = Part(value <= limits["same"], measured, told=told)
+            difference = measured(reference, f"{words} {percent(value)} of the release")
+            parts[f"{name}-{part}"] = Part(value <= limits["same"], difference, told={f"{name}_{part}": brief(value)})
     return {name: parts[name] for name in ("slender-history", "slender-peaks", "exact-history", "exact-peaks")}
 
 
@@ -149,18 +157,20 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     length = number(loops["tau"].values[-1])
     steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
     return {
-        "smooth": Part(jump <= limits["jump"], steps, told={"step": brief(jump)}),
+        "smooth": Part(jump <= limits["jump"], measured(steps), told={"step": brief(jump)}),
         "displacement": Part(
             apart <= limits["same"],
-            f"displacement differs by {percent(apart)} (rms)",
+            measured(f"displacement differs by {percent(apart)} (rms)"),
             told={"displacement": brief(apart)},
         ),
         "velocity": Part(
             apart_velocity <= limits["same_velocity"],
-            f"velocity by {percent(apart_velocity)} (rms)",
+            measured(f"velocity by {percent(apart_velocity)} (rms)"),
             told={"velocity": brief(apart_velocity)},
         ),
-        "beyond": Part(beyond <= limits["same"], f"displacement by {percent(beyond)} (rms) up to tau {length}"),
+        "beyond": Part(
+            beyond <= limits["same"], measured(f"displacement by {percent(beyond)} (rms) up to tau {length}")
+        ),
     }
 
 
@@ -174,11 +184,13 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     if not validation.sizes["record"]:
         missing = "no record holds a free decay"
         return {
-            "more": Part(False, missing, testable=False, told={"decay": "there is no free decay to judge by"}),
-            "slightly": Part(False, ""),
-            "peaks": Part(False, ""),
+            "more": Part(
+                False, measured(missing), testable=False, told={"decay": "there is no free decay to judge by"}
+            ),
+            "slightly": Part(False),
+            "peaks": Part(False),
         }
-    measured = float(validation["measured_log_decrement"].mean())
+    decrement_of_test = float(validation["measured_log_decrement"].mean())
     decrement = validation["log_decrement"].mean("record", skipna=False)
     misfit = (validation["decay_peak_misfit"] ** 2).mean("record", skipna=False) ** 0.5
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
@@ -187,16 +199,17 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "more": Part(
             bool((sdr > others).all()),
-            f"logarithmic decrement {per_model(decrement)}; measured {number(measured)}",
+            measured(f"logarithmic decrement {per_model(decrement)}")
+            + measured(f"measured {number(decrement_of_test)}"),
         ),
         "slightly": Part(
             slight,
-            f"SDR {percent(more)} above the others' mean",
+            measured(f"SDR {percent(more)} above the others' mean"),
             told={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
         ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),
-            f"misfit of the free decay's peaks {per_model(1000 * misfit)} mm",
+            measured(f"misfit of the free decay's peaks {per_model(1000 * misfit)} mm"),
         ),
     }
 

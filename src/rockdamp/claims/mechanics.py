@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Judge, Limits, Part, between, brief, judged, number, percent
+from rockdamp.claims.verdicts import Judge, Limits, Part, between, brief, judged, measured, number, percent
 from rockdamp.storage.dataset import Datasets
 
 
@@ -20,16 +20,16 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
         rises = e.diff("slenderness") > limits["rise"]
         ends = e.isel(slenderness=[0, -1])
         low, high = ends["slenderness"].values
-        measured = "; ".join(
+        ranges = [
             f"{number(first)} to {number(last)} at h1/h {number(hinge)}"
             for hinge, (first, last) in zip(
                 e["hinge_height_ratio"].values, ends.transpose(..., "slenderness").values, strict=True
             )
-        )
-        measured = f"{words} from h/t {number(low)} to {number(high)}: {measured}"
+        ]
+        rise = measured(f"{words} from h/t {number(low)} to {number(high)}", *ranges)
         first, last = ends.isel(hinge_height_ratio=0).values
         told = {f"{name}_low": number(first), f"{name}_high": number(last)}
-        parts[name] = replace(judged(rises.all("slenderness"), measured, "h1/h"), told=told)
+        parts[name] = replace(judged(rises.all("slenderness"), rise, "h1/h"), told=told)
     at = {"hinge": number(e["hinge_height_ratio"][0]), "low": number(low), "high": number(high)}
     return {name: replace(part, told={**part.told, **at}) for name, part in parts.items()}
 
@@ -45,7 +45,8 @@ def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
         change = high.drop_vars("hinge_height_ratio") / low.drop_vars("hinge_height_ratio") - 1
         held = (np.abs(change) > limits["none"]) & (np.abs(change) <= limits["slight"])
         ends = f"{percent(change[0])} at h/t {words['squat']} to {percent(change[-1])} at h/t {words['slender']}"
-        part = judged(held, f"{variable.replace('_', ' ')} changes by {ends}", "h/t", limits["enough"])
+        changes = measured(f"{variable.replace('_', ' ')} changes by {ends}")
+        part = judged(held, changes, "h/t", limits["enough"])
         told = {name: f"{brief(change[0])} to {brief(change[-1])}"}
         parts[name] = replace(part, told=told | (words if name == "mass" else {}))
     return parts
@@ -69,11 +70,14 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
         "impulsive": number(mean / impulsive),
     }
     return {
-        "mean": Part(near(mean / analytical), f"mean {told['mean']} of {told['analytical']}", told=told),
+        "mean": Part(near(mean / analytical), measured(f"mean {told['mean']} of {told['analytical']}"), told=told),
         "range": Part(
-            near(low / analytical) and near(high / analytical), f"from {told['lowest']} to {told['highest']} of it"
+            near(low / analytical) and near(high / analytical),
+            measured(f"from {told['lowest']} to {told['highest']} of it"),
         ),
-        "impulsive": Part(near(mean / impulsive), f"mean {told['impulsive']} of {number(impulsive)}, every impulse"),
+        "impulsive": Part(
+            near(mean / impulsive), measured(f"mean {told['impulsive']} of {number(impulsive)}, every impulse")
+        ),
     }
 
 
@@ -87,15 +91,15 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
         others = [dim for dim in ratio.dims if dim != case]
         median = ratio.median(others).dropna(case)
         middle = number(ratio.median())
-        measured = f"{name}s: median ratio {middle}, {between(median, times)} from {noun} to {noun}"
-        part = judged(median > limits["more"], measured, noun, limits["enough"])
+        demand = measured(f"{name}s", f"median ratio {middle}, {between(median, times)} from {noun} to {noun}")
+        part = judged(median > limits["more"], demand, noun, limits["enough"])
         parts[f"{name}s"] = replace(part, told={f"{name}_ratio": middle})
         for curve in collapses:
             collapses[curve] += int(pairs[f"{name}_collapsed"].sel(force_curve=curve).sum())
         runs += ratio.size
     counts = {f"{curve.replace('-', '')}_collapses": f"{count} of {runs}" for curve, count in collapses.items()}
-    words = "; ".join(f"{count} of {runs} collapse with the {curve} curve" for curve, count in collapses.items())
-    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], words, told=counts)
+    overturned = (measured(f"{count} of {runs} collapse with the {curve} curve") for curve, count in collapses.items())
+    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(overturned, ()), told=counts)
     return parts
 
 

@@ -10,11 +10,13 @@ import xarray as xr
 from rockdamp.claims.verdicts import (
     Judge,
     Limits,
+    Measured,
     Part,
     between,
     brief,
     judged,
     listed,
+    measured,
     number,
     per_model,
     percent,
@@ -81,17 +83,18 @@ def _amplitude_sets(limits: Limits, data: Datasets) -> dict[str, xr.DataArray]:
     return {"paper": papers(wide, limits["release_amplitudes"]), "wide": wide}
 
 
-def _spread_over_amplitude(xi: xr.DataArray) -> tuple[xr.DataArray, str]:
+def _spread_over_amplitude(xi: xr.DataArray) -> tuple[xr.DataArray, tuple[Measured, ...]]:
     values = mean_spread(xi, "release_amplitude")
-    return values, f"spread over {extent(xi['release_amplitude'], 'u0/u_ins')}: {per_model(values, percent)}"
+    over = extent(xi["release_amplitude"], "u0/u_ins")
+    return values, measured(f"spread over {over}", per_model(values, percent))
 
 
 def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
     """CDC against the others, over amplitude."""
     parts = {}
     for name, xi in _amplitude_sets(limits, data).items():
-        values, measured = _spread_over_amplitude(xi)
-        parts[name] = Part(bool(is_largest(values, "CDC")), measured)
+        values, in_words = _spread_over_amplitude(xi)
+        parts[name] = Part(bool(is_largest(values, "CDC")), in_words)
     values, _ = _spread_over_amplitude(_amplitude_sets(limits, data)["paper"])
     return parts | {"paper": replace(parts["paper"], told=told_by_model(values))}
 
@@ -99,16 +102,16 @@ def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
 def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     """CDR over amplitude."""
     spreads = {name: _spread_over_amplitude(xi) for name, xi in _amplitude_sets(limits, data).items()}
-    values, measured = spreads["paper"]
-    widest, measured_wide = spreads["wide"]
+    values, in_words = spreads["paper"]
+    widest, widest_in_words = spreads["wide"]
     return {
         "slight": Part(
             bool(values.sel(damping_model="CDR") <= limits["slight"]),
-            measured,
+            in_words,
             told={"paper": brief(values.sel(damping_model="CDR")), "wide": brief(widest.sel(damping_model="CDR"))},
         ),
-        "least": Part(bool(is_smallest(values, "CDR")), ""),
-        "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), measured_wide),
+        "least": Part(bool(is_smallest(values, "CDR"))),
+        "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), widest_in_words),
     }
 
 
@@ -124,15 +127,15 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = steady(xi, "release_amplitude", sign)
         ends = xi.sortby("release_amplitude").isel(release_amplitude=[0, -1]).mean("restitution").values
         change = f"{number(ends[0])} to {number(ends[1])}"
-        part = judged(held, f"{model} mean xi {change} ({spans_of(held)})", "e", limits["enough"])
+        part = judged(held, measured(f"{model} mean xi {change} ({spans_of(held)})"), "e", limits["enough"])
         parts[model.lower()] = replace(part, told={model.lower(): change})
         everywhere.append(steady(wide, "release_amplitude", sign))
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
     told = {"spread": brief(sdr)}
-    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), f"spread of SDR {percent(sdr)}", told=told)
+    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), measured(f"spread of SDR {percent(sdr)}"), told=told)
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
-    measured = f"all amplitudes: {listed(f'{m} {spans_of(held)}' for m, held in zip(SIGNS, everywhere, strict=True))}"
-    parts["wide"] = judged(wide_held, measured, "e", limits["enough"])
+    counts = listed(f"{model} {spans_of(held)}" for model, held in zip(SIGNS, everywhere, strict=True))
+    parts["wide"] = judged(wide_held, measured("all amplitudes", counts), "e", limits["enough"])
     return parts
 
 
@@ -153,8 +156,8 @@ def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, dispersion in dispersions.items():
         low, high = (dispersion.isel(restitution=part) for part in (slice(None, third), slice(-third, None)))
         growth = high.mean("restitution") / low.mean("restitution")
-        measured = f"{name}, high over low e: {per_model(growth)}"
-        parts[name] = Part(bool((growth > limits["more"]).all()), measured, told={name: between(growth, number)})
+        growth_in_words = measured(f"{name}, high over low e", per_model(growth))
+        parts[name] = Part(bool((growth > limits["more"]).all()), growth_in_words, told={name: between(growth, number)})
     return parts
 
 
@@ -173,18 +176,21 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "together": Part(
             gap <= limits["closer"] * gap_reference,
-            f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}",
+            measured(f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}"),
             told={"gap": brief(gap), "gap_reference": brief(gap_reference)},
         ),
         "overdamps": judged(
             excess > 0,
-            f"xi of SDR at {names[1]} over that at {names[0]}: {percent(excess.min())} to {percent(excess.max())} more",
+            measured(
+                f"xi of SDR at {names[1]} over that at {names[0]}",
+                f"{percent(excess.min())} to {percent(excess.max())} more",
+            ),
             "e",
             limits["enough"],
         ),
         "slightly": Part(
             bool(mean > 0) & bool(mean <= limits["slight"]),
-            f"in the mean {percent(mean)}",
+            measured(f"in the mean {percent(mean)}"),
             told={
                 "excess": brief(mean),
                 "low": number(low["release_amplitude"]),
@@ -203,9 +209,9 @@ def _independence(dim: str, study: str) -> Judge:
         parts = {}
         for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
             values = spread(ratios(data[study], variable), dim).max("restitution")
-            measured = f"equal {name}: {spreads(values)}"
+            in_words = measured(f"equal {name}", spreads(values))
             told = {f"in_{name}": brief(values.max())}
-            parts[name] = Part(bool((values <= limits[name]).all()), measured, told=told)
+            parts[name] = Part(bool((values <= limits[name]).all()), in_words, told=told)
         return parts
 
     return judge
@@ -218,9 +224,9 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
         others = {dim: mean_spread(ratios(data[f"match/{study}"], variable), dim) for dim, study in OTHERS.items()}
         held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
-        told = "; ".join(f"{dim.split('_')[0]} {spreads(values)}" for dim, values in others.items())
-        of_a1 = "" if parts else f"spread: a1 {per_model(a1, percent)}; "
-        part = judged(held, f"{of_a1}equal {name}: {told}", "models", limits["enough"])
+        of_others = [f"{dim.split('_')[0]} {spreads(values)}" for dim, values in others.items()]
+        of_a1 = () if parts else measured("spread", f"a1 {per_model(a1, percent)}")
+        part = judged(held, of_a1 + measured(f"equal {name}", *of_others), "models", limits["enough"])
         largest = max(float(values.max()) for values in others.values())
         parts[name] = replace(part, told={**told_by_model(a1), f"in_{name}": brief(largest)})
     return parts
@@ -235,12 +241,13 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "cdc": Part(
             bool(is_largest(values, "CDC")),
-            f"spread over {extent(xi[dim], 'a1')}: {per_model(values, percent)}",
+            measured(f"spread over {extent(xi[dim], 'a1')}", per_model(values, percent)),
             told={**told_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
         ),
-        "cdr": Part(bool(is_smallest(values, "CDR")), ""),
+        "cdr": Part(bool(is_smallest(values, "CDR"))),
         "each": replace(
-            judged(held, f"so ranked at {spans_of(held)}", "e", limits["enough"]), told={"ranked": spans_of(held)}
+            judged(held, measured(f"so ranked at {spans_of(held)}"), "e", limits["enough"]),
+            told={"ranked": spans_of(held)},
         ),
     }
 
@@ -254,8 +261,8 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         ends = xi.sel(damping_model=model).isel({dim: [0, -1]}).mean("restitution").values
         less = "less" if sign > 0 else "more"
         change = f"{number(ends[0])} to {number(ends[1])}"
-        measured = f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})"
-        parts[name] = replace(judged(held, measured, "e", limits["enough"]), told={model.lower(): change})
+        in_words = measured(f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})")
+        parts[name] = replace(judged(held, in_words, "e", limits["enough"]), told={model.lower(): change})
     return parts
 
 
@@ -268,17 +275,17 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, model, sign in (("cdc", "CDC", -1), ("sdr", "SDR", 1), ("cdr", "CDR", -1)):
         of_model = relative.sel(damping_model=model)
         held = sign * of_model > 0
-        measured = f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)"
+        in_words = measured(f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)")
         partly = f"{percent(held.mean())} of e and a1" if float(held.mean()) >= enough else ""
         told = {name: between(of_model)}
-        parts[name] = Part(bool(held.all()), measured, "" if held.all() else partly, told=told)
+        parts[name] = Part(bool(held.all()), in_words, "" if held.all() else partly, told=told)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
     values = mean_spread(xi, "cracked_stiffness_ratio")
-    off = f"CDR off by {percent(apart)} in the mean"
+    off = measured(f"CDR off by {percent(apart)} in the mean")
     parts["cdr-slightly"] = Part(apart <= limits["slight"], off, told={"apart": brief(apart)})
     parts["cdr-a1"] = Part(
         bool(is_smallest(values, "CDR")),
-        f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}: {per_model(values, percent)}",
+        measured(f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}", per_model(values, percent)),
     )
     return parts
 

@@ -23,6 +23,34 @@ Claim = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
+class Measured:
+    """One measured quantity, in words.
+
+    Attributes
+    ----------
+    quantity : str
+        What was measured; a whole sentence where `values` is empty.
+    values : tuple of str
+        Numbers with their units, in the order of the cases.
+    by : str
+        The case that each value is of: ``half cycle``. Empty where the values say it themselves.
+    """
+
+    quantity: str
+    values: tuple[str, ...] = ()
+    by: str = ""
+
+    def __str__(self) -> str:
+        quantity = f"{self.by} by {self.by} {self.quantity}" if self.by else self.quantity
+        return f"{quantity}: {'; '.join(self.values)}" if self.values else quantity
+
+
+def measured(quantity: str, *values: str, by: str = "") -> tuple[Measured, ...]:
+    """Return one measured quantity as what a `Part` takes; several are added."""
+    return (Measured(quantity, values, by),)
+
+
+@dataclass(frozen=True)
 class Part:
     """One part of a claim, judged.
 
@@ -30,8 +58,7 @@ class Part:
     ----------
     holds : bool
         In every case.
-    measured : str
-        What was found, with units.
+    measured : tuple of Measured
     where : str
         The cases in which it holds, where it holds in enough of them but not in all.
     testable : bool
@@ -41,10 +68,50 @@ class Part:
     """
 
     holds: bool
-    measured: str
+    measured: tuple[Measured, ...] = ()
     where: str = ""
     testable: bool = True
     told: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a claim, with all that the tables and the report say of it.
+
+    Attributes
+    ----------
+    id, section, claim, threshold, figure : str
+        As in the data file.
+    verdict : str
+        `REPRODUCED`, `CONDITIONAL`, `NOT_REPRODUCED` or `NOT_JUDGED`.
+    measured : tuple of Measured
+    reasons : tuple of str
+        What holds the verdict back, beside the parts.
+    finding : str
+        The finding in one sentence, with its numbers.
+    holds, holds_in_part, does_not_hold : tuple of str
+        The words of the parts.
+    """
+
+    id: str
+    section: str
+    claim: str
+    verdict: str
+    measured: tuple[Measured, ...]
+    threshold: str
+    reasons: tuple[str, ...]
+    finding: str
+    holds: tuple[str, ...]
+    holds_in_part: tuple[str, ...]
+    does_not_hold: tuple[str, ...]
+    figure: str
+
+    @property
+    def condition(self) -> str:
+        """Reasons and, for a claim that holds under conditions, its parts: the column of the table."""
+        parts = {HOLDS: self.holds, PARTLY: self.holds_in_part, FAILS: self.does_not_hold}
+        shown = parts if self.verdict == CONDITIONAL else {}
+        return "; ".join([*self.reasons, *(f"{label}: {', '.join(words)}" for label, words in shown.items() if words)])
 
 
 class Limits(dict[str, Any]):
@@ -65,13 +132,13 @@ class Limits(dict[str, Any]):
 Judge = Callable[[Limits, Datasets], dict[str, Part]]
 
 
-def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str, str]:
-    """Return the verdict on a claim, and the conditions if it holds under conditions only.
+def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> str:
+    """Return the verdict on a claim.
 
     Parameters
     ----------
     claim : dict
-        With ``parts`` (name to words), ``needed`` and perhaps ``condition``.
+        With ``needed``.
     parts : dict of str to Part
     capped : bool
         Nothing more than `CONDITIONAL` can be said, for the reason that the claim's ``condition`` gives.
@@ -79,21 +146,19 @@ def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str,
     needed = claim["needed"]
     names, count = (needed["of"], needed["count"]) if isinstance(needed, Mapping) else (needed, len(needed))
     if sum(parts[name].holds or bool(parts[name].where) for name in names) < count:
-        return NOT_REPRODUCED, ""
-    if all(part.holds for part in parts.values()) and not capped:
-        return REPRODUCED, ""
-    conditions = [claim["condition"]] if capped else []
-    conditions += [f"{label}: {', '.join(names)}" for label, names in sorted_out(claim, parts).items() if names]
-    return CONDITIONAL, "; ".join(conditions)
+        return NOT_REPRODUCED
+    return REPRODUCED if all(part.holds for part in parts.values()) and not capped else CONDITIONAL
 
 
-def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, list[str]]:
-    """Return the words of the parts that hold, that hold in part, with where, and that do not hold."""
+def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, tuple[str, ...]]:
+    """Return the words of the parts by the field of `Verdict` that they belong to."""
     words = claim["parts"]
     return {
-        HOLDS: [words[name] for name, part in parts.items() if part.holds],
-        PARTLY: [f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where],
-        FAILS: [words[name] for name, part in parts.items() if not part.holds and not part.where],
+        "holds": tuple(words[name] for name, part in parts.items() if part.holds),
+        "holds_in_part": tuple(
+            f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where
+        ),
+        "does_not_hold": tuple(words[name] for name, part in parts.items() if not part.holds and not part.where),
     }
 
 
@@ -117,7 +182,7 @@ def found(claim: Claim, parts: Mapping[str, Part]) -> str:
 # --- cases ---------------------------------------------------------------------------------------------------------
 
 
-def judged(held: xr.DataArray, measured: str, noun: str, enough: float = 0.0) -> Part:
+def judged(held: xr.DataArray, measured: tuple[Measured, ...], noun: str, enough: float = 0.0) -> Part:
     """Return the part that holds in the cases of `held` (boolean, one dimension with a coordinate).
 
     Where it fails in some of them but holds in at least the part `enough`, it says which. Without cases it fails.

@@ -26,6 +26,11 @@ class Drawing:
         return f"rockdamp.figures.{self.module}.{self.name}"
 
     @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules whose sources it depends on."""
+        return f"rockdamp.figures.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"
+
+    @property
     def number(self) -> str:
         """Its name in the paper, ``Fig. 7``; empty for a figure beyond the paper."""
         return self.title.rpartition(": ")[0] if "Fig. " in self.title else ""

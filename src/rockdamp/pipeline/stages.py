@@ -5,12 +5,13 @@ The Snakefile reads it at every start, so it imports nothing that takes long.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
 from rockdamp.storage import yaml_file
+from rockdamp.storage.provenance import value_of
 from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
@@ -26,6 +27,7 @@ class Stage:
     function: str = ""
     inputs: Sequence[str] = ()
     config: Sequence[str] = ()
+    also: Sequence[str] = ()
     shares_of: str = ""
     per_share: str = ""
     threads: int = 1
@@ -36,14 +38,29 @@ class Stage:
     intermediate: bool = False
 
     @property
-    def module(self) -> str:
-        """Full name of the module of its function."""
-        return self.function.rpartition(".")[0]
+    def modules(self) -> tuple[str, str]:
+        """Modules whose sources it depends on: that of its function, and what reads and writes datasets."""
+        return self.function.rpartition(".")[0], "rockdamp.storage.dataset"
 
     @property
     def dataset(self) -> str:
         """Its file without suffix, ``match/{study}``; empty where it writes no dataset."""
         return self.file.removesuffix(".nc") if self.file.endswith(".nc") else ""
+
+    def shares(self, config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> range:
+        """Return the numbers that {share} stands for in its file; one where the file has none.
+
+        Parameters
+        ----------
+        config : dict
+        count : callable
+            Returns how many ground motions a list names.
+        """
+        if not self.shares_of:
+            return range(1)
+        whole = value_of(config, self.shares_of)
+        total = whole if isinstance(whole, int) else count(whole)
+        return range(-(-total // value_of(config, self.per_share)))
 
 
 def _read() -> dict[str, Stage]:

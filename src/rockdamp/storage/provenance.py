@@ -10,7 +10,6 @@ import ast
 import hashlib
 import json
 import re
-import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
@@ -19,9 +18,6 @@ from typing import Any
 
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).resolve().parents[1]
-IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+[\w.]+[ \t]+import[ \t]*(?:\([^)]*\)|[^(\n]+)|import[ \t]+[^\n]+)", re.MULTILINE
-)
 FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 
 
@@ -119,6 +115,14 @@ def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     return part
 
 
+def value_of(config: Mapping[str, Any], key: str) -> Any:
+    """Return the value of a dotted key of the config."""
+    value: Any = config
+    for name in key.split("."):
+        value = value[name]
+    return value
+
+
 @cache
 def _file_of(name: str) -> Path | None:
     place = ROOT.joinpath(*name.split(".")[1:])
@@ -133,7 +137,7 @@ def _imports(name: str, path: Path) -> frozenset[str]:
     """The package's modules that one module imports."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imported = set()
-    for node in _statements(path):
+    for node in ast.walk(ast.parse(_text(path), filename=str(path))):
         if isinstance(node, ast.Import):
             wanted = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -169,15 +173,6 @@ def _data_files(path: Path) -> frozenset[Path]:
 
 def _inside(path: Path) -> bool:
     return path.is_file() and path.resolve().is_relative_to(ROOT)
-
-
-def _statements(path: Path) -> list[ast.stmt]:
-    """The imports of a module; to parse all of each would make every start of the workflow wait."""
-    found = (textwrap.dedent(match[0]) for match in IMPORT.finditer(_text(path)))
-    try:
-        return ast.parse("\n".join(found), filename=str(path)).body
-    except SyntaxError:  # a line that only looks like an import, or one that the pattern does not take whole
-        return [node for node in ast.walk(ast.parse(_text(path), filename=str(path))) if isinstance(node, ast.stmt)]
 
 
 @cache
