@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "docs/figures/rules.svg"
 GATHER = ("all", "report", "checksums")
 

@@ -1,9 +1,9 @@
 """What the rules share: where files lie, and what a job depends on besides its input files."""
 
 RESULTS = config["results"]
-# Beside the results of each config, their logs: those of results/minimal are in logs/results/minimal.
+# The logs of results/minimal are in logs/results/minimal, those of /scratch/my-wall in logs/scratch/my-wall.
 relative = os.path.relpath(RESULTS)
-LOGS = f"logs/{os.path.abspath(RESULTS).lstrip('/') if relative.startswith('..') else relative}"
+LOGS = os.path.join("logs", os.path.abspath(RESULTS)[1:] if relative.startswith("..") else relative)
 
 
 def motion_count(entries):
