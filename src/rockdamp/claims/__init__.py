@@ -23,7 +23,7 @@ from rockdamp.claims.verdicts import (
     Limits,
     Verdict,
     combine,
-    found,
+    finding_of,
     measured,
     sorted_out,
 )
@@ -119,7 +119,7 @@ def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
         + (measured("the records are synthetic") if synthetic else ()),
         threshold=claim["threshold"].format_map(claim["limits"]),
         reasons=tuple(reasons),
-        finding=found(claim, parts),
+        finding=finding_of(claim, parts),
         # What cannot be judged has parts that neither hold nor fail.
         **sorted_out(claim, {} if verdict == NOT_JUDGED else parts),
         figure=claim.get("figure", ""),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -62,8 +61,8 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
         apart = totals / totals.mean() - 1
         each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
         totals_apart = measured(f"in total against their mean, up to tau {number(length)}", each)
-        told = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
-        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, told=told)
+        finding = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
+        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, finding)
     losses = impact_losses(loops, window)
     loop_areas = [areas(loops, model, window) for model in PAPER_MODELS]
     of_loss = np.array([values.sum() for values in loop_areas]) / losses.sum()
@@ -71,7 +70,7 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
     parts["decay"] = Part(
         bool((np.abs(of_loss - 1) <= limits["same"]).all()),
         measured(f"in total over CR's loss, up to tau {number(window)}", each),
-        told={"of_loss": between(of_loss, percent)},
+        finding={"of_loss": between(of_loss, percent)},
     )
     count = min(losses.size, *(values.size for values in loop_areas))
     table, losses = np.stack([values[:count] for values in loop_areas]), losses[:count]
@@ -79,16 +78,9 @@ def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
         relative = table / reference - 1
         ranges = [f"{percent(column.min())} to {percent(column.max())}" for column in relative.T]
         held = np.abs(relative).max(axis=0) <= limits["same"]
-        told = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
-        parts[name] = replace(
-            judged(
-                by_half_cycle(held),
-                measured(f"against {of}", *ranges, by="half cycle"),
-                "half cycle",
-                limits["enough"],
-            ),
-            told=told,
-        )
+        finding = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
+        against = measured(f"against {of}", *ranges, by="half cycle")
+        parts[name] = judged(by_half_cycle(held), against, "half cycle", limits["enough"], finding)
     return parts
 
 
@@ -107,8 +99,8 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
         ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
         inner = measured(f"{model} {ends[0]} to {ends[1]} of the area")
-        part = judged(held, inner, "half cycle", limits["enough"])
-        parts[model.lower()] = replace(part, told={model.lower(): between(share)})
+        name = model.lower()
+        parts[name] = judged(held, inner, "half cycle", limits["enough"], {name: between(share)})
     return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
 
 
@@ -133,7 +125,9 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
         largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
         for part, value, words in (("history", apart, "history"), ("peaks", largest, f"first {count} peaks")):
             difference = measured(reference, f"{words} {percent(value)} of the release")
-            parts[f"{name}-{part}"] = Part(value <= limits["same"], difference, told={f"{name}_{part}": brief(value)})
+            parts[f"{name}-{part}"] = Part(
+                value <= limits["same"], difference, finding={f"{name}_{part}": brief(value)}
+            )
     return {name: parts[name] for name in ("slender-history", "slender-peaks", "exact-history", "exact-peaks")}
 
 
@@ -157,16 +151,16 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     length = number(loops["tau"].values[-1])
     steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
     return {
-        "smooth": Part(jump <= limits["jump"], measured(steps), told={"step": brief(jump)}),
+        "smooth": Part(jump <= limits["jump"], measured(steps), {"step": brief(jump)}),
         "displacement": Part(
             apart <= limits["same"],
             measured(f"displacement differs by {percent(apart)} (rms)"),
-            told={"displacement": brief(apart)},
+            finding={"displacement": brief(apart)},
         ),
         "velocity": Part(
             apart_velocity <= limits["same_velocity"],
             measured(f"velocity by {percent(apart_velocity)} (rms)"),
-            told={"velocity": brief(apart_velocity)},
+            finding={"velocity": brief(apart_velocity)},
         ),
         "beyond": Part(
             beyond <= limits["same"], measured(f"displacement by {percent(beyond)} (rms) up to tau {length}")
@@ -185,7 +179,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         missing = "no record holds a free decay"
         return {
             "more": Part(
-                False, measured(missing), testable=False, told={"decay": "there is no free decay to judge by"}
+                False, measured(missing), testable=False, finding={"decay": "there is no free decay to judge by"}
             ),
             "slightly": Part(False),
             "peaks": Part(False),
@@ -205,7 +199,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         "slightly": Part(
             slight,
             measured(f"SDR {percent(more)} above the others' mean"),
-            told={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
+            finding={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
         ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import xarray as xr
 
@@ -28,10 +26,10 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
         ]
         rise = measured(f"{words} from h/t {number(low)} to {number(high)}", *ranges)
         first, last = ends.isel(hinge_height_ratio=0).values
-        told = {f"{name}_low": number(first), f"{name}_high": number(last)}
-        parts[name] = replace(judged(rises.all("slenderness"), rise, "h1/h"), told=told)
-    at = {"hinge": number(e["hinge_height_ratio"][0]), "low": number(low), "high": number(high)}
-    return {name: replace(part, told={**part.told, **at}) for name, part in parts.items()}
+        finding = {f"{name}_low": number(first), f"{name}_high": number(last)}
+        finding |= {"hinge": number(e["hinge_height_ratio"][0]), "low": number(low), "high": number(high)}
+        parts[name] = judged(rises.all("slenderness"), rise, "h1/h", finding=finding)
+    return parts
 
 
 def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -46,9 +44,8 @@ def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = (np.abs(change) > limits["none"]) & (np.abs(change) <= limits["slight"])
         ends = f"{percent(change[0])} at h/t {words['squat']} to {percent(change[-1])} at h/t {words['slender']}"
         changes = measured(f"{variable.replace('_', ' ')} changes by {ends}")
-        part = judged(held, changes, "h/t", limits["enough"])
-        told = {name: f"{brief(change[0])} to {brief(change[-1])}"}
-        parts[name] = replace(part, told=told | (words if name == "mass" else {}))
+        finding = {**words, name: f"{brief(change[0])} to {brief(change[-1])}"}
+        parts[name] = judged(held, changes, "h/t", limits["enough"], finding)
     return parts
 
 
@@ -62,7 +59,7 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
     def near(ratio: float) -> bool:
         return abs(ratio / limits["share"] - 1) <= limits["same"]
 
-    told = {
+    finding = {
         "mean": number(mean / analytical),
         "analytical": number(analytical),
         "lowest": number(low / analytical),
@@ -70,13 +67,15 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
         "impulsive": number(mean / impulsive),
     }
     return {
-        "mean": Part(near(mean / analytical), measured(f"mean {told['mean']} of {told['analytical']}"), told=told),
+        "mean": Part(
+            near(mean / analytical), measured(f"mean {finding['mean']} of {finding['analytical']}"), finding=finding
+        ),
         "range": Part(
             near(low / analytical) and near(high / analytical),
-            measured(f"from {told['lowest']} to {told['highest']} of it"),
+            measured(f"from {finding['lowest']} to {finding['highest']} of it"),
         ),
         "impulsive": Part(
-            near(mean / impulsive), measured(f"mean {told['impulsive']} of {number(impulsive)}, every impulse")
+            near(mean / impulsive), measured(f"mean {finding['impulsive']} of {number(impulsive)}, every impulse")
         ),
     }
 
@@ -92,14 +91,13 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
         median = ratio.median(others).dropna(case)
         middle = number(ratio.median())
         demand = measured(f"{name}s", f"median ratio {middle}, {between(median, times)} from {noun} to {noun}")
-        part = judged(median > limits["more"], demand, noun, limits["enough"])
-        parts[f"{name}s"] = replace(part, told={f"{name}_ratio": middle})
+        parts[f"{name}s"] = judged(median > limits["more"], demand, noun, limits["enough"], {f"{name}_ratio": middle})
         for curve in collapses:
             collapses[curve] += int(pairs[f"{name}_collapsed"].sel(force_curve=curve).sum())
         runs += ratio.size
     counts = {f"{curve.replace('-', '')}_collapses": f"{count} of {runs}" for curve, count in collapses.items()}
     overturned = (measured(f"{count} of {runs} collapse with the {curve} curve") for curve, count in collapses.items())
-    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(overturned, ()), told=counts)
+    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(overturned, ()), counts)
     return parts
 
 

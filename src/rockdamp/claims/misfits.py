@@ -21,7 +21,7 @@ from rockdamp.claims.verdicts import (
     percent,
     spans,
     steady,
-    told_by_model,
+    words_by_model,
 )
 from rockdamp.storage.dataset import Datasets
 
@@ -55,9 +55,9 @@ def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
     held = error.sel(damping_model=["CDR", "SDR"]).max("damping_model") < error.sel(damping_model="CDC")
     mean, mean_in_words = mean_errors(data)
     below = measured(f"both below CDC at {spans_of(held)}")
-    matched = judged(held, below + mean_in_words, "e", limits["enough"])
+    finding = {**words_by_model(mean), "both": spans_of(held)}
     return {
-        "matched": replace(matched, told={**told_by_model(mean), "both": spans_of(held)}),
+        "matched": judged(held, below + mean_in_words, "e", limits["enough"], finding),
         "lengths": lengths(data["windows"]["secant_below_constant"], "below CDC at every e"),
     }
 
@@ -87,14 +87,14 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = (lowest == model)[where.values]
         at = f", at {number(inferred['window'])} in tau" if name == "outside" else ""
         lowest_at = measured(f"{model} lowest at {spans_of(held)} {name}{at}")
-        parts[name] = replace(judged(held, lowest_at, "e", limits["enough"]), told={name: spans_of(held)})
+        parts[name] = judged(held, lowest_at, "e", limits["enough"], {name: spans_of(held)})
     last = parts["outside"]
     all_measured = last.measured + measured(f"the range is exactly so for {exact}") + others
-    told = {
+    finding = {
         "window": number(inferred["window"]),
         "elsewhere": f"At any other it misses at least {int(wrong.min())} e" if wrong.size else "No other was studied",
     }
-    return parts | {"outside": replace(last, measured=all_measured, told={**last.told, **told})}
+    return parts | {"outside": replace(last, measured=all_measured, finding={**last.finding, **finding})}
 
 
 def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -111,8 +111,8 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
     for model in MODELS:
         rising = int(steps.sel(damping_model=model))
         steps_up = measured(f"{model} rises at {rising} of {count} steps to lower e")
-        told = {model.lower(): f"{rising} of {count}"}
-        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), steps_up, told=told)
+        finding = {model.lower(): f"{rising} of {count}"}
+        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), steps_up, finding)
     parts["trend"] = Part(
         bool((correlation <= limits["correlation"]).all()), measured(f"rank correlation {per_model(correlation)}")
     )
@@ -120,9 +120,7 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
     by_model = ", ".join(f"{model} {spans(flag.sel(damping_model=model), 'tau')}" for model in MODELS)
     together = lengths(flag.all("damping_model"), "all rise at every step")
     (item,) = together.measured
-    lengths_each = measured(item.quantity, f"{item.values[0]} ({by_model})")
-    parts["lengths"] = replace(together, measured=lengths_each)
-    return parts
+    return parts | {"lengths": replace(together, measured=measured(item.quantity, f"{item.values[0]} ({by_model})"))}
 
 
 def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -133,16 +131,16 @@ def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
     of_lengths = data["windows"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
     return {
-        "error": Part(bool(is_smallest(error, "CDR")), mean_in_words, told=against_others("error", error)),
+        "error": Part(bool(is_smallest(error, "CDR")), mean_in_words, against_others("error", error)),
         "amplitude": Part(
             bool(is_smallest(amplitude, "CDR")),
             measured(f"spread over amplitude {per_model(amplitude, percent)}"),
-            told=against_others("amplitude", amplitude),
+            finding=against_others("amplitude", amplitude),
         ),
         "stiffness": Part(
             bool(is_smallest(stiffness, "CDR")),
             measured(f"over a1 {per_model(stiffness, percent)}"),
-            told=against_others("stiffness", stiffness),
+            finding=against_others("stiffness", stiffness),
         ),
         "lengths": lengths(is_smallest(of_lengths, "CDR"), "CDR errs least"),
     }
@@ -162,7 +160,7 @@ def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     of_lengths = data["windows"]["rms_error"].mean("restitution")
     below = of_lengths.sel(damping_model="SDR").drop_vars("damping_model") < of_lengths.sel(damping_model="CDC")
     return {
-        "small": Part(bool(sdr <= limits["small"]), mean_in_words, told=told_by_model(error)),
+        "small": Part(bool(sdr <= limits["small"]), mean_in_words, words_by_model(error)),
         "better": Part(bool(sdr < cdc)),
         "near": Part(times <= limits["near"], measured(f"SDR {number(times)} times the lowest")),
         "lengths": lengths(below.drop_vars("damping_model", errors="ignore"), "below CDC in the mean"),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import xarray as xr
 
@@ -21,7 +19,7 @@ from rockdamp.claims.verdicts import (
     per_model,
     percent,
     steady,
-    told_by_model,
+    words_by_model,
 )
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
@@ -94,9 +92,9 @@ def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
     parts = {}
     for name, xi in _amplitude_sets(limits, data).items():
         values, in_words = _spread_over_amplitude(xi)
-        parts[name] = Part(bool(is_largest(values, "CDC")), in_words)
-    values, _ = _spread_over_amplitude(_amplitude_sets(limits, data)["paper"])
-    return parts | {"paper": replace(parts["paper"], told=told_by_model(values))}
+        finding = words_by_model(values) if name == "paper" else {}
+        parts[name] = Part(bool(is_largest(values, "CDC")), in_words, finding)
+    return parts
 
 
 def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -108,7 +106,7 @@ def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         "slight": Part(
             bool(values.sel(damping_model="CDR") <= limits["slight"]),
             in_words,
-            told={"paper": brief(values.sel(damping_model="CDR")), "wide": brief(widest.sel(damping_model="CDR"))},
+            finding={"paper": brief(values.sel(damping_model="CDR")), "wide": brief(widest.sel(damping_model="CDR"))},
         ),
         "least": Part(bool(is_smallest(values, "CDR"))),
         "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), widest_in_words),
@@ -127,12 +125,14 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = steady(xi, "release_amplitude", sign)
         ends = xi.sortby("release_amplitude").isel(release_amplitude=[0, -1]).mean("restitution").values
         change = f"{number(ends[0])} to {number(ends[1])}"
-        part = judged(held, measured(f"{model} mean xi {change} ({spans_of(held)})"), "e", limits["enough"])
-        parts[model.lower()] = replace(part, told={model.lower(): change})
+        in_words, name = measured(f"{model} mean xi {change} ({spans_of(held)})"), model.lower()
+        parts[name] = judged(held, in_words, "e", limits["enough"], {name: change})
         everywhere.append(steady(wide, "release_amplitude", sign))
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
-    told = {"spread": brief(sdr)}
-    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), measured(f"spread of SDR {percent(sdr)}"), told=told)
+    finding = {"spread": brief(sdr)}
+    parts["sdr-slightly"] = Part(
+        bool(sdr <= limits["slight"]), measured(f"spread of SDR {percent(sdr)}"), finding=finding
+    )
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
     counts = listed(f"{model} {spans_of(held)}" for model, held in zip(SIGNS, everywhere, strict=True))
     parts["wide"] = judged(wide_held, measured("all amplitudes", counts), "e", limits["enough"])
@@ -157,7 +157,9 @@ def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
         low, high = (dispersion.isel(restitution=part) for part in (slice(None, third), slice(-third, None)))
         growth = high.mean("restitution") / low.mean("restitution")
         growth_in_words = measured(f"{name}, high over low e", per_model(growth))
-        parts[name] = Part(bool((growth > limits["more"]).all()), growth_in_words, told={name: between(growth, number)})
+        parts[name] = Part(
+            bool((growth > limits["more"]).all()), growth_in_words, finding={name: between(growth, number)}
+        )
     return parts
 
 
@@ -177,7 +179,7 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
         "together": Part(
             gap <= limits["closer"] * gap_reference,
             measured(f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}"),
-            told={"gap": brief(gap), "gap_reference": brief(gap_reference)},
+            finding={"gap": brief(gap), "gap_reference": brief(gap_reference)},
         ),
         "overdamps": judged(
             excess > 0,
@@ -191,7 +193,7 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
         "slightly": Part(
             bool(mean > 0) & bool(mean <= limits["slight"]),
             measured(f"in the mean {percent(mean)}"),
-            told={
+            finding={
                 "excess": brief(mean),
                 "low": number(low["release_amplitude"]),
                 "reference": number(reference["release_amplitude"]),
@@ -210,8 +212,8 @@ def _independence(dim: str, study: str) -> Judge:
         for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
             values = spread(ratios(data[study], variable), dim).max("restitution")
             in_words = measured(f"equal {name}", spreads(values))
-            told = {f"in_{name}": brief(values.max())}
-            parts[name] = Part(bool((values <= limits[name]).all()), in_words, told=told)
+            finding = {f"in_{name}": brief(values.max())}
+            parts[name] = Part(bool((values <= limits[name]).all()), in_words, finding)
         return parts
 
     return judge
@@ -226,9 +228,10 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
         of_others = [f"{dim.split('_')[0]} {spreads(values)}" for dim, values in others.items()]
         of_a1 = () if parts else measured("spread", f"a1 {per_model(a1, percent)}")
-        part = judged(held, of_a1 + measured(f"equal {name}", *of_others), "models", limits["enough"])
         largest = max(float(values.max()) for values in others.values())
-        parts[name] = replace(part, told={**told_by_model(a1), f"in_{name}": brief(largest)})
+        finding = {**words_by_model(a1), f"in_{name}": brief(largest)}
+        in_words = of_a1 + measured(f"equal {name}", *of_others)
+        parts[name] = judged(held, in_words, "models", limits["enough"], finding)
     return parts
 
 
@@ -242,12 +245,11 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
         "cdc": Part(
             bool(is_largest(values, "CDC")),
             measured(f"spread over {extent(xi[dim], 'a1')}", per_model(values, percent)),
-            told={**told_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
+            finding={**words_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
         ),
         "cdr": Part(bool(is_smallest(values, "CDR"))),
-        "each": replace(
-            judged(held, measured(f"so ranked at {spans_of(held)}"), "e", limits["enough"]),
-            told={"ranked": spans_of(held)},
+        "each": judged(
+            held, measured(f"so ranked at {spans_of(held)}"), "e", limits["enough"], {"ranked": spans_of(held)}
         ),
     }
 
@@ -262,7 +264,7 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         less = "less" if sign > 0 else "more"
         change = f"{number(ends[0])} to {number(ends[1])}"
         in_words = measured(f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})")
-        parts[name] = replace(judged(held, in_words, "e", limits["enough"]), told={model.lower(): change})
+        parts[name] = judged(held, in_words, "e", limits["enough"], {model.lower(): change})
     return parts
 
 
@@ -277,12 +279,12 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = sign * of_model > 0
         in_words = measured(f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)")
         partly = f"{percent(held.mean())} of e and a1" if float(held.mean()) >= enough else ""
-        told = {name: between(of_model)}
-        parts[name] = Part(bool(held.all()), in_words, "" if held.all() else partly, told=told)
+        finding = {name: between(of_model)}
+        parts[name] = Part(bool(held.all()), in_words, finding, "" if held.all() else partly)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
     values = mean_spread(xi, "cracked_stiffness_ratio")
     off = measured(f"CDR off by {percent(apart)} in the mean")
-    parts["cdr-slightly"] = Part(apart <= limits["slight"], off, told={"apart": brief(apart)})
+    parts["cdr-slightly"] = Part(apart <= limits["slight"], off, {"apart": brief(apart)})
     parts["cdr-a1"] = Part(
         bool(is_smallest(values, "CDR")),
         measured(f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}", per_model(values, percent)),

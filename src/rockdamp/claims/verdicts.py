@@ -17,28 +17,17 @@ REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
 NOT_JUDGED = "not judged: no measurement"
-HOLDS, PARTLY, FAILS = "holds", "holds in part", "does not hold"  # what a part does
 
 Claim = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One measured quantity, in words.
-
-    Attributes
-    ----------
-    quantity : str
-        What was measured; a whole sentence where `values` is empty.
-    values : tuple of str
-        Numbers with their units, in the order of the cases.
-    by : str
-        The case that each value is of: ``half cycle``. Empty where the values say it themselves.
-    """
+    """One measured quantity in words: a sentence, or a quantity with its values."""
 
     quantity: str
     values: tuple[str, ...] = ()
-    by: str = ""
+    by: str = ""  # the case that each value is of, ``half cycle``; empty where the values say it
 
     def __str__(self) -> str:
         quantity = f"{self.by} by {self.by} {self.quantity}" if self.by else self.quantity
@@ -52,46 +41,18 @@ def measured(quantity: str, *values: str, by: str = "") -> tuple[Measured, ...]:
 
 @dataclass(frozen=True)
 class Part:
-    """One part of a claim, judged.
+    """One part of a claim, judged."""
 
-    Attributes
-    ----------
-    holds : bool
-        In every case.
-    measured : tuple of Measured
-    where : str
-        The cases in which it holds, where it holds in enough of them but not in all.
-    testable : bool
-        The datasets hold what decides; if not, `measured` says what is missing.
-    told : dict of str to str
-        What fills the gaps of the claim's ``finding``.
-    """
-
-    holds: bool
+    holds: bool  # in every case
     measured: tuple[Measured, ...] = ()
-    where: str = ""
-    testable: bool = True
-    told: Mapping[str, str] = field(default_factory=dict)
+    finding: Mapping[str, str] = field(default_factory=dict)  # fills the gaps of the claim's ``finding``
+    where: str = ""  # the cases in which it holds, where these are enough but not all
+    testable: bool = True  # the datasets hold what decides; if not, `measured` says what is missing
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a claim, with all that the tables and the report say of it.
-
-    Attributes
-    ----------
-    id, section, claim, threshold, figure : str
-        As in the data file.
-    verdict : str
-        `REPRODUCED`, `CONDITIONAL`, `NOT_REPRODUCED` or `NOT_JUDGED`.
-    measured : tuple of Measured
-    reasons : tuple of str
-        What holds the verdict back, beside the parts.
-    finding : str
-        The finding in one sentence, with its numbers.
-    holds, holds_in_part, does_not_hold : tuple of str
-        The words of the parts.
-    """
+    """The verdict on a claim, with all that the tables and the report say of it."""
 
     id: str
     section: str
@@ -99,9 +60,9 @@ class Verdict:
     verdict: str
     measured: tuple[Measured, ...]
     threshold: str
-    reasons: tuple[str, ...]
-    finding: str
-    holds: tuple[str, ...]
+    reasons: tuple[str, ...]  # that hold the verdict back, beside the parts
+    finding: str  # in one sentence, with its numbers
+    holds: tuple[str, ...]  # the words of the parts that hold, as in the next two
     holds_in_part: tuple[str, ...]
     does_not_hold: tuple[str, ...]
     figure: str
@@ -109,7 +70,7 @@ class Verdict:
     @property
     def condition(self) -> str:
         """Reasons and, for a claim that holds under conditions, its parts: the column of the table."""
-        parts = {HOLDS: self.holds, PARTLY: self.holds_in_part, FAILS: self.does_not_hold}
+        parts = {"holds": self.holds, "holds in part": self.holds_in_part, "does not hold": self.does_not_hold}
         shown = parts if self.verdict == CONDITIONAL else {}
         return "; ".join([*self.reasons, *(f"{label}: {', '.join(words)}" for label, words in shown.items() if words)])
 
@@ -162,36 +123,41 @@ def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, tuple[str, 
     }
 
 
-def found(claim: Claim, parts: Mapping[str, Part]) -> str:
-    """Return the sentence of a claim's finding, its gaps filled with limits and with what was found.
+def finding_of(claim: Claim, parts: Mapping[str, Part]) -> str:
+    """Return the sentence of a claim's finding, its gaps filled from its parts and its limits.
 
     Raises
     ------
     InputError
-        If it has a gap that nothing fills, or something was found that it does not tell.
+        If it has a gap that nothing fills, or does not use what a part holds for it.
     """
-    told = {name: words for part in parts.values() for name, words in part.told.items()}
+    values = {name: words for part in parts.values() for name, words in part.finding.items()}
     gaps = {name for _, name, _, _ in string.Formatter().parse(claim["finding"]) if name is not None}
     limits = {name: value for name, value in claim["limits"].items() if name in gaps}
-    if gaps != {*told, *limits}:
-        problem = f"has the gaps {', '.join(sorted(gaps - {*limits}))}; they must be {', '.join(sorted(told))}"
+    if gaps != {*values, *limits}:
+        problem = f"has the gaps {', '.join(sorted(gaps - {*limits}))}; they must be {', '.join(sorted(values))}"
         raise InputError(f"claim {claim['id']}: finding {problem}")
-    return str(claim["finding"].format_map({**limits, **told}))
+    return str(claim["finding"].format_map({**limits, **values}))
 
 
 # --- cases ---------------------------------------------------------------------------------------------------------
 
 
-def judged(held: xr.DataArray, measured: tuple[Measured, ...], noun: str, enough: float = 0.0) -> Part:
+def judged(
+    held: xr.DataArray,
+    measured: tuple[Measured, ...],
+    noun: str,
+    enough: float = 0.0,
+    finding: Mapping[str, str] | None = None,
+) -> Part:
     """Return the part that holds in the cases of `held` (boolean, one dimension with a coordinate).
 
     Where it fails in some of them but holds in at least the part `enough`, it says which. Without cases it fails.
     """
     cases = held.astype(bool)
-    if cases.size and bool(cases.all()):
-        return Part(True, measured)
-    partly = bool(cases.any()) and float(cases.mean()) >= enough
-    return Part(False, measured, spans(cases, noun) if partly else "")
+    holds = bool(cases.size) and bool(cases.all())
+    partly = not holds and bool(cases.any()) and float(cases.mean()) >= enough
+    return Part(holds, measured, finding or {}, spans(cases, noun) if partly else "")
 
 
 def spans(held: xr.DataArray, noun: str) -> str:
@@ -237,7 +203,7 @@ def between(values: Any, words: Callable[[Any], str] = brief) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def told_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
+def words_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
     """A value of each model, by its name in lower case: the gaps of a finding."""
     models = [str(model).lower() for model in values["damping_model"].values]
     return {model: words(value) for model, value in zip(models, values.values, strict=True)}
