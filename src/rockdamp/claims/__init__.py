@@ -1,6 +1,6 @@
-"""The paper's claims against the datasets: a verdict on each, with the numbers that it rests on.
+"""Judge the paper's claims by the datasets: a verdict on each, with the numbers that it rests on.
 
-What each claim is judged by stands in data/claims.yaml; how its quantity is computed, here: one function for each.
+The file data/claims.yaml holds the limits that decide. A function for each claim computes its quantities here.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
 
 
 def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]]:
-    """What the schema cannot say: names within a claim that must agree."""
+    """Return what the schema cannot check: names within a claim that must agree."""
     problems: list[tuple[tuple[str | int, ...], str]] = []
     for index, claim in enumerate(claims):
         needed = claim["needed"]

@@ -1,4 +1,4 @@
-"""The claims on loops, histories and the measured test: sections 4, 5 and 7."""
+"""Judge the claims on loops, histories and the measured test: sections 4, 5 and 7."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from rockdamp.vocabulary import PAPER_MODELS
 
 
 def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> Array:
-    """Work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
+    """Return the work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
 
     Only of displacements up to `inner` times the peak that the half cycle starts from.
     """
@@ -44,7 +44,7 @@ def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> A
 
 
 def impact_losses(loops: xr.Dataset, window: float) -> Array:
-    """Energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
+    """Return the energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
     history = loops.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
     last = turning_points(v[loops["tau"].values <= window])[-1]
@@ -53,7 +53,7 @@ def impact_losses(loops: xr.Dataset, window: float) -> Array:
 
 
 def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Areas of the loops in total, over two lengths, and half cycle by half cycle."""
+    """Compare the areas of the loops in total, over two lengths, and half cycle by half cycle."""
     loops, window = data["loops"], float(data["match/amplitude"]["window"])
     parts = {}
     for name, length in (("total", window), ("long", float(loops["tau"].values[-1]))):
@@ -90,7 +90,7 @@ def by_half_cycle(held: NDArray[np.bool_]) -> xr.DataArray:
 
 
 def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Share of each loop's area near zero displacement."""
+    """Compute the share of each loop's area near zero displacement."""
     loops, window = data["loops"], float(data["match/amplitude"]["window"])
     parts = {}
     for model in PAPER_MODELS:
@@ -108,12 +108,12 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def rms(values: Array) -> float:
-    """Root mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Nearly rigid tri-linear model against two references."""
+    """Compare the nearly rigid tri-linear model with two references."""
     rocking = data["loops"]["rocking_displacement"]
     model, release = rocking.sel(rocking_model="tri-linear").values, abs(float(rocking[0, 0]))
     parts = {}
@@ -132,12 +132,12 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def peaks(displacement: Array, count: int) -> Array:
-    """The first `count` peaks of |u| after the release."""
+    """Return the first `count` peaks of |u| after the release."""
     return np.abs(displacement)[turning_points(np.gradient(displacement))[1 : count + 1]]
 
 
 def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR against CR: velocity step by step, and differences of the histories."""
+    """Compare CDR with CR: velocity step by step, and differences of the histories."""
     loops = data["loops"]
     matched = loops["tau"].values <= float(data["match/amplitude"]["window"])
     u, v = (
@@ -172,7 +172,7 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Decay after the pulse: decrement and peaks of each model, over the records that hold a free decay."""
+    """Compare decrement and peaks of the models after the pulse, over the records that hold a free decay."""
     validation, little = data["validation"].sel(damping_model=["CR", *PAPER_MODELS]), limits["slight"]
     validation = validation.isel(record=np.flatnonzero(np.isfinite(validation["measured_log_decrement"])))
     if not validation.sizes["record"]:

@@ -1,4 +1,4 @@
-"""The claims on the wall and its curve: sections 2, 3 and 4.1."""
+"""Judge the claims on the wall and its curve: sections 2, 3 and 4.1."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rockdamp.storage.dataset import Datasets
 
 
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Restitution against slenderness."""
+    """Compare the restitution at each slenderness with that at the next."""
     mechanism, parts = data["mechanism"], {}
     values = {"printed": ("restitution_analytical", "Eq. (7)"), "impulsive": ("restitution_impulsive", "every impulse")}
     for name, (variable, words) in values.items():
@@ -33,7 +33,7 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Effective mass and excitation factor at rest against the height of the hinge."""
+    """Compare effective mass and excitation factor at rest between the heights of the hinge."""
     mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
     r, h_t = mechanism["hinge_height_ratio"].values, mechanism["slenderness"].values
     words = {"low": number(r[0]), "high": number(r[-1]), "squat": number(h_t[0]), "slender": number(h_t[-1])}
@@ -50,7 +50,7 @@ def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """What the paper quotes of the tests over the analytical values of the tested wall."""
+    """Divide the measured restitution that the paper quotes by the analytical values of the tested wall."""
     analytical, impulsive = (
         float(data["mechanism"][f"tested_restitution_{name}"]) for name in ("analytical", "impulsive")
     )
@@ -81,7 +81,7 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Peaks with the bi-linear over those with the tri-linear curve, in pairs."""
+    """Divide peaks with the bi-linear by those with the tri-linear curve, in pairs."""
     pairs, parts = data["bilinear"], {}
     collapses = dict.fromkeys(("bi-linear", "tri-linear"), 0)
     runs = 0
@@ -102,12 +102,12 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def times(ratio: float) -> str:
-    """A ratio of peaks in words."""
+    """Return a ratio of peaks in words."""
     return "a collapse alone" if np.isinf(ratio) else number(ratio)
 
 
 def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
-    """Peak with the bi-linear over that with the tri-linear curve; NaN where that does not rock or both collapse."""
+    """Return the bi-linear over the tri-linear peak; NaN where the latter does not rock or both collapse."""
     peak = pairs[f"{name}_peak_ratio"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
     bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
     first_branch = float(pairs["cracked_stiffness_ratio"].sel(force_curve="tri-linear"))

@@ -1,4 +1,4 @@
-"""The claims on the error of the matches, and on which model is best: sections 6 and 8."""
+"""Judge the claims on the error of the matches, and on which model is best: sections 6 and 8."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 
 
 def matched_error(data: Datasets) -> xr.DataArray:
-    """rms_error (damping_model, restitution) at the matched length, released at the reference amplitude."""
+    """Return rms_error (damping_model, restitution) at the matched length, released at the reference amplitude."""
     reference = float(data["loops"]["release_amplitude"])
     at_reference = data["match/amplitude"]["rms_error"].sel(release_amplitude=reference, method="nearest")
     return at_reference.sel(damping_model=MODELS).sortby("restitution")
@@ -43,14 +43,14 @@ def mean_errors(data: Datasets) -> tuple[xr.DataArray, tuple[Measured, ...]]:
 
 
 def lengths(held: xr.DataArray, claim: str) -> Part:
-    """Whether something holds at every length of the response, and at which."""
+    """Return a part that holds at every length of the response, or at some."""
     holds = held.astype(bool)
     count = f"{claim} at {int(holds.sum())} of {holds.size} lengths"
     return judged(holds, measured(count, spans(holds, "tau")), "tau")
 
 
 def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR and SDR against CDC."""
+    """Compare the errors of CDR and SDR with those of CDC."""
     error = matched_error(data)
     held = error.sel(damping_model=["CDR", "SDR"]).max("damping_model") < error.sel(damping_model="CDC")
     mean, mean_in_words = mean_errors(data)
@@ -63,7 +63,7 @@ def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """The model that errs least at each e, at the inferred length."""
+    """Name the model that errs least at each e, at the inferred length."""
     windows = data["windows"]
     inferred = windows["error"].sel(window=float(windows["inferred_window"]), method="nearest")
     error = inferred.sel(damping_model=MODELS).transpose("damping_model", ...)
@@ -98,7 +98,7 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Error against e, model by model."""
+    """Follow the error over e, model by model."""
     error = matched_error(data)
     rises = steady(error, "restitution", -1)
     steps = (error.diff("restitution") < 0).sum("restitution")
@@ -124,7 +124,7 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Error and dependence of CDR against those of the others."""
+    """Compare error and dependence of CDR with those of the others."""
     error, mean_in_words = mean_errors(data)
     amplitudes = papers(ratios(data["match/amplitude"]), limits["release_amplitudes"])
     amplitude = mean_spread(amplitudes, "release_amplitude")
@@ -147,13 +147,13 @@ def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def against_others(name: str, values: xr.DataArray) -> dict[str, str]:
-    """CDR's value and the smallest of the others', as gaps of a finding."""
+    """Return CDR's value and the smallest of the others', for a finding."""
     others = values.drop_sel(damping_model="CDR")
     return {name: brief(values.sel(damping_model="CDR")), f"{name}_others": brief(others.min())}
 
 
 def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Error of SDR."""
+    """Compare the error of SDR with a limit and with the others'."""
     error, mean_in_words = mean_errors(data)
     sdr, cdc = error.sel(damping_model="SDR"), error.sel(damping_model="CDC")
     times = float(sdr / error.min("damping_model"))

@@ -1,4 +1,4 @@
-"""The claims on the damping ratio that matches a decay, and what it depends on: sections 6 and 7."""
+"""Judge the claims on the damping ratio that matches a decay, and what it depends on: sections 6 and 7."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}  # wha
 
 
 def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
-    """The paper's models; of the cracked-stiffness study those a1 that have the plateau of the first."""
+    """Select the paper's models and, in the cracked-stiffness study, the a1 that have the plateau of the first."""
     xi = matched[variable].sel(damping_model=MODELS)
     if "plateau_ratio" in matched.coords:
         plateau = matched["plateau_ratio"].values
@@ -38,38 +38,38 @@ def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray
 
 
 def papers(xi: xr.DataArray, amplitudes: list[float]) -> xr.DataArray:
-    """Only the release amplitudes of the paper; all of them in a study that holds fewer than two of those."""
+    """Select the release amplitudes of the paper; all in a study that holds fewer than two of those."""
     in_paper = [i for i, x0 in enumerate(xi["release_amplitude"].values) if np.isclose(x0, amplitudes).any()]
     return xi.isel(release_amplitude=in_paper) if len(in_paper) > 1 else xi
 
 
 def spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
-    """(Largest - smallest)/mean over `dim`."""
+    """Return (largest - smallest)/mean over `dim`."""
     return (xi.max(dim) - xi.min(dim)) / xi.mean(dim)
 
 
 def mean_spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
-    """Spread over `dim`, mean over e: one value for each model."""
+    """Return the spread over `dim`, mean over e: one value for each model."""
     return spread(xi, dim).mean("restitution")
 
 
 def spreads(values: xr.DataArray) -> str:
-    """Spreads of the models in percent. Where nothing differs in any digit, the equations do not hold the parameter."""
+    """Return the spreads in percent. Where no digit differs, the equations do not hold the parameter."""
     return "identical by the equations, one case" if not values.values.any() else per_model(values, percent)
 
 
 def is_largest(values: xr.DataArray, model: str) -> xr.DataArray:
-    """Whether `model` has the largest of the models' values."""
+    """Return true where `model` has the largest of the models' values."""
     return (values.sel(damping_model=model) > values.drop_sel(damping_model=model)).all("damping_model")
 
 
 def is_smallest(values: xr.DataArray, model: str) -> xr.DataArray:
-    """Whether `model` has the smallest of the models' values."""
+    """Return true where `model` has the smallest of the models' values."""
     return is_largest(-values, model)
 
 
 def extent(values: xr.DataArray, symbol: str) -> str:
-    """Range of the values that a parameter takes: ``u0/u_ins 0.3 to 0.9``."""
+    """Return the range of a parameter in words: ``u0/u_ins 0.3 to 0.9``."""
     return f"{symbol} {number(values.min())} to {number(values.max())}"
 
 
@@ -88,7 +88,7 @@ def _spread_over_amplitude(xi: xr.DataArray) -> tuple[xr.DataArray, tuple[Measur
 
 
 def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDC against the others, over amplitude."""
+    """Compare CDC's spread over amplitude with the others'."""
     parts = {}
     for name, xi in _amplitude_sets(limits, data).items():
         values, in_words = _spread_over_amplitude(xi)
@@ -98,7 +98,7 @@ def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR over amplitude."""
+    """Compare CDR's spread over amplitude with a limit."""
     spreads = {name: _spread_over_amplitude(xi) for name, xi in _amplitude_sets(limits, data).items()}
     values, in_words = spreads["paper"]
     widest, widest_in_words = spreads["wide"]
@@ -117,7 +117,7 @@ SIGNS = {"CDC": -1, "CDR": -1, "SDR": 1}  # of the change of xi with amplitude, 
 
 
 def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Direction of the change with amplitude at each e."""
+    """Follow the direction of the change with amplitude at each e."""
     sets, parts = _amplitude_sets(limits, data), {}
     everywhere = []
     for model, sign in SIGNS.items():
@@ -145,7 +145,7 @@ def spans_of(held: xr.DataArray) -> str:
 
 
 def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Dispersion over amplitude at high e against that at low e."""
+    """Divide the dispersion over amplitude at high e by that at low e."""
     xi = _amplitude_sets(limits, data)["paper"].sortby("restitution")
     dispersions = {
         "absolute": xi.max("release_amplitude") - xi.min("release_amplitude"),
@@ -164,7 +164,7 @@ def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR and SDR at the lowest amplitude against those at the reference."""
+    """Compare CDR and SDR at the lowest amplitude with those at the reference."""
     xi = ratios(data["match/amplitude"]).sortby("release_amplitude")
     low = xi.isel(release_amplitude=0)
     reference = xi.sel(release_amplitude=float(data["loops"]["release_amplitude"]), method="nearest")
@@ -207,7 +207,7 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def _independence(dim: str, study: str) -> Judge:
     def judge(limits: Limits, data: Datasets) -> dict[str, Part]:
-        """Spread over a parameter that should not matter."""
+        """Compare the spread over a parameter that should not matter with a limit."""
         parts = {}
         for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
             values = spread(ratios(data[study], variable), dim).max("restitution")
@@ -220,7 +220,7 @@ def _independence(dim: str, study: str) -> Judge:
 
 
 def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Cracked stiffness against slenderness and overburden."""
+    """Compare the spread over cracked stiffness with those over slenderness and overburden."""
     a1 = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
     parts: dict[str, Part] = {}
     for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
@@ -236,7 +236,7 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """The models' spreads over a1."""
+    """Rank the models' spreads over a1."""
     xi = ratios(data["match/cracked_stiffness"])
     at_each, dim = spread(xi, "cracked_stiffness_ratio"), "cracked_stiffness_ratio"
     values = at_each.mean("restitution")
@@ -255,7 +255,7 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Direction of the change with a1 at each e."""
+    """Follow the direction of the change with a1 at each e."""
     xi, dim = ratios(data["match/cracked_stiffness"]).sortby("cracked_stiffness_ratio"), "cracked_stiffness_ratio"
     parts = {}
     for name, model, sign in (("cdc", "CDC", 1), ("cdr", "CDR", 1), ("sdr-less", "SDR", 1), ("sdr-more", "SDR", -1)):
@@ -269,7 +269,7 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """The polynomials against Eq. (15)."""
+    """Compare the polynomials with Eq. (15)."""
     fits, enough = data["equivalence"], limits["enough"]
     xi = fits["damping_ratio_fit"].sel(damping_model=MODELS)
     relative = xi / fits["giannini_masiani"] - 1

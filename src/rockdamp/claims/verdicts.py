@@ -1,4 +1,4 @@
-"""What a claim's parts add up to, and how measured values are put into words."""
+"""Combine the parts of a claim into a verdict, and put measured values into words."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Verdict:
 
 
 class Limits(dict[str, Any]):
-    """The numbers of one claim. Knows which were asked for: one that decides nothing is a mistake in the data file."""
+    """Hold the numbers of one claim, and remember which decided: another is a mistake in the data file."""
 
     def __init__(self, claim: Claim) -> None:
         super().__init__(claim["limits"])
@@ -173,7 +173,7 @@ def spans(held: xr.DataArray, noun: str) -> str:
 
 
 def steady(values: xr.DataArray, dim: str, sign: int) -> xr.DataArray:
-    """Whether `values` change with the given sign from each coordinate of `dim` to the next."""
+    """Return true where `values` change with that sign from each coordinate of `dim` to the next."""
     return (sign * values.sortby(dim).diff(dim) > 0).all(dim)
 
 
@@ -181,22 +181,22 @@ def steady(values: xr.DataArray, dim: str, sign: int) -> xr.DataArray:
 
 
 def number(value: Any) -> str:
-    """Three significant digits."""
+    """Return three significant digits."""
     return f"{float(value):.3g}"
 
 
 def percent(value: Any) -> str:
-    """Three significant digits, in percent."""
+    """Return three significant digits, in percent."""
     return f"{100 * float(value):.3g}%"
 
 
 def brief(value: Any) -> str:
-    """Two significant digits, in percent."""
+    """Return two significant digits, in percent."""
     return f"{float(f'{100 * float(value):.2g}'):g}%"
 
 
 def between(values: Any, words: Callable[[Any], str] = brief) -> str:
-    """The least and the largest: ``37% to 43%``; ``none`` where there is no value."""
+    """Return the least and the largest: ``37% to 43%``; ``none`` where there is no value."""
     if not np.size(values):
         return "none"
     low, high = words(np.min(values)), words(np.max(values))
@@ -204,17 +204,17 @@ def between(values: Any, words: Callable[[Any], str] = brief) -> str:
 
 
 def words_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
-    """A value of each model, by its name in lower case: the gaps of a finding."""
+    """Return a value of each model by its name in lower case, for a finding."""
     models = [str(model).lower() for model in values["damping_model"].values]
     return {model: words(value) for model, value in zip(models, values.values, strict=True)}
 
 
 def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:
-    """``CDC 1.2, CDR 3.4``."""
+    """Return values with the names of their models: ``CDC 1.2, CDR 3.4``."""
     models = [str(model) for model in values["damping_model"].values]
     return ", ".join(f"{model} {words(value)}" for model, value in zip(models, values.values, strict=True))
 
 
 def listed(names: Iterable[str]) -> str:
-    """``CDC and SDR``, or ``none``."""
+    """Return names joined: ``CDC and SDR``, or ``none``."""
     return " and ".join(names) or "none"

@@ -1,4 +1,4 @@
-"""The table of figures, figures.yaml; cheap to read, as stages.py is."""
+"""Read the table of figures, figures.yaml, without importing what takes long."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rockdamp.storage import yaml_file
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """What a figure shows and what is said of it; figures.yaml says what each entry means."""
+    """An entry of the table of figures; figures.yaml says what each field means."""
 
     name: str
     module: str

@@ -1,4 +1,4 @@
-"""The table of stages, stages.yaml, with the titles of their datasets from storage/variables.yaml.
+"""Read the table of stages, stages.yaml, with the titles of their datasets from storage/variables.yaml.
 
 The Snakefile reads it at every start, so it imports nothing that takes long.
 """
@@ -18,7 +18,7 @@ from rockdamp.vocabulary import STUDIES
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """What is computed, by which function, from what; stages.yaml says what each entry means."""
+    """An entry of the table of stages; stages.yaml says what each field means."""
 
     name: str
     title: str
@@ -94,6 +94,6 @@ def writes(stage: Stage, dataset: str) -> bool:
 
 
 def reported() -> list[str]:
-    """Return the names of the datasets that the report is given, in the order of the table."""
-    given = [stage.dataset for stage in STAGES.values() if stage.dataset and not stage.intermediate]
-    return [name for dataset in given for name in each_study(dataset)]
+    """Return the names of the datasets that the report shows, in the order of the table."""
+    shown = [stage.dataset for stage in STAGES.values() if stage.dataset and not stage.intermediate]
+    return [name for dataset in shown for name in each_study(dataset)]

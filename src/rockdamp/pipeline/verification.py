@@ -30,7 +30,7 @@ _version = cache(code_version)
 
 
 class Origin(NamedTuple):
-    """What a result is made by: the digest of its part of the config, and the version of its sources."""
+    """The digest of the part of the config and the version of the sources that a result is made by."""
 
     config_sha256: str
     code_version: str

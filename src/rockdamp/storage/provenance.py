@@ -1,7 +1,7 @@
-"""Which sources and which part of the config a result depends on, so that both can be stored with it and watched.
+"""Find the sources and the part of the config that a result depends on, to store and to watch both.
 
-The sources are read, not run: imports are followed wherever in a module they stand. A file of the package that a module
-names in a string of its own, as ``variables.yaml``, belongs to that module.
+Modules are read, not run, and their imports followed wherever they stand. A file of the package that a module names in
+a string, as ``variables.yaml``, belongs to that module.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 def modules_of(*names: str) -> dict[str, Path]:
     """Return the modules of the package that `names` import, directly or not, themselves included.
 
-    The package's own ``__init__`` runs too, but it only passes names on: it counts where a module takes such a name
-    from it, not otherwise.
+    The ``__init__`` of the package itself only passes names on. It counts where a module takes such a name from it.
 
     Parameters
     ----------
@@ -134,7 +133,7 @@ def _file_of(name: str) -> Path | None:
 
 @cache
 def _imports(name: str, path: Path) -> frozenset[str]:
-    """The package's modules that one module imports."""
+    """Return the package's modules that one module imports."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imported = set()
     for node in ast.walk(ast.parse(_text(path), filename=str(path))):
@@ -158,7 +157,7 @@ def _module_or_owner(base: str, name: str) -> str:
 
 
 def _parents(name: str) -> Iterator[str]:
-    """The packages that are run on the way to a module, without the outermost."""
+    """Yield the packages that are run on the way to a module, without the outermost."""
     parts = name.split(".")
     for end in range(2, len(parts)):
         yield ".".join(parts[:end])
