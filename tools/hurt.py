@@ -170,9 +170,9 @@ def damaged(tree: Tree) -> None:
     for name, target, damage in VICTIMS:
         path = tree.results / name
         DAMAGES[damage](path)
-        refused = line_with(tree.run(target), target, path.name, "delete it and run again")
+        refused = line_with(tree.run(target), path.name, "delete it and run again")
         path.unlink()
-        run = tree.run(target)
+        run = tree.run(f"{RESULTS}/{name}", target)
         parts = list(tree.results.rglob("*.part"))
         other = [file for file in tree.differences() if file == name] + parts
         good = bool(refused) and not (other or run.returncode)
