@@ -2,8 +2,8 @@
 
 RESULTS = config["results"]
 # The logs of results/minimal are in logs/results/minimal, those of /scratch/my-wall in logs/scratch/my-wall.
-relative = os.path.relpath(RESULTS)
-LOGS = os.path.join("logs", os.path.abspath(RESULTS)[1:] if relative.startswith("..") else relative)
+inside = not os.path.relpath(RESULTS).startswith("..")
+LOGS = os.path.join("logs", os.path.relpath(RESULTS) if inside else os.path.abspath(RESULTS)[1:])
 
 
 def motion_count(entries):
@@ -36,12 +36,12 @@ def config_part(keys):
 
 def dataset_files(names, stage=None):
     """Return the files of datasets, of every study and share. A stage takes its own study and share instead."""
-    files, own = [], stage.file if stage else ""
+    files, output = [], stage.file if stage else ""
     for name in names:
         every = {}
-        if "{study}" in name and "{study}" not in own:
+        if "{study}" in name and "{study}" not in output:
             every["study"] = list(STUDIES)
-        if "{share}" in name and "{share}" not in own:
+        if "{share}" in name and "{share}" not in output:
             (writer,) = [stage for stage in STAGES.values() if stage.dataset == name]
             every["share"] = list(writer.shares(config, motion_count))
         files += expand(f"{RESULTS}/{name}.nc", **every, allow_missing=True)
@@ -60,9 +60,8 @@ def ladder_files(stage):
 
 def motion_files(stage):
     """Return the files of the ground motions that a stage reads by itself."""
-    return (
-        [os.path.relpath(path) for path in catalogue.files_of(value_of(config, stage.motions))] if stage.motions else []
-    )
+    names = value_of(config, stage.motions) if stage.motions else []
+    return [os.path.relpath(path) for path in catalogue.files_of(names)]
 
 
 def message_of(stage):

@@ -66,8 +66,8 @@ def open_datasets(snakemake, lazily=False):
     from rockdamp.storage import dataset
 
     opened = [(dataset.connect if lazily else dataset.open)(path) for path in snakemake.input.datasets]
-    for path, one in zip(snakemake.input.datasets, opened, strict=True):
-        dataset.require_attributes(one, path, snakemake.params.attributes[path])
+    for path, result in zip(snakemake.input.datasets, opened, strict=True):
+        dataset.require_attributes(result, path, snakemake.params.attributes[path])
     return opened
 
 
