@@ -30,7 +30,7 @@ export XDG_CONFIG_HOME ?= $(CURDIR)/.cache/config
 export XDG_DATA_HOME ?= $(CURDIR)/.cache/data
 endif
 
-.PHONY: all help setup test test-nojit coverage lint docs docs-links rulegraph peers test-peers benchmark lock clean distclean anew
+.PHONY: all help setup test test-nojit coverage lint docs docs-links peers test-peers benchmark lock clean distclean anew
 
 all: setup ## Set up, build every dataset, figure and the report, and verify them (the default)
 	$(bin)/snakemake --cores $(CORES)
@@ -67,9 +67,6 @@ docs: setup ## Build the documents as a site, build/docs/index.html, and check w
 
 docs-links: setup ## Check the documents' links to other sites too; needs the network
 	$(bin)/python -m sphinx -W --keep-going --quiet -b linkcheck -d build/doctrees docs build/docs-links
-
-rulegraph: setup ## Draw the graph of the rules anew, docs/figures/rules.svg
-	$(bin)/python tools/rulegraph.py
 
 peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with it (OpenSeesPy, CF checker)
 

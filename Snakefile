@@ -8,14 +8,14 @@ from snakemake.utils import min_version
 
 from rockdamp.motions import catalogue
 
-from rockdamp.pipeline import soundness
+from rockdamp.pipeline import verification
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.results_folder import require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
-from rockdamp.storage import notes
 from rockdamp.storage.atomic import tidy
-from rockdamp.storage.provenance import files_of, subset
+from rockdamp.storage.dotted_keys import stated
+from rockdamp.storage.provenance import code_version, files_of, subset
 from rockdamp.vocabulary import STUDIES
 
 min_version("9.8")
@@ -49,63 +49,50 @@ os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NU
 include: "workflow/rules/common.smk"
 
 
-# Snakemake would end in a traceback on a file where a folder must be, and where it cannot take an old result or log away.
+# Snakemake would end in a traceback on a file where a folder must be.
 if workflow.is_main_process:
-    expected = list(soundness.results(config, count))
-    below = {os.path.dirname(file) for result in expected for file in result.files}
+    subfolders = {os.path.dirname(file) for file in ORIGINS}
     try:
-        for folder, what in FOLDERS.items():
-            require_folders(folder, below, what)
-        soundness.tell(RESULTS, STATES, config, expected)
+        require_folders(RESULTS, subfolders, "the results")
+        require_folders(LOGS, subfolders, "the logs")
     except InputError as error:
         raise WorkflowError(str(error)) from None
-    except OSError as error:
-        raise WorkflowError(f"{error.filename} cannot be written ({error.strerror})") from None
 
 
 onstart:
     try:
-        for folder, what in FOLDERS.items():
-            require_writable(folder, what)
-        for folder in below:  # of this config; in folders of others another run may be at work
-            tidy(Path(RESULTS, folder))
+        require_writable(RESULTS, "the results")
+        require_writable(LOGS, "the logs")
     except InputError as error:
         raise WorkflowError(str(error)) from None
+    for folder in subfolders:  # of this config; in folders of others another run may be at work
+        tidy(Path(RESULTS, folder))
+    # Numba compiles the solvers here, once: jobs that start together would all compile them, into the same files.
+    from rockdamp.solvers import compile_all
+
+    compile_all()
 
 
 include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/checksums.smk"
 
 
 localrules:
     all,
-    verify,
 
 
 rule all:
     default_target: True
     input:
-        built(stage.dataset for stage in STAGES.values() if stage.dataset),
-        rules.coefficients.output,
-        rules.claims.output,
-        [getattr(rules, name).output for name in FIGURES],
-        rules.report.output,
+        rules.checksums.input.results,
+        rules.checksums.output,
     message:
         "Every dataset, every figure and the report are up to date"
 
 
-rule verify:
-    input:
-        rules.all.input,
-    log:
-        f"{LOGS}/verify.log",
-    message:
-        "Whether every result that is there was made in this tree, of this config"
-    script:
-        "workflow/scripts/verify.py"
-
-
-for each in workflow.rules:  # what `snakemake --list` says of them
+# `snakemake --list` shows the docstring of a rule. The rules that loops make have theirs from the tables.
+for each in workflow.rules:
     each.docstring = each.message.replace("{wildcards.", "{")

@@ -150,7 +150,7 @@ class Tree:
         def computing() -> bool:
             show(f"{case}: waiting until jobs run and others wait")
             expect(process.poll() is None, "snakemake ended too early")
-            logs = self.place.glob(f"logs/{case}/population/walls-*.log")
+            logs = self.place.glob(f"logs/results/{case}/population/walls-*.log")
             return any(log.stat().st_size for log in logs) and bool(in_state("RUNNING")) and bool(in_state("PENDING"))
 
         with_patience(computing, "no job runs while another waits")

@@ -20,6 +20,7 @@ extensions = [
     "config_keys",
     "docstrings",
     "mathml",
+    "rulegraph",
 ]
 templates_path: list[str] = []
 exclude_patterns = ["_extensions", "figures"]

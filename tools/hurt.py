@@ -165,16 +165,21 @@ VICTIMS = [
 
 
 def damaged(tree: Tree) -> None:
-    """Damage a dataset; it counts as missing, and what reads it must be as before."""
+    """Damage a dataset: what reads it must refuse it, and once it is deleted all must come out as before."""
     tree.run()
     for name, target, damage in VICTIMS:
         path = tree.results / name
         DAMAGES[damage](path)
-        run = tree.run(target)
+        refused = line_with(tree.run(target), path.name, "delete it and run again")
+        path.unlink()
+        run = tree.run(f"{RESULTS}/{name}", target)
         parts = list(tree.results.rglob("*.part"))
         other = [file for file in tree.differences() if file == name] + parts
-        seen = f"different: {other}; {last_lines(run)}" if other or run.returncode else "the same"
-        report("damaged", f"{name} {damage}, then {target}", "built again", seen, not (other or run.returncode))
+        good = bool(refused) and not (other or run.returncode)
+        seen = "a line, and the same" if good else f"{refused or 'no line'}; different: {other}; {last_lines(run)}"
+        report(
+            "damaged", f"{name} {damage}, then {target}", "a line that names it; built again once deleted", seen, good
+        )
     run = tree.run()
     other = tree.differences()
     seen = f"different: {other}; {last_lines(run)}" if other else "the same"

@@ -1,16 +1,18 @@
 """Break one equation at a time and see that the suite notices.
 
     .venv/bin/python tools/mutate.py [--jobs 2] [NAME ...]
+    .venv/bin/python tools/mutate.py --missing
 
 Run by hand, some minutes. The mutations stand in mutations.yaml. Each is made in a copy of the package, against which
 the tests named with it run until one fails. That one must pass against the same copy without the mutation: a test that
 cannot live outside the tree notices nothing. The last line counts; the exit status is 1 if any mutation survives, or no
-longer finds the text that it changes.
+longer finds the text that it changes. `--missing` lists the modules with a function that no mutation changes.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import os
 import shutil
 import subprocess
@@ -25,6 +27,7 @@ from typing import NamedTuple
 import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "src/rockdamp"
 SURVIVED, STATUS = "**survived**", "exit status"
 PYTEST = (sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", "--tb=no")
 
@@ -76,14 +79,31 @@ class Copy:
         return failed[0].split(" - ")[0].removeprefix("tests/") if failed else f"{STATUS} {run.returncode}"
 
 
+def missing(mutations: list[Mutation]) -> list[str]:
+    """Return the modules that no mutation changes, but those that hold names, numbers or fields alone."""
+    unchanged = {path.relative_to(PACKAGE).as_posix(): path for path in sorted(PACKAGE.rglob("*.py"))}
+    for mutation in mutations:
+        unchanged.pop(mutation.file, None)
+    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in unchanged.items()}
+    return [
+        name
+        for name, tree in trees.items()
+        if any(isinstance(node, ast.FunctionDef | ast.Lambda) for node in ast.walk(tree))
+    ]
+
+
 def main() -> int:
     """Run the mutations whose names contain one of the arguments, or all."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("names", nargs="*", metavar="NAME", help="a part of a mutation's name")
     options.add_argument("--jobs", type=int, default=2, help="mutations at once")
+    options.add_argument("--missing", action="store_true", help="list the modules without a mutation, and run none")
     given = options.parse_args()
     entries = yaml.safe_load(Path(__file__).with_name("mutations.yaml").read_text(encoding="utf-8"))
     listed = [Mutation(**entry) for entry in entries]
+    if given.missing:
+        print("\n".join(missing(listed)))
+        return 0
     chosen = [m for m in listed if not given.names or any(word in m.name for word in given.names)]
     for mutation in chosen:
         if mutation.right not in (ROOT / "src/rockdamp" / mutation.file).read_text(encoding="utf-8"):

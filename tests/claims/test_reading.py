@@ -1,6 +1,7 @@
 """The data file of claims and the table of verdicts: what does not fit is refused where it stands."""
 
 import copy
+import json
 
 import pytest
 import xarray as xr
@@ -19,7 +20,7 @@ def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(liste
 
 
 def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(listed, data):
-    table = claims.judge(listed, data)
+    table = claims.table(claims.judge(listed, data))
     assert list(table.columns[:7]) == ["id", "section", "claim", "verdict", "measured", "threshold", "condition"]
     assert list(table.columns[7:]) == ["finding", "holds", "holds_in_part", "does_not_hold", "figure"]
     assert list(table["id"]) == IDS
@@ -29,12 +30,11 @@ def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(list
 
 
 def test_the_lists_of_parts_are_those_of_the_condition_and_hold_every_part_once(listed, data):
-    for claim, (_, row) in zip(listed, claims.judge(listed, data).iterrows(), strict=True):
-        listed_parts = [part for name in ("holds", "holds_in_part", "does_not_hold") for part in row[name].split("; ")]
-        told = [part.partition(" (")[0] for part in listed_parts if part]
-        assert sorted(told) == sorted(words.partition(" (")[0] for words in claim["parts"].values())
-        if row["verdict"] == CONDITIONAL and row["does_not_hold"]:
-            assert f"does not hold: {row['does_not_hold'].replace('; ', ', ')}" in row["condition"]
+    for claim, verdict in zip(listed, claims.judge(listed, data), strict=True):
+        parts = [part.partition(" (")[0] for part in verdict.holds + verdict.holds_in_part + verdict.does_not_hold]
+        assert sorted(parts) == sorted(words.partition(" (")[0] for words in claim["parts"].values())
+        if verdict.verdict == CONDITIONAL and verdict.does_not_hold:
+            assert f"does not hold: {', '.join(verdict.does_not_hold)}" in verdict.condition
 
 
 def test_the_figures_that_claims_name_exist(listed):
@@ -43,8 +43,17 @@ def test_the_figures_that_claims_name_exist(listed):
 
 
 def test_judging_twice_gives_the_same_table(listed, data):
-    first, second = (claims.judge(copy.deepcopy(listed), data).to_csv() for _ in range(2))
+    first, second = (claims.judge(copy.deepcopy(listed), data) for _ in range(2))
     assert first == second
+
+
+def test_the_report_and_the_table_tell_the_same_of_each_claim(listed, data):
+    verdicts = claims.judge(listed, data)
+    told = json.loads(claims.as_json(verdicts))
+    for verdict, (_, row) in zip(told, claims.table(verdicts).iterrows(), strict=True):
+        assert {name: verdict[name] for name in ("id", "verdict", "finding")} == dict(row[["id", "verdict", "finding"]])
+        for item in verdict["measured"]:
+            assert item["quantity"] in row["measured"] and all(value in row["measured"] for value in item["values"])
 
 
 def test_judging_leaves_the_datasets_as_they_were(listed, data, made_up):

@@ -20,7 +20,7 @@ def test_numbers_have_three_digits_and_cases_are_runs():
 
 
 def test_where_there_is_no_case_nothing_holds():
-    assert verdicts.judged(xr.DataArray(np.zeros(0, bool), dims="e"), "", "e") == Part(False, "")
+    assert verdicts.judged(xr.DataArray(np.zeros(0, bool), dims="e"), (), "e") == Part(False)
 
 
 def test_findings_have_two_digits_and_ranges_where_values_differ():
@@ -38,7 +38,7 @@ def test_findings_have_two_digits_and_ranges_where_values_differ():
 # --- verdicts from parts ---------------------------------------------------------------------------------------------
 
 
-YES, NO, PARTLY = Part(True, ""), Part(False, ""), Part(False, "", "e 0.7")
+YES, NO, PARTLY = Part(True), Part(False), Part(False, where="e 0.7")
 
 
 @pytest.mark.parametrize(
@@ -58,10 +58,17 @@ YES, NO, PARTLY = Part(True, ""), Part(False, ""), Part(False, "", "e 0.7")
 )
 def test_parts_add_up_to_a_verdict(needed, parts, verdict):
     claim = {"parts": {"a": "A", "b": "B", "c": "C"}, "needed": needed}
-    assert verdicts.combine(claim, dict(zip("abc", parts, strict=True)), capped=False)[0] == verdict
+    assert verdicts.combine(claim, dict(zip("abc", parts, strict=True)), capped=False) == verdict
 
 
 def test_conditions_say_what_holds_what_holds_in_part_and_what_does_not():
-    claim = {"parts": {"a": "A", "b": "B", "c": "C"}, "needed": ["a"], "condition": "because"}
-    _, condition = verdicts.combine(claim, {"a": YES, "b": PARTLY, "c": NO}, capped=True)
-    assert condition == "because; holds: A; holds in part: B (e 0.7); does not hold: C"
+    words = {"a": "A", "b": "B", "c": "C"}
+    parts = verdicts.sorted_out({"parts": words}, {"a": YES, "b": PARTLY, "c": NO})
+    text = dict.fromkeys(("id", "section", "claim", "threshold", "finding", "figure"), "")
+    verdict = verdicts.Verdict(**text, verdict=CONDITIONAL, measured=(), reasons=("because",), **parts)
+    assert verdict.condition == "because; holds: A; holds in part: B (e 0.7); does not hold: C"
+
+
+def test_a_measured_quantity_in_words_has_its_values_and_their_cases():
+    one, two = verdicts.measured("spread", "1", "2") + verdicts.measured("against a", "3", by="half cycle")
+    assert (str(one), str(two)) == ("spread: 1; 2", "half cycle by half cycle against a: 3")

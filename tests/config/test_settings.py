@@ -29,7 +29,7 @@ def kinds(base=Settings):
 
 
 KINDS = list(kinds())
-MODULES = sorted({stage.module for stage in TABLE.values() if stage.module})
+MODULES = sorted({stage.modules[0] for stage in TABLE.values()})
 
 
 @pytest.fixture

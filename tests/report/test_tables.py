@@ -10,10 +10,10 @@ from rockdamp.report import numbers, tables
 
 
 def test_a_table_without_a_column_or_with_a_short_row_is_refused(tmp_path):
-    path = tmp_path / "claims.csv"
-    path.write_text("id,section\na,1\n", encoding="utf-8")
-    with pytest.raises(InputError, match="has no column claim, verdict, measured"):
-        tables.rows(path, tables.CLAIMS)
+    path = tmp_path / "errata.csv"
+    path.write_text("id,where\na,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="has no column printed, used, evidence"):
+        tables.rows(path, tables.ERRATA)
     path.write_text("id,where\na,1\nb\n", encoding="utf-8")
     with pytest.raises(InputError, match="row 2 has not as many cells"):
         tables.rows(path, ("id", "where"))
@@ -21,21 +21,16 @@ def test_a_table_without_a_column_or_with_a_short_row_is_refused(tmp_path):
     assert tables.rows(path, ("id", "where")) == [{"id": "a", "where": "one, two"}]
 
 
-def test_what_was_measured_stands_in_parts_with_their_numbers():
-    assert tables.parts("areas: -8% to 9%; -5% to 4%; against CR: 0.1; 0.2") == [
-        "areas: -8% to 9%; -5% to 4%",
-        "against CR: 0.1; 0.2",
-    ]
-    assert tables.parts("0.3; of all: one") == ["0.3", "of all: one"]
-
-
 def test_ranges_by_half_cycle_become_a_table_and_the_parts_lists(content):
-    measured = "in total: CDC -4%; half cycle by half cycle against their mean: -6% to 7%; -14% to 13%; more: 1"
-    condition = "the length was inferred; holds: in total; does not hold: each half cycle"
-    claim = {**content.claims[1], "measured": measured, "condition": condition}
+    measured = [
+        {"quantity": "in total", "values": ["CDC -4%"], "by": ""},
+        {"quantity": "against their mean", "values": ["-6% to 7%", "-14% to 13%"], "by": "half cycle"},
+        {"quantity": "more is 1", "values": [], "by": ""},
+    ]
+    claim = {**content.claims[1], "measured": measured}
     (shown,) = [one for group in tables.judged([claim], {}) for one in group["claims"]]
     assert shown["half_cycles"] == [{"against": "their mean", "ranges": ["-6% to 7%", "-14% to 13%"]}]
-    assert shown["measured"] == ["in total: CDC -4%", "more: 1"] and shown["reasons"] == ["the length was inferred"]
+    assert shown["measured"] == ["in total: CDC -4%", "more is 1"] and shown["reasons"] == ["condition 1"]
     marks = [(part["kind"], part["words"]) for part in shown["parts"]]
     assert marks == [
         ("no", "no part of 1"),

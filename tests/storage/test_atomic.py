@@ -85,14 +85,6 @@ def test_no_temporary_name_is_used_twice_or_taken_over(tmp_path, monkeypatch):
     assert victim.read_text(encoding="utf-8") == "mine"
 
 
-def test_names_differ_from_one_write_to_the_next(tmp_path):
-    names = set()
-    for _ in range(3):
-        with replacing(tmp_path / "result.txt") as temporary:
-            names.add(temporary.name)
-    assert len(names) == 3
-
-
 def test_a_link_is_replaced_and_what_it_points_to_stays(tmp_path):
     (tmp_path / "source").write_text("mine", encoding="utf-8")
     (tmp_path / "result.txt").symlink_to(tmp_path / "source")

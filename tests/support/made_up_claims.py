@@ -333,4 +333,4 @@ CDR_A1 = scaled(A1, XI, 0.2, damping_model=["CDR"], cracked_stiffness_ratio=[0.0
 
 def row(listed, data, name):
     claim = next(claim for claim in listed if claim["id"] == name)
-    return claims._row(claim, data)
+    return claims.table([claims.judge_one(claim, data)]).iloc[0]

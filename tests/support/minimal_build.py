@@ -3,12 +3,12 @@
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study
 
-RESULTS = "results/minimal"
+RESULTS, LOGS = "results/minimal", "logs/results/minimal"
 WHOLE = [stage for stage in STAGES.values() if "{share}" not in stage.file]
 DATASETS = [f"{name}.nc" for stage in WHOLE if stage.dataset for name in each_study(stage.dataset)]
 OUTPUTS = [
     *DATASETS,
-    *(stage.file for stage in WHOLE if not stage.dataset),
-    "errata.csv",
+    *(file for stage in WHOLE if not stage.dataset for file in (stage.file, *stage.also)),
+    "checksums.csv",
     *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
 ]

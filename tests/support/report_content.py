@@ -104,13 +104,16 @@ def content():
             "section": f"{i}.1",
             "claim": f"Claim {i}: a < b & c.",
             "verdict": verdicts[i % len(verdicts)],
-            "measured": f"one is 0.{i}1; two is 0.{i}2",
+            "measured": [
+                {"quantity": f"one of {i}", "values": [f"0.{i}1", f"0.{i}2"], "by": ""},
+                {"quantity": f"two is 0.{i}2", "values": [], "by": ""},
+            ],
             "threshold": f"less than 0.{i}",
-            "condition": f"condition {i}" if i % 2 else "",
+            "reasons": [f"condition {i}"] if i % 2 else [],
             "finding": f"It is 0.{i}3 u_ins.",
-            "holds": f"this part of {i}; that part of {i}",
-            "holds_in_part": f"some part of {i} (e 0.{i})",
-            "does_not_hold": f"no part of {i}" if i % 2 else "",
+            "holds": [f"this part of {i}", f"that part of {i}"],
+            "holds_in_part": [f"some part of {i} (e 0.{i})"],
+            "does_not_hold": [f"no part of {i}"] if i % 2 else [],
             "figure": "fig5" if i % 2 else "",
         }
         for i in range(5)

@@ -3,19 +3,20 @@
 
 rule claims:
     input:
-        datasets=built(STAGES["claims"].inputs),
+        datasets=dataset_files(STAGES["claims"].inputs),
         claims="data/claims.yaml",
         errata="data/errata.yaml",
-        state=state("claims"),
-        code=code("rockdamp.claims.errata"),
+        code=source_files(STAGES["claims"].modules),
     output:
-        claims=f"{RESULTS}/{STAGES['claims'].file}",
+        claims=f"{RESULTS}/claims.csv",
+        verdicts=f"{RESULTS}/claims.json",
         errata=f"{RESULTS}/errata.csv",
     log:
         f"{LOGS}/claims.log",
     params:
-        version=version("rockdamp.claims.errata"),
+        attributes=expected_attributes,
+        version=code_version(*STAGES["claims"].modules),
     message:
-        said(STAGES["claims"])
+        message_of(STAGES["claims"])
     script:
         "../scripts/claims.py"

@@ -1,77 +1,76 @@
-"""What the rules share: where things are built, and what a job depends on besides its data."""
+"""What the rules share: where files lie, and what a job depends on besides its input files."""
 
 RESULTS = config["results"]
-TAG = soundness.tag(RESULTS)
-LOGS = f"logs/{TAG}"
-STATES = soundness.STATES / TAG
-FOLDERS = {RESULTS: "the results", f"{RESULTS}/{notes.FOLDER}": "the notes on the results", LOGS: "the logs"}
+# The logs of results/minimal are in logs/results/minimal, those of /scratch/my-wall in logs/scratch/my-wall.
+inside = not os.path.relpath(RESULTS).startswith("..")
+LOGS = os.path.join("logs", os.path.relpath(RESULTS) if inside else os.path.abspath(RESULTS)[1:])
 
 
-def code(*modules):
-    """Return the files of the package that `modules` depend on; each dataset is written and read by the registry."""
-    return [os.path.relpath(path) for path in files_of(*modules, "rockdamp.storage.dataset")]
-
-
-def version(*modules):
-    """Return version and digest of the same files."""
-    return soundness.version(*modules)
-
-
-def part(*keys):
-    """Return a function of the wildcards: the part of the config that a job uses, and that makes it run again."""
-
-    def of_job(wildcards):
-        return subset(config, *(key.format(**dict(wildcards.items())) for key in keys))
-
-    return of_job
-
-
-def stated(key):
-    """Return the value of a dotted key of the config."""
-    return soundness.stated(config, key)
-
-
-def state(name):
-    """Return the file that is newer than a result not made by its rule in this tree, so that it is built again."""
-    return f"{STATES}/{name}.json"
-
-
-def count(entries):
-    """Return how many ground motions a list names."""
+def motion_count(entries):
+    """Return how many ground motions a list in the config names."""
     return len(catalogue.listing(entries))
 
 
-def shares(dataset):
-    """Return the numbers of the shares that make up a dataset, whose name has {share} in it."""
-    (stage,) = [stage for stage in STAGES.values() if stage.dataset == dataset]
-    return soundness.shares(stage, config, count)
+# By which config and code each result must be made, by its file in the folder of the results.
+ORIGINS = verification.origins(config, motion_count)
 
 
-def built(datasets, stage=None):
-    """Return the files of datasets: of every study and share, but where the stage that they are for has its own."""
-    files, own = [], stage.file if stage else ""
-    for name in datasets:
+def source_files(modules):
+    """Return the files of the package that modules depend on, as input of the rules."""
+    return [os.path.relpath(path) for path in files_of(*modules)]
+
+
+def expected_attributes(wildcards, input):
+    """Return the attributes that each dataset must state which a job reads; the job refuses another."""
+    return {path: ORIGINS[os.path.relpath(path, RESULTS)]._asdict() for path in input.datasets}
+
+
+def config_part(keys):
+    """Return a function of the wildcards: the part of the config that a job uses, and that makes it run again."""
+
+    def part(wildcards):
+        return subset(config, *(key.format(**dict(wildcards.items())) for key in keys))
+
+    return part
+
+
+def dataset_files(names, stage=None):
+    """Return the files of datasets, of every study and share. A stage takes its own study and share instead."""
+    files, output = [], stage.file if stage else ""
+    for name in names:
         every = {}
-        if "{study}" in name and "{study}" not in own:
+        if "{study}" in name and "{study}" not in output:
             every["study"] = list(STUDIES)
-        if "{share}" in name and "{share}" not in own:
-            every["share"] = shares(name)
+        if "{share}" in name and "{share}" not in output:
+            (writer,) = [stage for stage in STAGES.values() if stage.dataset == name]
+            every["share"] = list(writer.shares(config, motion_count))
         files += expand(f"{RESULTS}/{name}.nc", **every, allow_missing=True)
     return files
 
 
-def motions(stage):
+def record_files(stage):
+    """Return the file of the measured record that a stage reads, if any."""
+    return [stated(config, stage.record)] if stage.record else []
+
+
+def ladder_files(stage):
+    """Return the files of further records that a stage reads."""
+    return stated(config, stage.ladder) if stage.ladder else []
+
+
+def motion_files(stage):
     """Return the files of the ground motions that a stage reads by itself."""
-    return [os.path.relpath(path) for path in catalogue.files_of(stated(stage.motions))] if stage.motions else []
+    names = stated(config, stage.motions) if stage.motions else []
+    return [os.path.relpath(path) for path in catalogue.files_of(names)]
 
 
-def said(stage):
+def message_of(stage):
     """Return what a rule says while it runs."""
     wildcards = [f"{key} {{wildcards.{key}}}" for key in ("study", "share") if f"{{{key}}}" in stage.file]
     return ": ".join([stage.title, *wildcards])
 
 
-def drawn(figure):
+def figure_files(figure):
     """Return the files of a figure, in every format that the config asks for; `snakemake --report` shows the PNG."""
     files = {suffix: f"{RESULTS}/figures/{figure.name}.{suffix}" for suffix in config["figures"]["formats"]}
     files["png"] = report(

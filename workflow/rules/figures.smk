@@ -6,18 +6,18 @@ for figure in FIGURES.values():
         name:
             figure.name
         input:
-            datasets=built(figure.inputs),
-            state=state(f"figures/{figure.name}"),
-            code=code(*soundness.modules_of(figure)),
+            datasets=dataset_files(figure.inputs),
+            code=source_files(figure.modules),
         output:
-            drawn(figure),
+            figure_files(figure),
         log:
             f"{LOGS}/figures/{figure.name}.log",
         params:
             function=figure.function,
             shows=figure.alternative,
-            version=version(*soundness.modules_of(figure)),
-            config=part("figures"),
+            attributes=expected_attributes,
+            version=code_version(*figure.modules),
+            config=config_part(["figures"]),
         message:
             figure.title
         script:

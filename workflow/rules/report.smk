@@ -6,14 +6,13 @@ report: "../report/workflow.rst"
 
 rule report:
     input:
-        claims=rules.claims.output.claims,
+        verdicts=rules.claims.output.verdicts,
         errata=rules.claims.output.errata,
         figures=[f"{RESULTS}/figures/{name}.png" for name in FIGURES],
-        datasets=built(reported()),
+        datasets=dataset_files(reported()),
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
-        state=state("report"),
-        code=code("rockdamp.report"),
+        code=source_files(verification.REPORT),
     output:
         f"{RESULTS}/report.html",
     log:
@@ -21,8 +20,9 @@ rule report:
     params:
         figures=list(FIGURES),
         datasets=reported(),
+        attributes=expected_attributes,
         config=config,
-        version=version("rockdamp.report"),
+        version=code_version(*verification.REPORT),
     message:
         "The report: claims, figures, explorer, accuracy and versions on one page"
     script:

@@ -13,12 +13,11 @@ for stage in STAGES.values():
             name:
                 stage.rule
             input:
-                record=[stated(stage.record)] if stage.record else [],
-                ladder=stated(stage.ladder) if stage.ladder else [],
-                datasets=built(stage.inputs, stage),
-                watched=motions(stage),
-                state=state(stage.dataset),
-                code=code(*soundness.modules_of(stage)),
+                record=record_files(stage),
+                ladder=ladder_files(stage),
+                datasets=dataset_files(stage.inputs, stage),
+                motions=motion_files(stage),
+                code=source_files(stage.modules),
             output:
                 f"{RESULTS}/{stage.file}",
             log:
@@ -29,28 +28,29 @@ for stage in STAGES.values():
                 kind=stage.name,
                 lazy=stage.lazy,
                 ladder=bool(stage.ladder),
-                version=version(*soundness.modules_of(stage)),
-                config=part(*stage.config),
+                attributes=expected_attributes,
+                version=code_version(*stage.modules),
+                config=config_part(stage.config),
             message:
-                said(stage)
+                message_of(stage)
             script:
                 "../scripts/dataset.py"
 
 
 rule coefficients:
     input:
-        datasets=built(STAGES["coefficients"].inputs),
-        state=state("coefficients"),
-        code=code(STAGES["coefficients"].module),
+        datasets=dataset_files(STAGES["coefficients"].inputs),
+        code=source_files(STAGES["coefficients"].modules),
     output:
         f"{RESULTS}/{STAGES['coefficients'].file}",
     log:
         f"{LOGS}/coefficients.log",
     params:
         function=STAGES["coefficients"].function,
-        version=version(STAGES["coefficients"].module),
+        attributes=expected_attributes,
+        version=code_version(*STAGES["coefficients"].modules),
     message:
-        said(STAGES["coefficients"])
+        message_of(STAGES["coefficients"])
     script:
         "../scripts/table.py"
 
@@ -65,21 +65,21 @@ localrules:
 
 rule decay:
     input:
-        built(["decay/{study}"]),
+        dataset_files(["decay/{study}"]),
     message:
         "The free decays of every study"
 
 
 rule match:
     input:
-        built(["match/{study}"]),
+        dataset_files(["match/{study}"]),
     message:
         "The matched damping ratios of every study"
 
 
 rule equivalence:
     input:
-        built(["equivalence"]),
+        dataset_files(["equivalence"]),
         rules.coefficients.output,
     message:
         "The polynomials, as a dataset and as a table"
@@ -87,6 +87,6 @@ rule equivalence:
 
 rule natural:
     input:
-        built(["natural", "natural/check", "comparison"]),
+        dataset_files(["natural", "natural/check", "comparison"]),
     message:
         "The study of earthquakes"

@@ -1,25 +1,24 @@
-"""What every job does around its one call: threads, log and progress, and one clear line where the input is bad."""
+"""What every script does around its one call: threads, log and progress, and one line where the input is bad."""
 
+import importlib
 import os
 import sys
 import traceback
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr
+from pathlib import Path
 
 
-class _Both:
-    """Standard error and the log at once. The log shows progress too, line by line; without a terminal only the log."""
+class TerminalAndLog:
+    """Write standard error to the terminal and to the log. Progress bars go to the log line by line."""
 
     def __init__(self, terminal, log):
         self.terminal, self.log = terminal, log
 
     def write(self, text):
-        bar = text.startswith("\r")
-        if not bar or self.terminal.isatty():
+        is_progress = text.startswith("\r")
+        if not is_progress or self.terminal.isatty():
             self.terminal.write(text)
-        if not bar:
-            self.log.write(text)
-        elif text.strip():
-            self.log.write(text.strip() + "\n")
+        self.log.write(f"{text.strip()}\n" if is_progress and text.strip() else text.lstrip("\r"))
         return len(text)
 
     def flush(self):
@@ -32,106 +31,49 @@ class _Both:
 
 @contextmanager
 def job(snakemake):
-    """Run the body of a script as the job that `snakemake` describes; on any error exit with status 1.
-
-    The body is given the job's `Inputs`, which open datasets.
-    """
+    """Run the body of a script as a job of Snakemake; on any error exit with status 1."""
     os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
-    sys.modules.setdefault("pint", None)  # no array here has units; xarray would import it at each file to see so
-    from rockdamp.process import collect_rarely
-
-    collect_rarely()  # before the imports that make the most objects
     from rockdamp.errors import InputError, warnings_as_lines
     from rockdamp.storage.dataset import DatasetError
 
     with open(snakemake.log[0], "w", encoding="utf-8", buffering=1) as log:
-        sys.stderr = _Both(sys.__stderr__, log)
-        try:
-            with warnings_as_lines():
-                require_unchanged(snakemake)
-                inputs = Inputs(snakemake)
-                yield inputs
-                require_unchanged(snakemake)
-                inputs.note()
-        except (InputError, DatasetError, OSError) as error:  # the last: a full disk, a folder that is read-only
-            print(f"{snakemake.rule}: {error}", file=sys.stderr)
-            sys.exit(1)
-        except Exception:
-            traceback.print_exc()
-            sys.exit(1)
-        finally:
-            sys.stderr = sys.__stderr__
+        with redirect_stderr(TerminalAndLog(sys.stderr, log)):
+            try:
+                with warnings_as_lines():
+                    yield
+                require_unchanged_sources(snakemake)
+            except (InputError, DatasetError, OSError) as error:  # the last: a full disk, a folder that is read-only
+                print(f"{snakemake.rule}: {error}", file=sys.stderr)
+                sys.exit(1)
+            except Exception:
+                traceback.print_exc()
+                sys.exit(1)
 
 
-def require_unchanged(snakemake):
-    """Stop unless the sources are those whose version the result states; it was taken when the workflow was read.
-
-    Asked before they are imported and after all is done. On an error Snakemake deletes what was written.
-    """
-    from pathlib import Path
-
+def require_unchanged_sources(snakemake):
+    """Raise `InputError` if the sources were edited during the run: then Snakemake deletes what the job wrote."""
     from rockdamp.errors import InputError
     from rockdamp.storage.provenance import version_of
 
-    stated, now = snakemake.params.version, version_of(Path(path).resolve() for path in snakemake.input.code)
-    if now != stated:
-        raise InputError(
-            f"the sources are {now}, and {stated} when this run began; leave them alone while it runs, and run again"
-        )
+    now = version_of(Path(path).resolve() for path in snakemake.input.code)
+    if now != snakemake.params.version:
+        began = f"they were {snakemake.params.version} when this run began"
+        raise InputError(f"the sources are {now}, and {began}; leave them alone while it runs, and run again")
 
 
-class Inputs:
-    """What a job reads: results of other jobs, which must be what their rules wrote in this tree, and sources."""
+def open_datasets(snakemake, lazily=False):
+    """Return the datasets that a job reads; each must state the config and the code of this run."""
+    from rockdamp.storage import dataset
 
-    def __init__(self, snakemake):
-        from rockdamp.pipeline.soundness import expectations
-        from rockdamp.storage import notes
-
-        self.snakemake, self.results = snakemake, snakemake.config["results"]
-        self.expected, self.name = expectations(snakemake.input.state, snakemake.config)
-        unread = {*snakemake.input.code, snakemake.input.state}
-        self.digests = {path: notes.digest(path) for path in snakemake.input if path not in unread}
-        for path in self.digests:
-            self._require_written(path)
-
-    def _require_written(self, path):
-        from rockdamp.storage import notes
-        from rockdamp.storage.dataset import DatasetError
-
-        inside = notes.inside(self.results, path)
-        if inside in self.expected:
-            note = notes.read(self.results, self.expected[inside].name)
-            if note.get("files", {}).get(inside) != self.digests[path]:
-                raise DatasetError(f"{path} is not what its rule wrote, by its digest; delete it and run again")
-
-    def open(self, path, lazily=False):
-        """Open a dataset, which must be of the config and the sources of this run."""
-        from rockdamp.storage import dataset, notes
-
-        opened = (dataset.connect if lazily else dataset.open)(path)
-        wanted = self.expected[notes.inside(self.results, path)]
-        given = {"config_sha256": wanted.config_sha256, "code_version": wanted.code_version}
-        dataset.require_stated(opened, path, wanted.kind, **given)
-        return opened
-
-    def note(self):
-        """Write down what the job made, and of what."""
-        from rockdamp.storage import notes
-        from rockdamp.storage.provenance import config_digest
-
-        notes.write(
-            self.results,
-            self.name,
-            code_version=self.snakemake.params.version,
-            config_sha256=config_digest(getattr(self.snakemake.params, "config", {})),
-            files=self.snakemake.output,
-            inputs=self.digests,
-        )
+    opened = [(dataset.connect if lazily else dataset.open)(path) for path in snakemake.input.datasets]
+    for path, result in zip(snakemake.input.datasets, opened, strict=True):
+        dataset.require_attributes(result, path, snakemake.params.attributes[path])
+    return opened
 
 
 @contextmanager
-def about(records, datasets):
-    """Name the record in an error of the input, and the dataset in one of reading its values late."""
+def files_named(records, datasets):
+    """Name the record in an error of the input, and the dataset whose values cannot be read."""
     from rockdamp.errors import InputError
     from rockdamp.storage import dataset
 
@@ -148,5 +90,4 @@ def about(records, datasets):
 def call(function, *arguments):
     """Call a function by its full name."""
     module, _, name = function.rpartition(".")
-    __import__(module)
-    return getattr(sys.modules[module], name)(*arguments)
+    return getattr(importlib.import_module(module), name)(*arguments)

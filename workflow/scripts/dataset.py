@@ -2,19 +2,17 @@
 
 from pathlib import Path
 
-from boundary import about, call, job
+from boundary import call, files_named, job, open_datasets
 
-with job(snakemake) as given:
+with job(snakemake):
     from rockdamp.motions.records import read_record
     from rockdamp.storage import dataset
 
-    inputs = [read_record(path) for path in snakemake.input.record]
-    if snakemake.params.ladder:
-        inputs.append({Path(path).stem: read_record(path) for path in snakemake.input.ladder})
-    inputs += [given.open(path, lazily=snakemake.params.lazy) for path in snakemake.input.datasets]
-    config = snakemake.params.config
-    with about(snakemake.input.record, snakemake.input.datasets):
-        result = call(snakemake.params.function, *snakemake.wildcards, config, *inputs)
-    dataset.write(
-        result, snakemake.output[0], snakemake.params.kind, config=config, code_version=snakemake.params.version
-    )
+    params, paths = snakemake.params, snakemake.input
+    inputs = [read_record(path) for path in paths.record]
+    if params.ladder:
+        inputs.append({Path(path).stem: read_record(path) for path in paths.ladder})
+    inputs += open_datasets(snakemake, lazily=params.lazy)
+    with files_named(paths.record, paths.datasets):
+        result = call(params.function, *snakemake.wildcards, params.config, *inputs)
+    dataset.write(result, snakemake.output[0], params.kind, config=params.config, code_version=params.version)

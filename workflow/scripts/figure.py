@@ -2,11 +2,10 @@
 
 from os.path import splitext
 
-from boundary import call, job
+from boundary import call, job, open_datasets
 
-with job(snakemake) as given:
+with job(snakemake):
     from rockdamp.figures.output import save
 
-    datasets = [given.open(path) for path in snakemake.input.datasets]
-    drawn = call(snakemake.params.function, *datasets)
-    save(drawn, splitext(snakemake.output[0])[0], **snakemake.params.config["figures"])
+    figure = call(snakemake.params.function, *open_datasets(snakemake))
+    save(figure, splitext(snakemake.output[0])[0], **snakemake.params.config["figures"])

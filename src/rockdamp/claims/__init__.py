@@ -1,19 +1,32 @@
-"""The paper's claims against the datasets: a verdict on each, with the numbers that it rests on.
+"""Judge the paper's claims by the datasets: a verdict on each, with the numbers that it rests on.
 
-What each claim is judged by stands in data/claims.yaml; how its quantity is computed, here: one function for each.
+The file data/claims.yaml holds the limits that decide. A function for each claim computes its quantities here.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import pandas as pd
 
 from rockdamp.claims import histories, mechanics, misfits, ratios
 from rockdamp.claims.reading import read_list
-from rockdamp.claims.verdicts import NOT_JUDGED, Claim, Judge, Limits, combine, found, sorted_out
+from rockdamp.claims.verdicts import (
+    CONDITIONAL,
+    NOT_JUDGED,
+    Claim,
+    Judge,
+    Limits,
+    Verdict,
+    combine,
+    finding_of,
+    measured,
+    sorted_out,
+)
 from rockdamp.errors import InputError
 from rockdamp.storage.dataset import Datasets
 
@@ -35,8 +48,8 @@ def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     return read_list(path, "claims", "claims.schema.yaml", _problems)
 
 
-def judge(claims: Sequence[Claim], datasets: Datasets) -> pd.DataFrame:
-    """Judge every claim.
+def judge(claims: Sequence[Claim], datasets: Datasets) -> list[Verdict]:
+    """Return the verdict on each claim, in their order.
 
     Parameters
     ----------
@@ -44,11 +57,6 @@ def judge(claims: Sequence[Claim], datasets: Datasets) -> pd.DataFrame:
         As `read` returns them.
     datasets : dict of str to xarray.Dataset
         By their names in the results, without suffix: ``loops``, ``match/amplitude``.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row for each claim, in the order of `claims`, with the columns `COLUMNS`.
 
     Raises
     ------
@@ -60,10 +68,26 @@ def judge(claims: Sequence[Claim], datasets: Datasets) -> pd.DataFrame:
     for names, known, text in ((ids, JUDGES, "has no judge"), (JUDGES, ids, "is judged, but not in the data file")):
         for name in (name for name in names if name not in known):
             raise InputError(f"claim {name} {text}")
-    return pd.DataFrame([_row(claim, datasets) for claim in claims], columns=list(COLUMNS))
+    return [judge_one(claim, datasets) for claim in claims]
 
 
-def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
+def table(verdicts: Sequence[Verdict]) -> pd.DataFrame:
+    """Return the verdicts as a table of text with the columns `COLUMNS`, lists joined by semicolons."""
+    rows = [{name: getattr(verdict, name) for name in COLUMNS} for verdict in verdicts]
+    joined = [
+        {name: cell if isinstance(cell, str) else "; ".join(map(str, cell)) for name, cell in row.items()}
+        for row in rows
+    ]
+    return pd.DataFrame(joined, columns=list(COLUMNS))
+
+
+def as_json(verdicts: Sequence[Verdict]) -> str:
+    """Return the verdicts with their lists, as the report reads them."""
+    return json.dumps([asdict(verdict) for verdict in verdicts], ensure_ascii=False, indent=1) + "\n"
+
+
+def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
+    """Return the verdict on one claim."""
     for name in claim["datasets"]:
         if name not in datasets:
             raise InputError(f"claim {claim['id']}: there is no dataset {name!r}")
@@ -79,30 +103,31 @@ def _row(claim: Claim, datasets: Datasets) -> dict[str, str]:
             raise InputError(f"claim {claim['id']} has {problem}: {', '.join(sorted(names))}")
     parts = {name: judgements[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
-    measured = [part.measured for part in parts.values() if part.measured] + ["the records are synthetic"] * synthetic
-    missing = [part.measured for part in parts.values() if not part.testable]
+    missing = [str(item) for part in parts.values() if not part.testable for item in part.measured]
+    capped = bool(claim.get("inferred"))
     if synthetic or missing:  # a record that a model made tells of that model alone
-        verdict, condition = NOT_JUDGED, "; ".join([claim["condition"]] * synthetic + missing)
+        verdict, reasons = NOT_JUDGED, [claim["condition"]] * synthetic + missing
     else:
-        verdict, condition = combine(claim, parts, capped=bool(claim.get("inferred")))
-    # What cannot be told has parts that neither hold nor fail.
-    sorted_parts = sorted_out(claim, {} if verdict == NOT_JUDGED else parts)
-    return {
-        "id": claim["id"],
-        "section": claim["section"],
-        "claim": claim["claim"],
-        "verdict": verdict,
-        "measured": "; ".join(measured),
-        "threshold": claim["threshold"].format_map(claim["limits"]),
-        "condition": condition,
-        "finding": found(claim, parts),
-        **{label.replace(" ", "_"): "; ".join(words) for label, words in sorted_parts.items()},
-        "figure": claim.get("figure", ""),
-    }
+        verdict = combine(claim, parts, capped)
+        reasons = [claim["condition"]] if capped and verdict == CONDITIONAL else []
+    return Verdict(
+        id=claim["id"],
+        section=claim["section"],
+        claim=claim["claim"],
+        verdict=verdict,
+        measured=sum((part.measured for part in parts.values()), ())
+        + (measured("the records are synthetic") if synthetic else ()),
+        threshold=claim["threshold"].format_map(claim["limits"]),
+        reasons=tuple(reasons),
+        finding=finding_of(claim, parts),
+        # What cannot be judged has parts that neither hold nor fail.
+        **sorted_out(claim, {} if verdict == NOT_JUDGED else parts),
+        figure=claim.get("figure", ""),
+    )
 
 
 def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]]:
-    """What the schema cannot say: names within a claim that must agree."""
+    """Return what the schema cannot check: names within a claim that must agree."""
     problems: list[tuple[tuple[str | int, ...], str]] = []
     for index, claim in enumerate(claims):
         needed = claim["needed"]
@@ -125,4 +150,4 @@ def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]
     return problems
 
 
-__all__ = ["COLUMNS", "JUDGES", "judge", "read"]
+__all__ = ["COLUMNS", "JUDGES", "as_json", "judge", "judge_one", "read", "table"]

@@ -77,7 +77,7 @@ def printed_force(wall: Wall, u: float) -> float:
 
 
 def eq_3(_: Datasets) -> dict[str, str]:
-    """Value, slope and zero of the printed law."""
+    """Compare value, slope and zero of the printed law with those of the law used."""
     wall, bare = Wall(**FIG5, overburden_ratio=1.0), Wall(**FIG5)
     f0, u_ins = float(wall.rigid_strength), float(wall.instability_displacement)
 
@@ -102,7 +102,7 @@ def eq_3(_: Datasets) -> dict[str, str]:
 
 
 def eq_7(_: Datasets) -> dict[str, str]:
-    """Both coefficients of restitution."""
+    """Compare both coefficients of restitution."""
     middle, high = (Wall(**FIG4, hinge_ratio=ratio) for ratio in (0.5, 0.7))
     return {
         "printed_middle": number(middle.restitution),
@@ -135,7 +135,7 @@ def energy_of_eq_13_and_14(_: Datasets) -> dict[str, str]:
 
 
 def hinge_ratio_of_fig_6(_: Datasets) -> dict[str, str]:
-    """What becomes of a wall with its hinge at the base."""
+    """Put the hinge of a wall at its base."""
     try:
         Wall(**{**FIG5, "hinge_ratio": 0.0})
     except InputError as error:

@@ -1,8 +1,7 @@
-"""The claims on loops, histories and the measured test: sections 4, 5 and 7."""
+"""Judge the claims on loops, histories and the measured test: sections 4, 5 and 7."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +16,7 @@ from rockdamp.claims.verdicts import (
     between,
     brief,
     judged,
+    measured,
     number,
     per_model,
     percent,
@@ -29,7 +29,7 @@ from rockdamp.vocabulary import PAPER_MODELS
 
 
 def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> Array:
-    """Work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
+    """Return the work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
 
     Only of displacements up to `inner` times the peak that the half cycle starts from.
     """
@@ -44,7 +44,7 @@ def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> A
 
 
 def impact_losses(loops: xr.Dataset, window: float) -> Array:
-    """Energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
+    """Return the energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
     history = loops.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
     last = turning_points(v[loops["tau"].values <= window])[-1]
@@ -53,34 +53,34 @@ def impact_losses(loops: xr.Dataset, window: float) -> Array:
 
 
 def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Areas of the loops in total, over two lengths, and half cycle by half cycle."""
+    """Compare the areas of the loops in total, over two lengths, and half cycle by half cycle."""
     loops, window = data["loops"], float(data["match/amplitude"]["window"])
     parts = {}
     for name, length in (("total", window), ("long", float(loops["tau"].values[-1]))):
         totals = np.array([areas(loops, model, length).sum() for model in PAPER_MODELS])
         apart = totals / totals.mean() - 1
         each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
-        measured = f"in total against their mean, up to tau {number(length)}: {each}"
-        told = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
-        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), measured, told=told)
+        totals_apart = measured(f"in total against their mean, up to tau {number(length)}", each)
+        finding = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
+        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, finding)
     losses = impact_losses(loops, window)
     loop_areas = [areas(loops, model, window) for model in PAPER_MODELS]
     of_loss = np.array([values.sum() for values in loop_areas]) / losses.sum()
     each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, of_loss, strict=True))
     parts["decay"] = Part(
         bool((np.abs(of_loss - 1) <= limits["same"]).all()),
-        f"in total over CR's loss, up to tau {number(window)}: {each}",
-        told={"of_loss": between(of_loss, percent)},
+        measured(f"in total over CR's loss, up to tau {number(window)}", each),
+        finding={"of_loss": between(of_loss, percent)},
     )
     count = min(losses.size, *(values.size for values in loop_areas))
     table, losses = np.stack([values[:count] for values in loop_areas]), losses[:count]
     for name, reference, of in (("models", table.mean(axis=0), "their mean"), ("impact", losses, "CR's loss")):
         relative = table / reference - 1
-        each = "; ".join(f"{percent(column.min())} to {percent(column.max())}" for column in relative.T)
+        ranges = [f"{percent(column.min())} to {percent(column.max())}" for column in relative.T]
         held = np.abs(relative).max(axis=0) <= limits["same"]
-        measured = f"half cycle by half cycle against {of}: {each}"
-        told = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
-        parts[name] = replace(judged(by_half_cycle(held), measured, "half cycle", limits["enough"]), told=told)
+        finding = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
+        against = measured(f"against {of}", *ranges, by="half cycle")
+        parts[name] = judged(by_half_cycle(held), against, "half cycle", limits["enough"], finding)
     return parts
 
 
@@ -90,7 +90,7 @@ def by_half_cycle(held: NDArray[np.bool_]) -> xr.DataArray:
 
 
 def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Share of each loop's area near zero displacement."""
+    """Compute the share of each loop's area near zero displacement."""
     loops, window = data["loops"], float(data["match/amplitude"]["window"])
     parts = {}
     for model in PAPER_MODELS:
@@ -98,9 +98,9 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
         concentrated = share > limits["concentrated"]
         held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
         ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
-        measured = f"{model} {ends[0]} to {ends[1]} of the area"
-        part = judged(held, measured, "half cycle", limits["enough"])
-        parts[model.lower()] = replace(part, told={model.lower(): between(share)})
+        inner = measured(f"{model} {ends[0]} to {ends[1]} of the area")
+        name = model.lower()
+        parts[name] = judged(held, inner, "half cycle", limits["enough"], {name: between(share)})
     return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
 
 
@@ -108,12 +108,12 @@ def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def rms(values: Array) -> float:
-    """Root mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Nearly rigid tri-linear model against two references."""
+    """Compare the nearly rigid tri-linear model with two references."""
     rocking = data["loops"]["rocking_displacement"]
     model, release = rocking.sel(rocking_model="tri-linear").values, abs(float(rocking[0, 0]))
     parts = {}
@@ -124,18 +124,20 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
         count = min(ours.size, theirs.size)
         largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
         for part, value, words in (("history", apart, "history"), ("peaks", largest, f"first {count} peaks")):
-            measured, told = f"{reference}: {words} {percent(value)} of the release", {f"{name}_{part}": brief(value)}
-            parts[f"{name}-{part}"] = Part(value <= limits["same"], measured, told=told)
+            difference = measured(reference, f"{words} {percent(value)} of the release")
+            parts[f"{name}-{part}"] = Part(
+                value <= limits["same"], difference, finding={f"{name}_{part}": brief(value)}
+            )
     return {name: parts[name] for name in ("slender-history", "slender-peaks", "exact-history", "exact-peaks")}
 
 
 def peaks(displacement: Array, count: int) -> Array:
-    """The first `count` peaks of |u| after the release."""
+    """Return the first `count` peaks of |u| after the release."""
     return np.abs(displacement)[turning_points(np.gradient(displacement))[1 : count + 1]]
 
 
 def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR against CR: velocity step by step, and differences of the histories."""
+    """Compare CDR with CR: velocity step by step, and differences of the histories."""
     loops = data["loops"]
     matched = loops["tau"].values <= float(data["match/amplitude"]["window"])
     u, v = (
@@ -149,18 +151,20 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     length = number(loops["tau"].values[-1])
     steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
     return {
-        "smooth": Part(jump <= limits["jump"], steps, told={"step": brief(jump)}),
+        "smooth": Part(jump <= limits["jump"], measured(steps), {"step": brief(jump)}),
         "displacement": Part(
             apart <= limits["same"],
-            f"displacement differs by {percent(apart)} (rms)",
-            told={"displacement": brief(apart)},
+            measured(f"displacement differs by {percent(apart)} (rms)"),
+            finding={"displacement": brief(apart)},
         ),
         "velocity": Part(
             apart_velocity <= limits["same_velocity"],
-            f"velocity by {percent(apart_velocity)} (rms)",
-            told={"velocity": brief(apart_velocity)},
+            measured(f"velocity by {percent(apart_velocity)} (rms)"),
+            finding={"velocity": brief(apart_velocity)},
         ),
-        "beyond": Part(beyond <= limits["same"], f"displacement by {percent(beyond)} (rms) up to tau {length}"),
+        "beyond": Part(
+            beyond <= limits["same"], measured(f"displacement by {percent(beyond)} (rms) up to tau {length}")
+        ),
     }
 
 
@@ -168,17 +172,19 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Decay after the pulse: decrement and peaks of each model, over the records that hold a free decay."""
+    """Compare decrement and peaks of the models after the pulse, over the records that hold a free decay."""
     validation, little = data["validation"].sel(damping_model=["CR", *PAPER_MODELS]), limits["slight"]
     validation = validation.isel(record=np.flatnonzero(np.isfinite(validation["measured_log_decrement"])))
     if not validation.sizes["record"]:
         missing = "no record holds a free decay"
         return {
-            "more": Part(False, missing, testable=False, told={"decay": "there is no free decay to judge by"}),
-            "slightly": Part(False, ""),
-            "peaks": Part(False, ""),
+            "more": Part(
+                False, measured(missing), testable=False, finding={"decay": "there is no free decay to judge by"}
+            ),
+            "slightly": Part(False),
+            "peaks": Part(False),
         }
-    measured = float(validation["measured_log_decrement"].mean())
+    decrement_of_test = float(validation["measured_log_decrement"].mean())
     decrement = validation["log_decrement"].mean("record", skipna=False)
     misfit = (validation["decay_peak_misfit"] ** 2).mean("record", skipna=False) ** 0.5
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
@@ -187,16 +193,17 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "more": Part(
             bool((sdr > others).all()),
-            f"logarithmic decrement {per_model(decrement)}; measured {number(measured)}",
+            measured(f"logarithmic decrement {per_model(decrement)}")
+            + measured(f"measured {number(decrement_of_test)}"),
         ),
         "slightly": Part(
             slight,
-            f"SDR {percent(more)} above the others' mean",
-            told={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
+            measured(f"SDR {percent(more)} above the others' mean"),
+            finding={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
         ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),
-            f"misfit of the free decay's peaks {per_model(1000 * misfit)} mm",
+            measured(f"misfit of the free decay's peaks {per_model(1000 * misfit)} mm"),
         ),
     }
 

@@ -1,18 +1,16 @@
-"""The claims on the wall and its curve: sections 2, 3 and 4.1."""
+"""Judge the claims on the wall and its curve: sections 2, 3 and 4.1."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Judge, Limits, Part, between, brief, judged, number, percent
+from rockdamp.claims.verdicts import Judge, Limits, Part, between, brief, judged, measured, number, percent
 from rockdamp.storage.dataset import Datasets
 
 
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Restitution against slenderness."""
+    """Compare the restitution at each slenderness with that at the next."""
     mechanism, parts = data["mechanism"], {}
     values = {"printed": ("restitution_analytical", "Eq. (7)"), "impulsive": ("restitution_impulsive", "every impulse")}
     for name, (variable, words) in values.items():
@@ -20,22 +18,22 @@ def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
         rises = e.diff("slenderness") > limits["rise"]
         ends = e.isel(slenderness=[0, -1])
         low, high = ends["slenderness"].values
-        measured = "; ".join(
+        ranges = [
             f"{number(first)} to {number(last)} at h1/h {number(hinge)}"
             for hinge, (first, last) in zip(
                 e["hinge_height_ratio"].values, ends.transpose(..., "slenderness").values, strict=True
             )
-        )
-        measured = f"{words} from h/t {number(low)} to {number(high)}: {measured}"
+        ]
+        rise = measured(f"{words} from h/t {number(low)} to {number(high)}", *ranges)
         first, last = ends.isel(hinge_height_ratio=0).values
-        told = {f"{name}_low": number(first), f"{name}_high": number(last)}
-        parts[name] = replace(judged(rises.all("slenderness"), measured, "h1/h"), told=told)
-    at = {"hinge": number(e["hinge_height_ratio"][0]), "low": number(low), "high": number(high)}
-    return {name: replace(part, told={**part.told, **at}) for name, part in parts.items()}
+        finding = {f"{name}_low": number(first), f"{name}_high": number(last)}
+        finding |= {"hinge": number(e["hinge_height_ratio"][0]), "low": number(low), "high": number(high)}
+        parts[name] = judged(rises.all("slenderness"), rise, "h1/h", finding=finding)
+    return parts
 
 
 def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Effective mass and excitation factor at rest against the height of the hinge."""
+    """Compare effective mass and excitation factor at rest between the heights of the hinge."""
     mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
     r, h_t = mechanism["hinge_height_ratio"].values, mechanism["slenderness"].values
     words = {"low": number(r[0]), "high": number(r[-1]), "squat": number(h_t[0]), "slender": number(h_t[-1])}
@@ -45,14 +43,14 @@ def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
         change = high.drop_vars("hinge_height_ratio") / low.drop_vars("hinge_height_ratio") - 1
         held = (np.abs(change) > limits["none"]) & (np.abs(change) <= limits["slight"])
         ends = f"{percent(change[0])} at h/t {words['squat']} to {percent(change[-1])} at h/t {words['slender']}"
-        part = judged(held, f"{variable.replace('_', ' ')} changes by {ends}", "h/t", limits["enough"])
-        told = {name: f"{brief(change[0])} to {brief(change[-1])}"}
-        parts[name] = replace(part, told=told | (words if name == "mass" else {}))
+        changes = measured(f"{variable.replace('_', ' ')} changes by {ends}")
+        finding = {**words, name: f"{brief(change[0])} to {brief(change[-1])}"}
+        parts[name] = judged(held, changes, "h/t", limits["enough"], finding)
     return parts
 
 
 def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """What the paper quotes of the tests over the analytical values of the tested wall."""
+    """Divide the measured restitution that the paper quotes by the analytical values of the tested wall."""
     analytical, impulsive = (
         float(data["mechanism"][f"tested_restitution_{name}"]) for name in ("analytical", "impulsive")
     )
@@ -61,7 +59,7 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
     def near(ratio: float) -> bool:
         return abs(ratio / limits["share"] - 1) <= limits["same"]
 
-    told = {
+    finding = {
         "mean": number(mean / analytical),
         "analytical": number(analytical),
         "lowest": number(low / analytical),
@@ -69,16 +67,21 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
         "impulsive": number(mean / impulsive),
     }
     return {
-        "mean": Part(near(mean / analytical), f"mean {told['mean']} of {told['analytical']}", told=told),
-        "range": Part(
-            near(low / analytical) and near(high / analytical), f"from {told['lowest']} to {told['highest']} of it"
+        "mean": Part(
+            near(mean / analytical), measured(f"mean {finding['mean']} of {finding['analytical']}"), finding=finding
         ),
-        "impulsive": Part(near(mean / impulsive), f"mean {told['impulsive']} of {number(impulsive)}, every impulse"),
+        "range": Part(
+            near(low / analytical) and near(high / analytical),
+            measured(f"from {finding['lowest']} to {finding['highest']} of it"),
+        ),
+        "impulsive": Part(
+            near(mean / impulsive), measured(f"mean {finding['impulsive']} of {number(impulsive)}, every impulse")
+        ),
     }
 
 
 def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Peaks with the bi-linear over those with the tri-linear curve, in pairs."""
+    """Divide peaks with the bi-linear by those with the tri-linear curve, in pairs."""
     pairs, parts = data["bilinear"], {}
     collapses = dict.fromkeys(("bi-linear", "tri-linear"), 0)
     runs = 0
@@ -87,25 +90,24 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
         others = [dim for dim in ratio.dims if dim != case]
         median = ratio.median(others).dropna(case)
         middle = number(ratio.median())
-        measured = f"{name}s: median ratio {middle}, {between(median, times)} from {noun} to {noun}"
-        part = judged(median > limits["more"], measured, noun, limits["enough"])
-        parts[f"{name}s"] = replace(part, told={f"{name}_ratio": middle})
+        demand = measured(f"{name}s", f"median ratio {middle}, {between(median, times)} from {noun} to {noun}")
+        parts[f"{name}s"] = judged(median > limits["more"], demand, noun, limits["enough"], {f"{name}_ratio": middle})
         for curve in collapses:
             collapses[curve] += int(pairs[f"{name}_collapsed"].sel(force_curve=curve).sum())
         runs += ratio.size
     counts = {f"{curve.replace('-', '')}_collapses": f"{count} of {runs}" for curve, count in collapses.items()}
-    words = "; ".join(f"{count} of {runs} collapse with the {curve} curve" for curve, count in collapses.items())
-    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], words, told=counts)
+    overturned = (measured(f"{count} of {runs} collapse with the {curve} curve") for curve, count in collapses.items())
+    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(overturned, ()), counts)
     return parts
 
 
 def times(ratio: float) -> str:
-    """A ratio of peaks in words."""
+    """Return a ratio of peaks in words."""
     return "a collapse alone" if np.isinf(ratio) else number(ratio)
 
 
 def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
-    """Peak with the bi-linear over that with the tri-linear curve; NaN where that does not rock or both collapse."""
+    """Return the bi-linear over the tri-linear peak; NaN where the latter does not rock or both collapse."""
     peak = pairs[f"{name}_peak_ratio"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
     bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
     first_branch = float(pairs["cracked_stiffness_ratio"].sel(force_curve="tri-linear"))

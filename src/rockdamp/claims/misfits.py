@@ -1,4 +1,4 @@
-"""The claims on the error of the matches, and on which model is best: sections 6 and 8."""
+"""Judge the claims on the error of the matches, and on which model is best: sections 6 and 8."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from rockdamp.claims.ratios import MODELS, is_smallest, mean_spread, papers, rat
 from rockdamp.claims.verdicts import (
     Judge,
     Limits,
+    Measured,
     Part,
     brief,
     judged,
+    measured,
     number,
     per_model,
     percent,
     spans,
     steady,
-    told_by_model,
+    words_by_model,
 )
 from rockdamp.storage.dataset import Datasets
 
@@ -27,39 +29,41 @@ ROUNDING = 1e-9
 
 
 def matched_error(data: Datasets) -> xr.DataArray:
-    """rms_error (damping_model, restitution) at the matched length, released at the reference amplitude."""
+    """Return rms_error (damping_model, restitution) at the matched length, released at the reference amplitude."""
     reference = float(data["loops"]["release_amplitude"])
     at_reference = data["match/amplitude"]["rms_error"].sel(release_amplitude=reference, method="nearest")
     return at_reference.sel(damping_model=MODELS).sortby("restitution")
 
 
-def mean_errors(data: Datasets) -> tuple[xr.DataArray, str]:
-    """Mean over e for each model, and in words as parts of the release amplitude."""
+def mean_errors(data: Datasets) -> tuple[xr.DataArray, tuple[Measured, ...]]:
+    """Return the mean over e for each model over the release amplitude, and the same in words."""
     mean = matched_error(data).mean("restitution")
     relative = mean / float(data["loops"]["release_amplitude"])
-    return relative, f"mean rms error {per_model(relative, percent)} of the release"
+    return relative, measured(f"mean rms error {per_model(relative, percent)} of the release")
 
 
 def lengths(held: xr.DataArray, claim: str) -> Part:
-    """Whether something holds at every length of the response, and at which."""
+    """Return a part that holds at every length of the response, or at some."""
     holds = held.astype(bool)
-    return judged(holds, f"{claim} at {int(holds.sum())} of {holds.size} lengths: {spans(holds, 'tau')}", "tau")
+    count = f"{claim} at {int(holds.sum())} of {holds.size} lengths"
+    return judged(holds, measured(count, spans(holds, "tau")), "tau")
 
 
 def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR and SDR against CDC."""
+    """Compare the errors of CDR and SDR with those of CDC."""
     error = matched_error(data)
     held = error.sel(damping_model=["CDR", "SDR"]).max("damping_model") < error.sel(damping_model="CDC")
-    mean, measured = mean_errors(data)
-    matched = judged(held, f"both below CDC at {spans_of(held)}; {measured}", "e", limits["enough"])
+    mean, mean_in_words = mean_errors(data)
+    below = measured(f"both below CDC at {spans_of(held)}")
+    finding = {**words_by_model(mean), "both": spans_of(held)}
     return {
-        "matched": replace(matched, told={**told_by_model(mean), "both": spans_of(held)}),
+        "matched": judged(held, below + mean_in_words, "e", limits["enough"], finding),
         "lengths": lengths(data["windows"]["secant_below_constant"], "below CDC at every e"),
     }
 
 
 def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """The model that errs least at each e, at the inferred length."""
+    """Name the model that errs least at each e, at the inferred length."""
     windows = data["windows"]
     inferred = windows["error"].sel(window=float(windows["inferred_window"]), method="nearest")
     error = inferred.sel(damping_model=MODELS).transpose("damping_model", ...)
@@ -68,31 +72,33 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     in_range = (e >= limits["low"] - ROUNDING) & (e <= limits["high"] + ROUNDING)
     exact = spans(windows["cdr_lowest_in_paper_range"], "tau")
     wrong = windows["misclassified"].sel(window=[w for w in windows["window"].values if w != float(inferred["window"])])
-    others = f"; at least {int(wrong.min())} misfits at any other length studied" if wrong.size else ""
+    others = measured(f"at least {int(wrong.min())} misfits at any other length studied") if wrong.size else ()
     near = windows["near_misclassified"]
-    others += f"; between those next to it none at {spans(near == 0, 'tau')}, at most 2 at {spans(near <= 2, 'tau')}"
+    none, few = spans(near == 0, "tau"), spans(near <= 2, "tau")
+    others += measured(f"between those next to it none at {none}, at most 2 at {few}")
     length = windows["inferred_window_of_release"].dropna("release_amplitude")
     implied = ", ".join(
         f"{number(at)} (u0/u_ins {number(release)})"
         for release, at in zip(length["release_amplitude"].values, length.values, strict=True)
     )
-    others += f"; other releases would imply other lengths: {implied}"
+    others += measured("other releases would imply other lengths", implied)
     parts = {}
     for name, model, where in (("inside", "CDR", in_range), ("outside", "SDR", ~in_range)):
         held = (lowest == model)[where.values]
-        part = judged(held, f"{model} lowest at {spans_of(held)} {name}", "e", limits["enough"])
-        parts[name] = replace(part, told={name: spans_of(held)})
+        at = f", at {number(inferred['window'])} in tau" if name == "outside" else ""
+        lowest_at = measured(f"{model} lowest at {spans_of(held)} {name}{at}")
+        parts[name] = judged(held, lowest_at, "e", limits["enough"], {name: spans_of(held)})
     last = parts["outside"]
-    measured = f"{last.measured}, at {number(inferred['window'])} in tau; the range is exactly so for {exact}{others}"
-    told = {
+    all_measured = last.measured + measured(f"the range is exactly so for {exact}") + others
+    finding = {
         "window": number(inferred["window"]),
         "elsewhere": f"At any other it misses at least {int(wrong.min())} e" if wrong.size else "No other was studied",
     }
-    return parts | {"outside": replace(last, measured=measured, told={**last.told, **told})}
+    return parts | {"outside": replace(last, measured=all_measured, finding={**last.finding, **finding})}
 
 
 def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Error against e, model by model."""
+    """Follow the error over e, model by model."""
     error = matched_error(data)
     rises = steady(error, "restitution", -1)
     steps = (error.diff("restitution") < 0).sum("restitution")
@@ -104,59 +110,59 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
     parts = {}
     for model in MODELS:
         rising = int(steps.sel(damping_model=model))
-        measured = f"{model} rises at {rising} of {count} steps to lower e"
-        told = {model.lower(): f"{rising} of {count}"}
-        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), measured, told=told)
+        steps_up = measured(f"{model} rises at {rising} of {count} steps to lower e")
+        finding = {model.lower(): f"{rising} of {count}"}
+        parts[model.lower()] = Part(bool(rises.sel(damping_model=model)), steps_up, finding)
     parts["trend"] = Part(
-        bool((correlation <= limits["correlation"]).all()), f"rank correlation {per_model(correlation)}"
+        bool((correlation <= limits["correlation"]).all()), measured(f"rank correlation {per_model(correlation)}")
     )
     flag = data["windows"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
     by_model = ", ".join(f"{model} {spans(flag.sel(damping_model=model), 'tau')}" for model in MODELS)
     together = lengths(flag.all("damping_model"), "all rise at every step")
-    parts["lengths"] = Part(together.holds, f"{together.measured} ({by_model})", together.where)
-    return parts
+    (item,) = together.measured
+    return parts | {"lengths": replace(together, measured=measured(item.quantity, f"{item.values[0]} ({by_model})"))}
 
 
 def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Error and dependence of CDR against those of the others."""
-    error, measured = mean_errors(data)
+    """Compare error and dependence of CDR with those of the others."""
+    error, mean_in_words = mean_errors(data)
     amplitudes = papers(ratios(data["match/amplitude"]), limits["release_amplitudes"])
     amplitude = mean_spread(amplitudes, "release_amplitude")
     stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
     of_lengths = data["windows"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
     return {
-        "error": Part(bool(is_smallest(error, "CDR")), measured, told=against_others("error", error)),
+        "error": Part(bool(is_smallest(error, "CDR")), mean_in_words, against_others("error", error)),
         "amplitude": Part(
             bool(is_smallest(amplitude, "CDR")),
-            f"spread over amplitude {per_model(amplitude, percent)}",
-            told=against_others("amplitude", amplitude),
+            measured(f"spread over amplitude {per_model(amplitude, percent)}"),
+            finding=against_others("amplitude", amplitude),
         ),
         "stiffness": Part(
             bool(is_smallest(stiffness, "CDR")),
-            f"over a1 {per_model(stiffness, percent)}",
-            told=against_others("stiffness", stiffness),
+            measured(f"over a1 {per_model(stiffness, percent)}"),
+            finding=against_others("stiffness", stiffness),
         ),
         "lengths": lengths(is_smallest(of_lengths, "CDR"), "CDR errs least"),
     }
 
 
 def against_others(name: str, values: xr.DataArray) -> dict[str, str]:
-    """CDR's value and the smallest of the others', as gaps of a finding."""
+    """Return CDR's value and the smallest of the others', for a finding."""
     others = values.drop_sel(damping_model="CDR")
     return {name: brief(values.sel(damping_model="CDR")), f"{name}_others": brief(others.min())}
 
 
 def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Error of SDR."""
-    error, measured = mean_errors(data)
+    """Compare the error of SDR with a limit and with the others'."""
+    error, mean_in_words = mean_errors(data)
     sdr, cdc = error.sel(damping_model="SDR"), error.sel(damping_model="CDC")
     times = float(sdr / error.min("damping_model"))
     of_lengths = data["windows"]["rms_error"].mean("restitution")
     below = of_lengths.sel(damping_model="SDR").drop_vars("damping_model") < of_lengths.sel(damping_model="CDC")
     return {
-        "small": Part(bool(sdr <= limits["small"]), measured, told=told_by_model(error)),
-        "better": Part(bool(sdr < cdc), ""),
-        "near": Part(times <= limits["near"], f"SDR {number(times)} times the lowest"),
+        "small": Part(bool(sdr <= limits["small"]), mean_in_words, words_by_model(error)),
+        "better": Part(bool(sdr < cdc)),
+        "near": Part(times <= limits["near"], measured(f"SDR {number(times)} times the lowest")),
         "lengths": lengths(below.drop_vars("damping_model", errors="ignore"), "below CDC in the mean"),
     }
 

@@ -1,8 +1,6 @@
-"""The claims on the damping ratio that matches a decay, and what it depends on: sections 6 and 7."""
+"""Judge the claims on the damping ratio that matches a decay, and what it depends on: sections 6 and 7."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -10,16 +8,18 @@ import xarray as xr
 from rockdamp.claims.verdicts import (
     Judge,
     Limits,
+    Measured,
     Part,
     between,
     brief,
     judged,
     listed,
+    measured,
     number,
     per_model,
     percent,
     steady,
-    told_by_model,
+    words_by_model,
 )
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
@@ -29,7 +29,7 @@ OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}  # wha
 
 
 def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
-    """The paper's models; of the cracked-stiffness study those a1 that have the plateau of the first."""
+    """Select the paper's models and, in the cracked-stiffness study, the a1 that have the plateau of the first."""
     xi = matched[variable].sel(damping_model=MODELS)
     if "plateau_ratio" in matched.coords:
         plateau = matched["plateau_ratio"].values
@@ -38,38 +38,38 @@ def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray
 
 
 def papers(xi: xr.DataArray, amplitudes: list[float]) -> xr.DataArray:
-    """Only the release amplitudes of the paper; all of them in a study that holds fewer than two of those."""
+    """Select the release amplitudes of the paper; all in a study that holds fewer than two of those."""
     in_paper = [i for i, x0 in enumerate(xi["release_amplitude"].values) if np.isclose(x0, amplitudes).any()]
     return xi.isel(release_amplitude=in_paper) if len(in_paper) > 1 else xi
 
 
 def spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
-    """(Largest - smallest)/mean over `dim`."""
+    """Return (largest - smallest)/mean over `dim`."""
     return (xi.max(dim) - xi.min(dim)) / xi.mean(dim)
 
 
 def mean_spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
-    """Spread over `dim`, mean over e: one value for each model."""
+    """Return the spread over `dim`, mean over e: one value for each model."""
     return spread(xi, dim).mean("restitution")
 
 
 def spreads(values: xr.DataArray) -> str:
-    """Spreads of the models in percent. Where nothing differs in any digit, the equations do not hold the parameter."""
+    """Return the spreads in percent. Where no digit differs, the equations do not hold the parameter."""
     return "identical by the equations, one case" if not values.values.any() else per_model(values, percent)
 
 
 def is_largest(values: xr.DataArray, model: str) -> xr.DataArray:
-    """Whether `model` has the largest of the models' values."""
+    """Return true where `model` has the largest of the models' values."""
     return (values.sel(damping_model=model) > values.drop_sel(damping_model=model)).all("damping_model")
 
 
 def is_smallest(values: xr.DataArray, model: str) -> xr.DataArray:
-    """Whether `model` has the smallest of the models' values."""
+    """Return true where `model` has the smallest of the models' values."""
     return is_largest(-values, model)
 
 
 def extent(values: xr.DataArray, symbol: str) -> str:
-    """Range of the values that a parameter takes: ``u0/u_ins 0.3 to 0.9``."""
+    """Return the range of a parameter in words: ``u0/u_ins 0.3 to 0.9``."""
     return f"{symbol} {number(values.min())} to {number(values.max())}"
 
 
@@ -81,34 +81,35 @@ def _amplitude_sets(limits: Limits, data: Datasets) -> dict[str, xr.DataArray]:
     return {"paper": papers(wide, limits["release_amplitudes"]), "wide": wide}
 
 
-def _spread_over_amplitude(xi: xr.DataArray) -> tuple[xr.DataArray, str]:
+def _spread_over_amplitude(xi: xr.DataArray) -> tuple[xr.DataArray, tuple[Measured, ...]]:
     values = mean_spread(xi, "release_amplitude")
-    return values, f"spread over {extent(xi['release_amplitude'], 'u0/u_ins')}: {per_model(values, percent)}"
+    over = extent(xi["release_amplitude"], "u0/u_ins")
+    return values, measured(f"spread over {over}", per_model(values, percent))
 
 
 def amp_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDC against the others, over amplitude."""
+    """Compare CDC's spread over amplitude with the others'."""
     parts = {}
     for name, xi in _amplitude_sets(limits, data).items():
-        values, measured = _spread_over_amplitude(xi)
-        parts[name] = Part(bool(is_largest(values, "CDC")), measured)
-    values, _ = _spread_over_amplitude(_amplitude_sets(limits, data)["paper"])
-    return parts | {"paper": replace(parts["paper"], told=told_by_model(values))}
+        values, in_words = _spread_over_amplitude(xi)
+        finding = words_by_model(values) if name == "paper" else {}
+        parts[name] = Part(bool(is_largest(values, "CDC")), in_words, finding)
+    return parts
 
 
 def amp_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR over amplitude."""
+    """Compare CDR's spread over amplitude with a limit."""
     spreads = {name: _spread_over_amplitude(xi) for name, xi in _amplitude_sets(limits, data).items()}
-    values, measured = spreads["paper"]
-    widest, measured_wide = spreads["wide"]
+    values, in_words = spreads["paper"]
+    widest, widest_in_words = spreads["wide"]
     return {
         "slight": Part(
             bool(values.sel(damping_model="CDR") <= limits["slight"]),
-            measured,
-            told={"paper": brief(values.sel(damping_model="CDR")), "wide": brief(widest.sel(damping_model="CDR"))},
+            in_words,
+            finding={"paper": brief(values.sel(damping_model="CDR")), "wide": brief(widest.sel(damping_model="CDR"))},
         ),
-        "least": Part(bool(is_smallest(values, "CDR")), ""),
-        "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), measured_wide),
+        "least": Part(bool(is_smallest(values, "CDR"))),
+        "wide": Part(bool(widest.sel(damping_model="CDR") <= limits["slight"]), widest_in_words),
     }
 
 
@@ -116,7 +117,7 @@ SIGNS = {"CDC": -1, "CDR": -1, "SDR": 1}  # of the change of xi with amplitude, 
 
 
 def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Direction of the change with amplitude at each e."""
+    """Follow the direction of the change with amplitude at each e."""
     sets, parts = _amplitude_sets(limits, data), {}
     everywhere = []
     for model, sign in SIGNS.items():
@@ -124,15 +125,17 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         held = steady(xi, "release_amplitude", sign)
         ends = xi.sortby("release_amplitude").isel(release_amplitude=[0, -1]).mean("restitution").values
         change = f"{number(ends[0])} to {number(ends[1])}"
-        part = judged(held, f"{model} mean xi {change} ({spans_of(held)})", "e", limits["enough"])
-        parts[model.lower()] = replace(part, told={model.lower(): change})
+        in_words, name = measured(f"{model} mean xi {change} ({spans_of(held)})"), model.lower()
+        parts[name] = judged(held, in_words, "e", limits["enough"], {name: change})
         everywhere.append(steady(wide, "release_amplitude", sign))
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
-    told = {"spread": brief(sdr)}
-    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), f"spread of SDR {percent(sdr)}", told=told)
+    finding = {"spread": brief(sdr)}
+    parts["sdr-slightly"] = Part(
+        bool(sdr <= limits["slight"]), measured(f"spread of SDR {percent(sdr)}"), finding=finding
+    )
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
-    measured = f"all amplitudes: {listed(f'{m} {spans_of(held)}' for m, held in zip(SIGNS, everywhere, strict=True))}"
-    parts["wide"] = judged(wide_held, measured, "e", limits["enough"])
+    counts = listed(f"{model} {spans_of(held)}" for model, held in zip(SIGNS, everywhere, strict=True))
+    parts["wide"] = judged(wide_held, measured("all amplitudes", counts), "e", limits["enough"])
     return parts
 
 
@@ -142,7 +145,7 @@ def spans_of(held: xr.DataArray) -> str:
 
 
 def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Dispersion over amplitude at high e against that at low e."""
+    """Divide the dispersion over amplitude at high e by that at low e."""
     xi = _amplitude_sets(limits, data)["paper"].sortby("restitution")
     dispersions = {
         "absolute": xi.max("release_amplitude") - xi.min("release_amplitude"),
@@ -153,13 +156,15 @@ def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, dispersion in dispersions.items():
         low, high = (dispersion.isel(restitution=part) for part in (slice(None, third), slice(-third, None)))
         growth = high.mean("restitution") / low.mean("restitution")
-        measured = f"{name}, high over low e: {per_model(growth)}"
-        parts[name] = Part(bool((growth > limits["more"]).all()), measured, told={name: between(growth, number)})
+        growth_in_words = measured(f"{name}, high over low e", per_model(growth))
+        parts[name] = Part(
+            bool((growth > limits["more"]).all()), growth_in_words, finding={name: between(growth, number)}
+        )
     return parts
 
 
 def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """CDR and SDR at the lowest amplitude against those at the reference."""
+    """Compare CDR and SDR at the lowest amplitude with those at the reference."""
     xi = ratios(data["match/amplitude"]).sortby("release_amplitude")
     low = xi.isel(release_amplitude=0)
     reference = xi.sel(release_amplitude=float(data["loops"]["release_amplitude"]), method="nearest")
@@ -173,19 +178,22 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "together": Part(
             gap <= limits["closer"] * gap_reference,
-            f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}",
-            told={"gap": brief(gap), "gap_reference": brief(gap_reference)},
+            measured(f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}"),
+            finding={"gap": brief(gap), "gap_reference": brief(gap_reference)},
         ),
         "overdamps": judged(
             excess > 0,
-            f"xi of SDR at {names[1]} over that at {names[0]}: {percent(excess.min())} to {percent(excess.max())} more",
+            measured(
+                f"xi of SDR at {names[1]} over that at {names[0]}",
+                f"{percent(excess.min())} to {percent(excess.max())} more",
+            ),
             "e",
             limits["enough"],
         ),
         "slightly": Part(
             bool(mean > 0) & bool(mean <= limits["slight"]),
-            f"in the mean {percent(mean)}",
-            told={
+            measured(f"in the mean {percent(mean)}"),
+            finding={
                 "excess": brief(mean),
                 "low": number(low["release_amplitude"]),
                 "reference": number(reference["release_amplitude"]),
@@ -199,35 +207,36 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def _independence(dim: str, study: str) -> Judge:
     def judge(limits: Limits, data: Datasets) -> dict[str, Part]:
-        """Spread over a parameter that should not matter."""
+        """Compare the spread over a parameter that should not matter with a limit."""
         parts = {}
         for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
             values = spread(ratios(data[study], variable), dim).max("restitution")
-            measured = f"equal {name}: {spreads(values)}"
-            told = {f"in_{name}": brief(values.max())}
-            parts[name] = Part(bool((values <= limits[name]).all()), measured, told=told)
+            in_words = measured(f"equal {name}", spreads(values))
+            finding = {f"in_{name}": brief(values.max())}
+            parts[name] = Part(bool((values <= limits[name]).all()), in_words, finding)
         return parts
 
     return judge
 
 
 def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Cracked stiffness against slenderness and overburden."""
+    """Compare the spread over cracked stiffness with those over slenderness and overburden."""
     a1 = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
     parts: dict[str, Part] = {}
     for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
         others = {dim: mean_spread(ratios(data[f"match/{study}"], variable), dim) for dim, study in OTHERS.items()}
         held = xr.concat(list(others.values()), "parameter").max("parameter") * limits["times"] < a1
-        told = "; ".join(f"{dim.split('_')[0]} {spreads(values)}" for dim, values in others.items())
-        of_a1 = "" if parts else f"spread: a1 {per_model(a1, percent)}; "
-        part = judged(held, f"{of_a1}equal {name}: {told}", "models", limits["enough"])
+        of_others = [f"{dim.split('_')[0]} {spreads(values)}" for dim, values in others.items()]
+        of_a1 = () if parts else measured("spread", f"a1 {per_model(a1, percent)}")
         largest = max(float(values.max()) for values in others.values())
-        parts[name] = replace(part, told={**told_by_model(a1), f"in_{name}": brief(largest)})
+        finding = {**words_by_model(a1), f"in_{name}": brief(largest)}
+        in_words = of_a1 + measured(f"equal {name}", *of_others)
+        parts[name] = judged(held, in_words, "models", limits["enough"], finding)
     return parts
 
 
 def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """The models' spreads over a1."""
+    """Rank the models' spreads over a1."""
     xi = ratios(data["match/cracked_stiffness"])
     at_each, dim = spread(xi, "cracked_stiffness_ratio"), "cracked_stiffness_ratio"
     values = at_each.mean("restitution")
@@ -235,18 +244,18 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "cdc": Part(
             bool(is_largest(values, "CDC")),
-            f"spread over {extent(xi[dim], 'a1')}: {per_model(values, percent)}",
-            told={**told_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
+            measured(f"spread over {extent(xi[dim], 'a1')}", per_model(values, percent)),
+            finding={**words_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
         ),
-        "cdr": Part(bool(is_smallest(values, "CDR")), ""),
-        "each": replace(
-            judged(held, f"so ranked at {spans_of(held)}", "e", limits["enough"]), told={"ranked": spans_of(held)}
+        "cdr": Part(bool(is_smallest(values, "CDR"))),
+        "each": judged(
+            held, measured(f"so ranked at {spans_of(held)}"), "e", limits["enough"], {"ranked": spans_of(held)}
         ),
     }
 
 
 def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Direction of the change with a1 at each e."""
+    """Follow the direction of the change with a1 at each e."""
     xi, dim = ratios(data["match/cracked_stiffness"]).sortby("cracked_stiffness_ratio"), "cracked_stiffness_ratio"
     parts = {}
     for name, model, sign in (("cdc", "CDC", 1), ("cdr", "CDR", 1), ("sdr-less", "SDR", 1), ("sdr-more", "SDR", -1)):
@@ -254,13 +263,13 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         ends = xi.sel(damping_model=model).isel({dim: [0, -1]}).mean("restitution").values
         less = "less" if sign > 0 else "more"
         change = f"{number(ends[0])} to {number(ends[1])}"
-        measured = f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})"
-        parts[name] = replace(judged(held, measured, "e", limits["enough"]), told={model.lower(): change})
+        in_words = measured(f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})")
+        parts[name] = judged(held, in_words, "e", limits["enough"], {model.lower(): change})
     return parts
 
 
 def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """The polynomials against Eq. (15)."""
+    """Compare the polynomials with Eq. (15)."""
     fits, enough = data["equivalence"], limits["enough"]
     xi = fits["damping_ratio_fit"].sel(damping_model=MODELS)
     relative = xi / fits["giannini_masiani"] - 1
@@ -268,17 +277,17 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
     for name, model, sign in (("cdc", "CDC", -1), ("sdr", "SDR", 1), ("cdr", "CDR", -1)):
         of_model = relative.sel(damping_model=model)
         held = sign * of_model > 0
-        measured = f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)"
+        in_words = measured(f"{model} {percent(of_model.min())} to {percent(of_model.max())} against (15)")
         partly = f"{percent(held.mean())} of e and a1" if float(held.mean()) >= enough else ""
-        told = {name: between(of_model)}
-        parts[name] = Part(bool(held.all()), measured, "" if held.all() else partly, told=told)
+        finding = {name: between(of_model)}
+        parts[name] = Part(bool(held.all()), in_words, finding, "" if held.all() else partly)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
     values = mean_spread(xi, "cracked_stiffness_ratio")
-    off = f"CDR off by {percent(apart)} in the mean"
-    parts["cdr-slightly"] = Part(apart <= limits["slight"], off, told={"apart": brief(apart)})
+    off = measured(f"CDR off by {percent(apart)} in the mean")
+    parts["cdr-slightly"] = Part(apart <= limits["slight"], off, {"apart": brief(apart)})
     parts["cdr-a1"] = Part(
         bool(is_smallest(values, "CDR")),
-        f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}: {per_model(values, percent)}",
+        measured(f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}", per_model(values, percent)),
     )
     return parts
 

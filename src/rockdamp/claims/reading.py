@@ -1,4 +1,4 @@
-"""Reading of the data files that list claims and errata."""
+"""Read the data files that list claims and errata."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a claim's parts add up to, and how measured values are put into words."""
+"""Combine the parts of a claim into a verdict, and put measured values into words."""
 
 from __future__ import annotations
 
@@ -17,38 +17,66 @@ REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
 NOT_JUDGED = "not judged: no measurement"
-HOLDS, PARTLY, FAILS = "holds", "holds in part", "does not hold"  # what a part does
 
 Claim = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
+class Measured:
+    """One measured quantity in words: a sentence, or a quantity with its values."""
+
+    quantity: str
+    values: tuple[str, ...] = ()
+    by: str = ""  # the case that each value is of, ``half cycle``; empty where the values say it
+
+    def __str__(self) -> str:
+        quantity = f"{self.by} by {self.by} {self.quantity}" if self.by else self.quantity
+        return f"{quantity}: {'; '.join(self.values)}" if self.values else quantity
+
+
+def measured(quantity: str, *values: str, by: str = "") -> tuple[Measured, ...]:
+    """Return one measured quantity as what a `Part` takes; several are added."""
+    return (Measured(quantity, values, by),)
+
+
+@dataclass(frozen=True)
 class Part:
-    """One part of a claim, judged.
+    """One part of a claim, judged."""
 
-    Attributes
-    ----------
-    holds : bool
-        In every case.
-    measured : str
-        What was found, with units.
-    where : str
-        The cases in which it holds, where it holds in enough of them but not in all.
-    testable : bool
-        The datasets hold what decides; if not, `measured` says what is missing.
-    told : dict of str to str
-        What fills the gaps of the claim's ``finding``.
-    """
+    holds: bool  # in every case
+    measured: tuple[Measured, ...] = ()
+    finding: Mapping[str, str] = field(default_factory=dict)  # fills the gaps of the claim's ``finding``
+    where: str = ""  # the cases in which it holds, where these are enough but not all
+    testable: bool = True  # the datasets hold what decides; if not, `measured` says what is missing
 
-    holds: bool
-    measured: str
-    where: str = ""
-    testable: bool = True
-    told: Mapping[str, str] = field(default_factory=dict)
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a claim, with all that the tables and the report say of it."""
+
+    id: str
+    section: str
+    claim: str
+    verdict: str
+    measured: tuple[Measured, ...]
+    threshold: str
+    reasons: tuple[str, ...]  # that hold the verdict back, beside the parts
+    finding: str  # in one sentence, with its numbers
+    holds: tuple[str, ...]  # the words of the parts that hold, as in the next two
+    holds_in_part: tuple[str, ...]
+    does_not_hold: tuple[str, ...]
+    figure: str
+
+    @property
+    def condition(self) -> str:
+        """Reasons and, for a claim that holds under conditions, its parts: the column of the table."""
+        parts = {"holds": self.holds, "holds in part": self.holds_in_part, "does not hold": self.does_not_hold}
+        shown = parts if self.verdict == CONDITIONAL else {}
+        return "; ".join([*self.reasons, *(f"{label}: {', '.join(words)}" for label, words in shown.items() if words)])
 
 
 class Limits(dict[str, Any]):
-    """The numbers of one claim. Knows which were asked for: one that decides nothing is a mistake in the data file."""
+    """Hold the numbers of one claim, and remember which decided: another is a mistake in the data file."""
 
     def __init__(self, claim: Claim) -> None:
         super().__init__(claim["limits"])
@@ -65,13 +93,13 @@ class Limits(dict[str, Any]):
 Judge = Callable[[Limits, Datasets], dict[str, Part]]
 
 
-def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str, str]:
-    """Return the verdict on a claim, and the conditions if it holds under conditions only.
+def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> str:
+    """Return the verdict on a claim.
 
     Parameters
     ----------
     claim : dict
-        With ``parts`` (name to words), ``needed`` and perhaps ``condition``.
+        With ``needed``.
     parts : dict of str to Part
     capped : bool
         Nothing more than `CONDITIONAL` can be said, for the reason that the claim's ``condition`` gives.
@@ -79,54 +107,57 @@ def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> tuple[str,
     needed = claim["needed"]
     names, count = (needed["of"], needed["count"]) if isinstance(needed, Mapping) else (needed, len(needed))
     if sum(parts[name].holds or bool(parts[name].where) for name in names) < count:
-        return NOT_REPRODUCED, ""
-    if all(part.holds for part in parts.values()) and not capped:
-        return REPRODUCED, ""
-    conditions = [claim["condition"]] if capped else []
-    conditions += [f"{label}: {', '.join(names)}" for label, names in sorted_out(claim, parts).items() if names]
-    return CONDITIONAL, "; ".join(conditions)
+        return NOT_REPRODUCED
+    return REPRODUCED if all(part.holds for part in parts.values()) and not capped else CONDITIONAL
 
 
-def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, list[str]]:
-    """Return the words of the parts that hold, that hold in part, with where, and that do not hold."""
+def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, tuple[str, ...]]:
+    """Return the words of the parts by the field of `Verdict` that they belong to."""
     words = claim["parts"]
     return {
-        HOLDS: [words[name] for name, part in parts.items() if part.holds],
-        PARTLY: [f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where],
-        FAILS: [words[name] for name, part in parts.items() if not part.holds and not part.where],
+        "holds": tuple(words[name] for name, part in parts.items() if part.holds),
+        "holds_in_part": tuple(
+            f"{words[name]} ({part.where})" for name, part in parts.items() if not part.holds and part.where
+        ),
+        "does_not_hold": tuple(words[name] for name, part in parts.items() if not part.holds and not part.where),
     }
 
 
-def found(claim: Claim, parts: Mapping[str, Part]) -> str:
-    """Return the sentence of a claim's finding, its gaps filled with limits and with what was found.
+def finding_of(claim: Claim, parts: Mapping[str, Part]) -> str:
+    """Return the sentence of a claim's finding, its gaps filled from its parts and its limits.
 
     Raises
     ------
     InputError
-        If it has a gap that nothing fills, or something was found that it does not tell.
+        If it has a gap that nothing fills, or does not use what a part holds for it.
     """
-    told = {name: words for part in parts.values() for name, words in part.told.items()}
+    values = {name: words for part in parts.values() for name, words in part.finding.items()}
     gaps = {name for _, name, _, _ in string.Formatter().parse(claim["finding"]) if name is not None}
     limits = {name: value for name, value in claim["limits"].items() if name in gaps}
-    if gaps != {*told, *limits}:
-        problem = f"has the gaps {', '.join(sorted(gaps - {*limits}))}; they must be {', '.join(sorted(told))}"
+    if gaps != {*values, *limits}:
+        problem = f"has the gaps {', '.join(sorted(gaps - {*limits}))}; they must be {', '.join(sorted(values))}"
         raise InputError(f"claim {claim['id']}: finding {problem}")
-    return str(claim["finding"].format_map({**limits, **told}))
+    return str(claim["finding"].format_map({**limits, **values}))
 
 
 # --- cases ---------------------------------------------------------------------------------------------------------
 
 
-def judged(held: xr.DataArray, measured: str, noun: str, enough: float = 0.0) -> Part:
+def judged(
+    held: xr.DataArray,
+    measured: tuple[Measured, ...],
+    noun: str,
+    enough: float = 0.0,
+    finding: Mapping[str, str] | None = None,
+) -> Part:
     """Return the part that holds in the cases of `held` (boolean, one dimension with a coordinate).
 
     Where it fails in some of them but holds in at least the part `enough`, it says which. Without cases it fails.
     """
     cases = held.astype(bool)
-    if cases.size and bool(cases.all()):
-        return Part(True, measured)
-    partly = bool(cases.any()) and float(cases.mean()) >= enough
-    return Part(False, measured, spans(cases, noun) if partly else "")
+    holds = bool(cases.size) and bool(cases.all())
+    partly = not holds and bool(cases.any()) and float(cases.mean()) >= enough
+    return Part(holds, measured, finding or {}, spans(cases, noun) if partly else "")
 
 
 def spans(held: xr.DataArray, noun: str) -> str:
@@ -142,7 +173,7 @@ def spans(held: xr.DataArray, noun: str) -> str:
 
 
 def steady(values: xr.DataArray, dim: str, sign: int) -> xr.DataArray:
-    """Whether `values` change with the given sign from each coordinate of `dim` to the next."""
+    """Return true where `values` change with that sign from each coordinate of `dim` to the next."""
     return (sign * values.sortby(dim).diff(dim) > 0).all(dim)
 
 
@@ -150,40 +181,40 @@ def steady(values: xr.DataArray, dim: str, sign: int) -> xr.DataArray:
 
 
 def number(value: Any) -> str:
-    """Three significant digits."""
+    """Return three significant digits."""
     return f"{float(value):.3g}"
 
 
 def percent(value: Any) -> str:
-    """Three significant digits, in percent."""
+    """Return three significant digits, in percent."""
     return f"{100 * float(value):.3g}%"
 
 
 def brief(value: Any) -> str:
-    """Two significant digits, in percent."""
+    """Return two significant digits, in percent."""
     return f"{float(f'{100 * float(value):.2g}'):g}%"
 
 
 def between(values: Any, words: Callable[[Any], str] = brief) -> str:
-    """The least and the largest: ``37% to 43%``; ``none`` where there is no value."""
+    """Return the least and the largest: ``37% to 43%``; ``none`` where there is no value."""
     if not np.size(values):
         return "none"
     low, high = words(np.min(values)), words(np.max(values))
     return low if low == high else f"{low} to {high}"
 
 
-def told_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
-    """A value of each model, by its name in lower case: the gaps of a finding."""
+def words_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
+    """Return a value of each model by its name in lower case, for a finding."""
     models = [str(model).lower() for model in values["damping_model"].values]
     return {model: words(value) for model, value in zip(models, values.values, strict=True)}
 
 
 def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:
-    """``CDC 1.2, CDR 3.4``."""
+    """Return values with the names of their models: ``CDC 1.2, CDR 3.4``."""
     models = [str(model) for model in values["damping_model"].values]
     return ", ".join(f"{model} {words(value)}" for model, value in zip(models, values.values, strict=True))
 
 
 def listed(names: Iterable[str]) -> str:
-    """``CDC and SDR``, or ``none``."""
+    """Return names joined: ``CDC and SDR``, or ``none``."""
     return " and ".join(names) or "none"

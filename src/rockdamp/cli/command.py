@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.types import OutputFile
-from rockdamp.process import collect_rarely
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,8 +73,6 @@ class Main(click.Group):
     """The command without its name: what goes wrong before one is chosen is one line too."""
 
     def main(self, args: Sequence[str] | None = None, *others: Any, **kwargs: Any) -> Any:
-        if args is None:  # those of the process, which is the command's own
-            collect_rarely()
         try:
             return super().main(args, *others, **kwargs)
         except OSError as error:  # the help, on a disk that is full

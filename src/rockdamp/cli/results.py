@@ -43,23 +43,23 @@ def datasets(folder: Path, as_json: bool) -> None:
 )
 @json_option
 def verify(folder: Path | None, files: tuple[Path, ...], as_json: bool) -> None:
-    """Name results that are not of this tree.
+    """List every result that this code and config did not make.
 
-    Each dataset, table, figure and the report is compared with the note of the job that made it: its digest, the
-    config, the sources of the package, and the digests of all that it was made of. FOLDER is that of the config where
-    it is not given. Run it in the folder of the project. The exit status is 1 if any result is missing or another's.
+    Each dataset, table, figure and the report is compared with checksums.csv in FOLDER, which a complete build writes:
+    with its checksum, its config and the sources of the package. FOLDER is that of the config where it is not given.
+    Run it in the folder of the project. The exit status is 1 if any result is missing or another's.
     """
     from rockdamp.config.merging import merged
     from rockdamp.config.validation import validate
     from rockdamp.motions import catalogue
-    from rockdamp.pipeline import soundness
+    from rockdamp.pipeline import verification
 
     given = [Path("config/default.yaml"), *files]
     config = merged(given, {})
     validate(config, Path("workflow/schemas/config.schema.yaml"), given)
-    expected = list(soundness.results(config, lambda entries: len(catalogue.listing(entries))))
+    expected = verification.origins(config, lambda entries: len(catalogue.listing(entries)))
     place = folder or Path(config["results"])
-    rows = [{"file": file, "reason": reason} for file, reason in soundness.unsound(place, expected)]
+    rows = [{"file": file, "reason": reason} for file, reason in verification.mismatches(place, expected)]
     if as_json:
         print_json(rows)
     else:

@@ -1,4 +1,4 @@
-"""The data dictionary, results/README.md: `python -m rockdamp.pipeline.dictionary` prints it."""
+"""Print the data dictionary, results/README.md: `python -m rockdamp.pipeline.dictionary`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from rockdamp.vocabulary import STUDIES
 
 
 def used_by(kind: str) -> list[str]:
-    """Return the stages, figures and pages that are given a stage's dataset."""
-    given = {name: taker.inputs for table in (STAGES, FIGURES) for name, taker in table.items()}
-    given["report"] = reported()
-    return [name for name, datasets in given.items() if any(writes(STAGES[kind], dataset) for dataset in datasets)]
+    """Return the stages, figures and pages that use a stage's dataset."""
+    inputs = {name: user.inputs for table in (STAGES, FIGURES) for name, user in table.items()}
+    inputs["report"] = reported()
+    return [name for name, datasets in inputs.items() if any(writes(STAGES[kind], dataset) for dataset in datasets)]
 
 
 def lines() -> Iterator[str]:

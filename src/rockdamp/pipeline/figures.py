@@ -1,4 +1,4 @@
-"""The table of figures, figures.yaml; cheap to read, as stages.py is."""
+"""Read the table of figures, figures.yaml, without importing what takes long."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rockdamp.storage import yaml_file
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """What a figure shows and what is said of it; figures.yaml says what each entry means."""
+    """An entry of the table of figures; figures.yaml says what each field means."""
 
     name: str
     module: str
@@ -24,6 +24,11 @@ class Drawing:
     def function(self) -> str:
         """Full name of the function that draws it."""
         return f"rockdamp.figures.{self.module}.{self.name}"
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules whose sources it depends on."""
+        return f"rockdamp.figures.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"
 
     @property
     def number(self) -> str:

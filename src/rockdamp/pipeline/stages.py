@@ -1,23 +1,24 @@
-"""The table of stages, stages.yaml, with the titles of their datasets from storage/variables.yaml.
+"""Read the table of stages, stages.yaml, with the titles of their datasets from storage/variables.yaml.
 
 The Snakefile reads it at every start, so it imports nothing that takes long.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
 from rockdamp.storage import yaml_file
+from rockdamp.storage.dotted_keys import stated
 from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """What is computed, by which function, from what; stages.yaml says what each entry means."""
+    """An entry of the table of stages; stages.yaml says what each field means."""
 
     name: str
     title: str
@@ -26,6 +27,7 @@ class Stage:
     function: str = ""
     inputs: Sequence[str] = ()
     config: Sequence[str] = ()
+    also: Sequence[str] = ()
     shares_of: str = ""
     per_share: str = ""
     threads: int = 1
@@ -36,14 +38,29 @@ class Stage:
     intermediate: bool = False
 
     @property
-    def module(self) -> str:
-        """Full name of the module of its function."""
-        return self.function.rpartition(".")[0]
+    def modules(self) -> tuple[str, str]:
+        """Modules whose sources it depends on: that of its function, and what reads and writes datasets."""
+        return self.function.rpartition(".")[0], "rockdamp.storage.dataset"
 
     @property
     def dataset(self) -> str:
         """Its file without suffix, ``match/{study}``; empty where it writes no dataset."""
         return self.file.removesuffix(".nc") if self.file.endswith(".nc") else ""
+
+    def shares(self, config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> range:
+        """Return the numbers that {share} stands for in its file; one where the file has none.
+
+        Parameters
+        ----------
+        config : dict
+        count : callable
+            Returns how many ground motions a list names.
+        """
+        if not self.shares_of:
+            return range(1)
+        whole = stated(config, self.shares_of)
+        total = whole if isinstance(whole, int) else count(whole)
+        return range(-(-total // stated(config, self.per_share)))
 
 
 def _read() -> dict[str, Stage]:
@@ -77,6 +94,6 @@ def writes(stage: Stage, dataset: str) -> bool:
 
 
 def reported() -> list[str]:
-    """Return the names of the datasets that the report is given, in the order of the table."""
-    given = [stage.dataset for stage in STAGES.values() if stage.dataset and not stage.intermediate]
-    return [name for dataset in given for name in each_study(dataset)]
+    """Return the names of the datasets that the report shows, in the order of the table."""
+    shown = [stage.dataset for stage in STAGES.values() if stage.dataset and not stage.intermediate]
+    return [name for dataset in shown for name in each_study(dataset)]

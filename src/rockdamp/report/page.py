@@ -40,8 +40,10 @@ class Content:
 
     Attributes
     ----------
-    claims, errata : sequence of dict
-        Rows with the columns of `tables.CLAIMS` and `tables.ERRATA`.
+    claims : sequence of dict
+        Verdicts with the fields of `rockdamp.claims.verdicts.Verdict`, as claims.json has them.
+    errata : sequence of dict
+        Rows with the columns `tables.ERRATA`.
     figures : dict
         Name of the figure to its PNG, in the order of the page.
     datasets : dict
@@ -54,7 +56,7 @@ class Content:
         Version and digest of the modules that the report depends on.
     """
 
-    claims: Sequence[Mapping[str, str]]
+    claims: Sequence[Mapping[str, Any]]
     errata: Sequence[Mapping[str, str]]
     figures: Mapping[str, bytes]
     datasets: Datasets

@@ -20,10 +20,6 @@ from rockdamp.errors import InputError
 from rockdamp.report.numbers import number, of_models
 from rockdamp.storage import yaml_file
 
-CLAIMS = (
-    *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
-    *("finding", "holds", "holds_in_part", "does_not_hold", "figure"),
-)
 ERRATA = ("id", "where", "printed", "used", "evidence")
 
 # How each verdict is marked, by shape and word as well as colour; first what a reader must know of most.
@@ -35,8 +31,6 @@ VERDICTS = {
 }
 # How the parts of a claim are marked.
 PARTS = {"does_not_hold": ("no", "✗"), "holds_in_part": ("partly", "◐"), "holds": ("yes", "✓")}
-_LABELS = ("holds: ", "holds in part: ", "does not hold: ")  # of the same parts in a condition
-BY_HALF_CYCLE = "half cycle by half cycle against "
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
@@ -60,13 +54,13 @@ def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str,
     return table
 
 
-def judged(claims: Sequence[Mapping[str, str]], figures: Mapping[str, str]) -> list[dict[str, Any]]:
+def judged(claims: Sequence[Mapping[str, Any]], figures: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return the verdicts, each with its mark and its claims, ready for the page.
 
     Parameters
     ----------
     claims : sequence of dict
-        Rows with the columns `CLAIMS`.
+        Verdicts with the fields of `rockdamp.claims.verdicts.Verdict`, as claims.json has them.
     figures : dict of str to str
         Those that a claim may point to, and what to call them.
 
@@ -90,38 +84,26 @@ def judged(claims: Sequence[Mapping[str, str]], figures: Mapping[str, str]) -> l
     ]
 
 
-def _shown(claim: Mapping[str, str], figures: Mapping[str, str]) -> dict[str, Any]:
-    pieces = parts(claim["measured"])
+def _shown(claim: Mapping[str, Any], figures: Mapping[str, str]) -> dict[str, Any]:
     return {
         **claim,
         "figure_words": figures.get(claim["figure"], ""),
         "parts": [
             {"kind": kind, "mark": mark, "words": words}
-            for column, (kind, mark) in PARTS.items()
-            for words in claim[column].split("; ")
-            if words
+            for field, (kind, mark) in PARTS.items()
+            for words in claim[field]
         ],
-        "reasons": [text for text in claim["condition"].split("; ") if text and not text.startswith(_LABELS)],
-        "measured": [text for text in pieces if not text.startswith(BY_HALF_CYCLE)],
-        "half_cycles": [_by_half_cycle(text) for text in pieces if text.startswith(BY_HALF_CYCLE)],
+        "measured": [_in_words(item) for item in claim["measured"] if not item["by"]],
+        "half_cycles": [
+            {"against": item["quantity"].removeprefix("against "), "ranges": item["values"]}
+            for item in claim["measured"]
+            if item["by"]
+        ],
     }
 
 
-def _by_half_cycle(text: str) -> dict[str, Any]:
-    """Return what the loops are compared with, and the range of each half cycle."""
-    against, _, ranges = text.removeprefix(BY_HALF_CYCLE).partition(": ")
-    return {"against": against, "ranges": ranges.split("; ")}
-
-
-def parts(measured: str) -> list[str]:
-    """Split what was measured at its semicolons; a part that is but a number stays with the one before."""
-    pieces: list[str] = []
-    for part in measured.split("; "):
-        if pieces and not part[:2].strip("+-− ")[:1].isalpha():
-            pieces[-1] += f"; {part}"
-        else:
-            pieces.append(part)
-    return pieces
+def _in_words(item: Mapping[str, Any]) -> str:
+    return f"{item['quantity']}: {'; '.join(item['values'])}" if item["values"] else str(item["quantity"])
 
 
 def inline(text: str) -> Markup:

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and stay if the machine stops."""
+"""Write files that appear whole or not at all, and stay if the machine stops."""
 
 from __future__ import annotations
 

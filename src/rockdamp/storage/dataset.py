@@ -74,25 +74,13 @@ def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
     return expected
 
 
-def require_stated(
-    dataset: xr.Dataset, path: str | os.PathLike[str], kind: str, *, config_sha256: str, code_version: str
-) -> None:
-    """Check that a dataset which was read is of its kind, and of the config and the sources that it must be of.
-
-    Raises
-    ------
-    DatasetError
-        If it is another's, which was put in its place.
-    """
-    advice = "delete it and run again"
-    try:
-        check(dataset, kind)
-    except DatasetError as error:
-        raise DatasetError(f"{os.fspath(path)} is not what its rule writes ({error}); {advice}") from None
-    for name, wanted in (("config_sha256", config_sha256), ("code_version", code_version)):
+def require_attributes(dataset: xr.Dataset, path: str | os.PathLike[str], expected: Mapping[str, str]) -> None:
+    """Raise `DatasetError` unless a dataset that was read has the expected attributes, such as its config's digest."""
+    for name, value in expected.items():
         stated = dataset.attrs.get(name)
-        if stated != wanted:
-            raise DatasetError(f"{os.fspath(path)} states {name} {stated}; that of this run is {wanted}; {advice}")
+        if stated != value:
+            advice = "delete it and run again"
+            raise DatasetError(f"{os.fspath(path)} states {name} {stated}; that of this run is {value}; {advice}")
 
 
 def write(

@@ -1,4 +1,4 @@
-"""Files that others wrote: read once and whole, never waited for, and text or refused."""
+"""Read files that others wrote: once and whole, without waiting for them, and only text."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def content(path: str | os.PathLike[str], what: str) -> bytes:
 
 
 def text(read: bytes, path: str | os.PathLike[str]) -> str:
-    """Return the text that bytes are, with one kind of line end.
+    """Decode bytes as text with one kind of line end.
 
     Raises
     ------
     InputError
-        If they are not UTF-8, or hold control characters, as what is no text does.
+        If they are not UTF-8, or hold control characters.
     """
     try:
         decoded = read.decode("utf-8-sig")  # spreadsheets put a byte order mark first

@@ -1,4 +1,4 @@
-"""Fragility in NRML 0.5, the format that OpenQuake reads: functions of collapse, continuous and discrete."""
+"""Write fragility in NRML 0.5, the format that OpenQuake reads: functions of collapse, continuous and discrete."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Which sources and which part of the config a result depends on, so that both can be stored with it and watched.
+"""Find the sources and the part of the config that a result depends on, to store and to watch both.
 
-The sources are read, not run: imports are followed wherever in a module they stand. A file of the package that a module
-names in a string of its own, as ``variables.yaml``, belongs to that module.
+Modules are read, not run, and their imports followed wherever they stand. A file of the package that a module names in
+a string, as ``variables.yaml``, belongs to that module.
 """
 
 from __future__ import annotations
@@ -10,20 +10,14 @@ import ast
 import hashlib
 import json
 import re
-import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from rockdamp.storage.dotted_keys import stated
-
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).resolve().parents[1]
-IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+[\w.]+[ \t]+import[ \t]*(?:\([^)]*\)|[^(\n]+)|import[ \t]+[^\n]+)", re.MULTILINE
-)
 BY_NAME = re.compile(r"""import_module\(f"(\w+\.[\w.]+)\.\{""")
 FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 
@@ -31,8 +25,7 @@ FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 def modules_of(*names: str) -> dict[str, Path]:
     """Return the modules of the package that `names` import, directly or not, themselves included.
 
-    The package's own ``__init__`` runs too, but it only passes names on: it counts where a module takes such a name
-    from it, not otherwise.
+    The ``__init__`` of the package itself only passes names on. It counts where a module takes such a name from it.
 
     Parameters
     ----------
@@ -114,10 +107,11 @@ def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     part: dict[str, Any] = {}
     for key in keys:
         *sections, last = key.split(".")
+        source: Any = whole
         target = part
         for section in sections:
-            target = target.setdefault(section, {})
-        target[last] = stated(whole, key)
+            source, target = source[section], target.setdefault(section, {})
+        target[last] = source[last]
     return part
 
 
@@ -132,10 +126,10 @@ def _file_of(name: str) -> Path | None:
 
 @cache
 def _imports(name: str, path: Path) -> frozenset[str]:
-    """The package's modules that one module imports."""
+    """Return the package's modules that one module imports."""
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imported = set()
-    for node in _statements(path):
+    for node in ast.walk(ast.parse(_text(path), filename=str(path))):
         if isinstance(node, ast.Import):
             wanted = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -158,7 +152,7 @@ def _module_or_owner(base: str, name: str) -> str:
 
 
 def _parents(name: str) -> Iterator[str]:
-    """The packages that are run on the way to a module, without the outermost."""
+    """Yield the packages that are run on the way to a module, without the outermost."""
     parts = name.split(".")
     for end in range(2, len(parts)):
         yield ".".join(parts[:end])
@@ -173,15 +167,6 @@ def _data_files(path: Path) -> frozenset[Path]:
 
 def _inside(path: Path) -> bool:
     return path.is_file() and path.resolve().is_relative_to(ROOT)
-
-
-def _statements(path: Path) -> list[ast.stmt]:
-    """The imports of a module; to parse all of each would make every start of the workflow wait."""
-    found = (textwrap.dedent(match[0]) for match in IMPORT.finditer(_text(path)))
-    try:
-        return ast.parse("\n".join(found), filename=str(path)).body
-    except SyntaxError:  # a line that only looks like an import, or one that the pattern does not take whole
-        return [node for node in ast.walk(ast.parse(_text(path), filename=str(path))) if isinstance(node, ast.stmt)]
 
 
 @cache

@@ -1,4 +1,4 @@
-"""The registry of what datasets hold, variables.yaml: read once in a process, whoever asks for it."""
+"""Read the registry of datasets and their variables, variables.yaml, once in a process."""
 
 from __future__ import annotations
 
@@ -16,5 +16,7 @@ def registry() -> dict[str, Any]:
         files("rockdamp.storage").joinpath("variables.yaml").read_text(encoding="utf-8")
     )
     for entry in raw["datasets"].values():
-        entry["variables"] = {name: {**raw["common"].get(name, {}), **own} for name, own in entry["variables"].items()}
+        entry["variables"] = {
+            name: {**raw["common"].get(name, {}), **fields} for name, fields in entry["variables"].items()
+        }
     return raw

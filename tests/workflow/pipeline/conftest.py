@@ -3,7 +3,7 @@
 import shutil
 
 import pytest
-from minimal_build import RESULTS
+from minimal_build import LOGS, RESULTS
 from repository import ROOT
 from workflow_tree import Tree
 
@@ -15,7 +15,7 @@ def tree(tmp_path_factory):
     What of it is built already is taken along with snakemake's notes on it, which tell what of that still holds.
     """
     tree = Tree(tmp_path_factory.mktemp("pipeline") / "a träe")
-    for built in (RESULTS, "logs/minimal", ".snakemake/metadata"):
+    for built in (RESULTS, LOGS, ".snakemake/metadata"):
         if (ROOT / RESULTS).is_dir() and (ROOT / built).is_dir():
             shutil.copytree(ROOT / built, tree.place / built)
     full = tree.place / "results/decay/amplitude.nc"

@@ -21,16 +21,16 @@ def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):
 
 
 def test_logs_that_cannot_be_written_stop_the_run_before_any_job(tree):
-    (tree.place / "logs/folder").write_text("no folder", encoding="utf-8")
+    (tree.place / "logs/results/folder").write_text("no folder", encoding="utf-8")
     run = tree.snakemake("fig1", overlay="results: results/folder\n")
-    (tree.place / "logs/folder").unlink()
+    (tree.place / "logs/results/folder").unlink()
     assert run.returncode != 0
     assert "Traceback" not in run.stdout + run.stderr
-    assert "logs/folder cannot be written; the logs need a folder in which files can be made\n" in run.stderr
+    assert "logs/results/folder cannot be written; the logs need a folder in which files can be made\n" in run.stderr
     assert not (tree.place / "results/folder").exists()
 
 
-def test_a_truncated_dataset_counts_as_missing_and_is_built_again(tree):
+def test_a_truncated_dataset_is_refused_by_who_reads_it_and_built_again_once_it_is_deleted(tree):
     before = tree.digests(RESULTS)
     path = tree.place / RESULTS / "mechanism.nc"
     os.truncate(path, path.stat().st_size // 2)
@@ -39,9 +39,12 @@ def test_a_truncated_dataset_counts_as_missing_and_is_built_again(tree):
         (tree.place / folder).mkdir(exist_ok=True)
         (tree.place / folder / left).touch()
     run = tree.snakemake("fig1")
-    assert run.returncode == 0, run.stderr
+    assert run.returncode != 0
+    assert f"fig1: {RESULTS}/mechanism.nc cannot be read as NetCDF" in run.stderr
+    assert "delete it and run again\n" in run.stderr
     assert [*(tree.place / RESULTS).rglob("*.part")] == [tree.place / RESULTS / "another" / left]  # of another config
     shutil.rmtree(tree.place / RESULTS / "another")
+    path.unlink()
     assert tree.snakemake().returncode == 0
     assert tree.digests(RESULTS) == before
 

@@ -136,5 +136,5 @@ def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_
     assert "Traceback" not in run.stdout + run.stderr
     message = "calibration: motion.csv: the record has no column displacement_m; it must hold the measured response\n"
     assert message in run.stderr
-    assert (tree.place / "logs/motion/calibration.log").read_text(encoding="utf-8") == message
+    assert (tree.place / "logs/results/motion/calibration.log").read_text(encoding="utf-8") == message
     assert not (tree.place / "results/motion/calibration.nc").exists()

@@ -44,7 +44,9 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     after = tree.digests(RESULTS)
     changed = {name for name in after if before.get(name) != after[name]}
     # the claims are judged by the windows
-    expected = {f"{RESULTS}/{name}" for name in ("windows.nc", "claims.csv", "errata.csv")}
+    expected = {
+        f"{RESULTS}/{name}" for name in ("windows.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv")
+    }
     assert changed & {f"{RESULTS}/{name}" for name in OUTPUTS} == expected
     assert tree.planned(overlay) == {}
     assert tree.snakemake().returncode == 0  # back to the first state, for the other tests

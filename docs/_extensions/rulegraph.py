@@ -1,7 +1,8 @@
-"""Draw the graph of the rules into docs/figures/rules.svg, from what snakemake says of the workflow: `make rulegraph`.
+"""Draw the graph of the rules into docs/figures/rules.svg, each time that the documents are built.
 
-From left to right, each rule stands in the column after the last that it needs. Figures of the same datasets share a
-box, an arrow that a longer way implies is left out, and so are `all` and `report`, which gather what is there.
+Snakemake says which rule needs which. From left to right, each rule stands in the column after the last that it needs.
+Figures of the same datasets share a box. An arrow that a longer way implies is left out, and so are the rules that
+gather what is there: `all`, `report` and `checksums`.
 """
 
 import re
@@ -13,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "docs/figures/rules.svg"
-GATHER = ("all", "report")
+GATHER = ("all", "report", "checksums")
 
 # Lengths in pixels: a line and a letter of the text, its distance to the border, and what lies between boxes.
 LINE, LETTER, PADDING, ROW_GAP, COLUMN_GAP, MARGIN = 16, 6.9, 7, 8, 30, 6
@@ -198,5 +199,7 @@ def _box(layout: Layout, top: float, x: float, width: float, name: str) -> tuple
     return f'<rect {rectangle} fill="{fill}"/>', f"<text>{''.join(spans)}</text>"
 
 
-if __name__ == "__main__":
-    PICTURE.write_text(drawn(ask()), encoding="utf-8")
+def setup(app):
+    """Draw the graph before the documents are read."""
+    app.connect("builder-inited", lambda _: PICTURE.write_text(drawn(ask()), encoding="utf-8"))
+    return {"parallel_read_safe": True}

@@ -1,0 +1,140 @@
+"""Verify results: each file must be of the config and the sources at hand, and have the bytes that were written.
+
+Snakemake decides what runs. At the end of a complete build one list is written, checksums.csv in the folder of the
+results, with the checksum, the config and the sources of each file. `mismatches` compares a folder with its list.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.stages import STAGES
+from rockdamp.progress import track
+from rockdamp.storage.atomic import replacing
+from rockdamp.storage.provenance import code_version, config_digest, subset
+from rockdamp.vocabulary import STUDIES
+
+CHECKSUMS = "checksums.csv"  # in the folder of the results
+COLUMNS = ("file", "sha256", "config_sha256", "code_version")
+REPORT = ("rockdamp.report", "rockdamp.storage.dataset")  # modules that the report depends on
+
+_version = cache(code_version)
+
+
+class Origin(NamedTuple):
+    """The digest of the part of the config and the version of the sources that a result is made by."""
+
+    config_sha256: str
+    code_version: str
+
+
+def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> dict[str, Origin]:
+    """Return the origin of each result of a config, by its file in the folder of the results.
+
+    Parameters
+    ----------
+    config : dict
+    count : callable
+        Returns how many ground motions a list names.
+    """
+    expected: dict[str, Origin] = {}
+    for stage in STAGES.values():
+        version = _version(*stage.modules)
+        studies = list(STUDIES) if "{study}" in stage.file else [""]
+        for study, share in product(studies, stage.shares(config, count)):
+            keys = [key.format(study=study) for key in stage.config]
+            origin = Origin(config_digest(subset(config, *keys)), version)
+            expected |= {file.format(study=study, share=share): origin for file in (stage.file, *stage.also)}
+    drawn_with = config_digest(subset(config, "figures"))
+    for figure in FIGURES.values():
+        origin = Origin(drawn_with, _version(*figure.modules))
+        expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config["figures"]["formats"]}
+    return expected | {"report.html": Origin(config_digest(config), _version(*REPORT))}
+
+
+def write_checksums(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> None:
+    """Write the list of a folder in which every result was just built or found up to date.
+
+    Raises
+    ------
+    DatasetError
+        If a dataset states another origin: it was put in the place of the result.
+    """
+    from rockdamp.storage import dataset  # slow to load, and the Snakefile imports this module at every start
+
+    for file, origin in expected.items():
+        if file.endswith(".nc"):
+            with dataset.connect(Path(folder, file)) as result:
+                dataset.require_attributes(result, Path(folder, file), origin._asdict())
+    with replacing(Path(folder, CHECKSUMS)) as temporary, open(temporary, "w", encoding="utf-8", newline="") as opened:
+        rows = csv.writer(opened, lineterminator="\n")
+        rows.writerow(COLUMNS)
+        rows.writerows((name, _checksum(Path(folder, name)), *origin) for name, origin in expected.items())
+
+
+def mismatches(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> Iterator[tuple[str, str]]:
+    """Yield each file of a folder of results that this config and these sources did not make, with the reason.
+
+    Files that a result should have and that are missing are named too, and files that are no result. Hidden files and
+    folders of results with a list of their own are passed over.
+    """
+    listed = _read_checksums(Path(folder))
+    for file, origin in track(list(expected.items()), "verify", len(expected)):
+        reason = _mismatch(Path(folder, file), origin, listed.get(file, {}))
+        if reason:
+            yield str(Path(folder, file)), reason
+    for path in _files(Path(folder)):
+        if path.relative_to(folder).as_posix() not in {*expected, CHECKSUMS, "README.md"}:
+            yield str(path), "is of no rule of this config"
+
+
+def _mismatch(path: Path, origin: Origin, entry: Mapping[str, str]) -> str:
+    if not os.path.lexists(path):
+        return "is missing"
+    if not entry:
+        return f"is not in {CHECKSUMS}, the list of the last complete build"
+    if entry["config_sha256"] != origin.config_sha256:
+        return "was made with another config"
+    if entry["code_version"] != origin.code_version:
+        return f"was made by other sources, {entry['code_version']}; these are {origin.code_version}"
+    if entry["sha256"] != _checksum(path):
+        return "is not what the last complete build wrote, by its checksum"
+    return ""
+
+
+def _read_checksums(folder: Path) -> dict[str, dict[str, str]]:
+    """Return the rows of a list by their files; none where there is no list, or it is damaged."""
+    try:
+        with open(folder / CHECKSUMS, encoding="utf-8", newline="") as file:
+            return {row["file"]: row for row in csv.DictReader(file) if set(row) == set(COLUMNS)}
+    except (OSError, UnicodeDecodeError, csv.Error, KeyError):
+        return {}
+
+
+def _checksum(path: Path) -> str:
+    """Return the SHA-256 of a file; an empty text where it is no regular file, or cannot be read."""
+    if not path.is_file():  # a named pipe would make us wait
+        return ""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if path.name.startswith("."):
+            continue
+        if not path.is_dir() or path.is_symlink():
+            yield path
+        elif not (path / CHECKSUMS).is_file():
+            yield from _files(path)

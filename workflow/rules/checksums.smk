@@ -1,0 +1,18 @@
+"""The list of all results with their checksums, which ends a build: `rockdamp verify` compares results with it."""
+
+
+rule checksums:
+    input:
+        results=[f"{RESULTS}/{file}" for file in ORIGINS],
+        code=source_files(["rockdamp.pipeline.verification"]),
+    output:
+        f"{RESULTS}/{verification.CHECKSUMS}",
+    log:
+        f"{LOGS}/checksums.log",
+    params:
+        expected=ORIGINS,
+        version=code_version("rockdamp.pipeline.verification"),
+    message:
+        "The checksums of all results"
+    script:
+        "../scripts/checksums.py"
