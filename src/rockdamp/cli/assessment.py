@@ -19,6 +19,7 @@ from rockdamp.cli.options import (
     wall_options,
 )
 from rockdamp.cli.types import OutputFile, Quantities, Quantity
+from rockdamp.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +57,7 @@ class Restitution(click.ParamType):
         if value in RULES:
             return str(value)
         try:
-            return float(value)
+            return value if isinstance(value, float) else number(value)
         except ValueError:
             self.fail(f"{value!r} is no number; it must be one, or one of {', '.join(RULES)}", param, ctx)
 

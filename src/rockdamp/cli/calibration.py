@@ -10,7 +10,7 @@ import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
 from rockdamp.cli.options import json_option, make_wall, record_option, refuse_unused, softening_options, wall_options
-from rockdamp.cli.types import OutputFile
+from rockdamp.cli.types import OutputFile, Whole
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option(
     "--priors", type=click.Path(path_type=Path), help="With --posterior, a YAML file of priors other than the usual."
 )
-@click.option("--seed", type=click.IntRange(0, 2**31), default=2017, show_default=True, help="Of --posterior.")
+@click.option("--seed", type=Whole(0, 2**31), default=2017, show_default=True, help="Of --posterior.")
 @click.option("--output", type=OutputFile(".nc"), help="What was found, and both histories, as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture: measured against fitted.")
 @json_option

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rockdamp import units
 from rockdamp.cli.command import (
     Command,
     concerning,
@@ -32,7 +33,7 @@ from rockdamp.cli.options import (
     refuse_unused,
     wall_options,
 )
-from rockdamp.cli.types import Number, Numbers, OutputFile, Quantities, Quantity
+from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ class Length(click.ParamType):
             return value
         number = Quantity("s").convert(value, param, ctx)
         try:
-            return "tau", float(value)
+            return "tau", units.number(value)
         except ValueError:
             return "s", number
 
@@ -188,7 +189,7 @@ def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @wall_options()
 @curve_options
 @damping_options
-@click.option("--scale", type=Numbers(), default="1", show_default=True, help="Plain factor on the acceleration.")
+@click.option("--scale", type=Quantities(), default="1", show_default=True, help="Plain factor on the acceleration.")
 @click.option("--to-pga", type=Quantities("m s-2"), help="PGA that each record is scaled to, as 0.3g.")
 @click.option("--to-pgv", type=Quantities("m s-1"), help="PGV that each record is scaled to.")
 @click.option("--tail", type=Quantity("s"), default=0.0, show_default=True, help="Rest after the record.")

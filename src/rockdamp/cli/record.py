@@ -9,7 +9,7 @@ import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
 from rockdamp.cli.options import json_option
-from rockdamp.cli.types import OutputFile, Quantity
+from rockdamp.cli.types import Number, OutputFile, Quantity
 
 UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s-2", "peak_displacement": "m"}
 
@@ -34,8 +34,8 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
     show_default=True,
     help="Rest at the start, of which the zeros are means.",
 )
-@click.option("--lowpass", type=float, help="Corner of a low-pass filter without delay, in Hz.")
-@click.option("--rate", type=float, help="Samples per second of the record, in Hz.  [default: those of the channels]")
+@click.option("--lowpass", type=Number(), help="Corner of a low-pass filter without delay, in Hz.")
+@click.option("--rate", type=Number(), help="Sampling rate of the record, in Hz.  [default: that of the channels]")
 @click.option(
     "--baseline",
     type=click.Choice(["constant", "linear", "none"]),

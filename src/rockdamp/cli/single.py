@@ -10,7 +10,7 @@ import click
 
 from rockdamp.cli.command import Command, print_json, print_table, print_values, write_table
 from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
-from rockdamp.cli.types import Number, Numbers, OutputFile
+from rockdamp.cli.types import Number, OutputFile, Quantities
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @wall_options()
 @curve_options
 @click.option(
-    "--amplitude", type=Numbers(), help="Amplitudes u0/u_ins of the table of periods.  [default: 0.1:0.9:0.1]"
+    "--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the table of periods.  [default: 0.1:0.9:0.1]"
 )
 @click.option(
     "--units",
@@ -170,7 +170,7 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=Numbers(), help="Coefficient of restitution e.")
+@click.option("--restitution", type=Quantities(), help="Coefficient of restitution e.")
 @curve_options
 @click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
 @click.option("--window", type=Number(), default=None, help="Length of the response in tau = p t.  [default: 8]")
