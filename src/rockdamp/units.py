@@ -69,7 +69,8 @@ def parse(text: str) -> Unit | None:
     name = re.sub(r"(\^|\*\*)(?=\(?-?\d)", "", " ".join(text.lower().translate(_SUPERSCRIPTS).split()))
     name = re.sub(r"\s*([/*.·()])\s*", r"\1", name)
     name = re.sub(r"(?<=\w)\((-?\d)\)|(?<=/)\(([a-z]+-?\d?)\)", r"\1\2", name)
-    size, powers, place = Decimal(1), (0, 0, 0), 0
+    size, place = Decimal(1), 0
+    powers: tuple[int, ...] = (0, 0, 0)
     while place < len(name):
         factor = _FACTOR.match(name, place)
         if factor is None or bool(factor["sign"]) != bool(place) or factor["name"] not in UNITS:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -46,16 +45,17 @@ class Whole(click.IntRange):
 class _InUnit(click.ParamType):
     """A text that `rockdamp.units` reads in one SI unit."""
 
-    read: Callable[[str, str], Any]
-
     def __init__(self, unit: str = "") -> None:
         self.unit = unit
+
+    def read(self, text: str) -> Any:
+        raise NotImplementedError
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return value
         try:
-            return type(self).read(value, self.unit)
+            return self.read(value)
         except units.UnitError as error:
             kind = f"a number in {self.unit}, or one with its unit" if self.unit else "a number"
             self.fail(f"{error}; it must be {kind}, as {EXAMPLES[self.unit]}", param, ctx)
@@ -65,7 +65,9 @@ class Quantity(_InUnit):
     """A number in SI, or a number with its unit, as `102mm`; g is standard gravity for an acceleration."""
 
     name = "quantity"
-    read = units.quantity
+
+    def read(self, text: str) -> float:
+        return units.quantity(text, self.unit)
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         return f"[{self.unit}]"
@@ -75,7 +77,9 @@ class Quantities(_InUnit):
     """A quantity, a list `A,B,...`, or a range `start:stop:step`; without a unit, plain numbers."""
 
     name = "quantities"
-    read = units.quantities
+
+    def read(self, text: str) -> list[float]:
+        return units.quantities(text, self.unit)
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         return f"{f'[{self.unit}]' if self.unit else 'NUMBER'}|A:B:STEP|A,B,..."
