@@ -100,7 +100,7 @@ def test_equivalent_passes_every_option_on():
         "translated",
         "--release",
         0.4,
-        "--window",
+        "--response-length",
         12,
         "--json",
     )
@@ -133,7 +133,7 @@ def test_ratios_of_a_table_of_walls_are_printed_written_or_given_as_json(tmp_pat
 def test_a_table_of_walls_stands_alone(tmp_path):
     for more, said in (
         (("--restitution", 0.85), "--restitution must be given with one wall, without --walls"),
-        (("--window", 9), "--window must be given with one wall"),
+        (("--response-length", 9), "--response-length must be given with one wall"),
     ):
         assert said in refused("equivalent", "--walls", WALLS, *more)
     assert "--output must be given with --walls" in refused("equivalent", *CURVE, "--output", tmp_path / "a.csv")
@@ -276,6 +276,7 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("wall", *WALL, "--density", "1800m"), "'1800m' is in m; it must be a number in kg m-3"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
+        (("equivalent", "--restitution", 0.85, *CURVE, "--window", 9), "--window is now called --response-length"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):

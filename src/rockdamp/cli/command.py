@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+# Options that were renamed: the old name ends with a line that states the new one.
+RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
 INTERRUPTED = 130  # by Ctrl-C, as shells count it
 
@@ -34,9 +36,14 @@ class Command(click.Command):
         super().__init__(*args, **kwargs)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        if not ctx.resilient_parsing:
-            _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
-        return super().parse_args(ctx, args)
+        try:
+            if not ctx.resilient_parsing:
+                _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if error.option_name not in RENAMED:
+                raise
+            raise click.UsageError(f"{error.option_name} is now called {RENAMED[error.option_name]}", ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np
@@ -114,12 +121,12 @@ def _paths(value: Any) -> list[Path]:
     return [Path(path) for path in values if isinstance(path, str | Path)]
 
 
-def _refuse_repeated(given: Sequence[click.Parameter]) -> None:
+def _refuse_repeated(options: Sequence[click.Parameter]) -> None:
     """Raise `click.UsageError` for an option that holds one value and stands there twice: click would take the last."""
-    for option in given:
+    for option in options:
         once = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
-        if once and given.count(option) > 1:
-            raise click.UsageError(f"{option.opts[0]} is given {given.count(option)} times; it must be given once")
+        if once and options.count(option) > 1:
+            raise click.UsageError(f"{option.opts[0]} is given {options.count(option)} times; it must be given once")
 
 
 def _wrapped(example: str) -> str:
