@@ -1,4 +1,4 @@
-"""`batch`: a table of walls under records."""
+"""`batch`: collapse of a table of walls under records."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockdamp.cli.command import Command, print_json, write_dataset, write_table
 from rockdamp.cli.options import json_option
 from rockdamp.cli.types import OutputFile
 
-MOST_TOLD = 20  # bad rows on the terminal; all of them are in what is written
+MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 
 
 @click.command(
@@ -84,7 +84,7 @@ def batch(
         write_table((line for one in found for line in lines(one)), output, COLUMNS)
     if nrml is not None:
         write_nrml(fragilities(found), measure, nrml)
-    for one in bad[:MOST_TOLD]:
+    for one in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {one.error}", err=True)
     if bad:
         click.echo(f"{len(bad)} of {len(found)} rows could not be computed; the column error says why", err=True)

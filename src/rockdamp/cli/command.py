@@ -1,4 +1,4 @@
-"""What all commands share: errors that end with a line and status 2, examples in the help, tables and JSON."""
+"""Shared parts of the commands: errors of one line with status 2, examples in the help, tables, JSON and files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ INTERRUPTED = 130  # by Ctrl-C, as shells count it
 
 
 class Command(click.Command):
-    """A command whose bad input ends with one line on standard error and exit status 2; `examples` end its help."""
+    """A command that reports bad input in one line on standard error, with exit status 2; `examples` end its help."""
 
     def __init__(self, *args: Any, examples: Sequence[str] = (), **kwargs: Any) -> None:
         lines = "\n".join(_wrapped(example) for example in examples)
@@ -78,7 +78,7 @@ class Command(click.Command):
 
 
 class Main(click.Group):
-    """The command without its name: what goes wrong before one is chosen is one line too."""
+    """The group of commands: errors before a command is chosen are one line too."""
 
     def main(self, args: Sequence[str] | None = None, *others: Any, **kwargs: Any) -> Any:
         if args is None:  # those of the process, which is the command's own
@@ -95,7 +95,7 @@ class Main(click.Group):
 
 
 def _check_threads() -> None:
-    """Raise `click.UsageError` for a number of threads that numba would not take."""
+    """Raise `click.UsageError` for a number of threads that Numba would refuse."""
     stated = os.environ.get("NUMBA_NUM_THREADS")
     if stated is not None and not re.fullmatch("0*[1-9][0-9]{0,4}", stated):
         raise click.UsageError(
@@ -104,7 +104,7 @@ def _check_threads() -> None:
 
 
 def _refuse_same_files(ctx: click.Context) -> None:
-    """Raise `click.UsageError` where a file to write is one to read: it would be lost."""
+    """Raise `click.UsageError` where an output would overwrite an input."""
     written: list[tuple[str, Path]] = []
     read: list[tuple[str, Path]] = []
     for param in ctx.command.params:
@@ -122,7 +122,7 @@ def _paths(value: Any) -> list[Path]:
 
 
 def _refuse_repeated(options: Sequence[click.Parameter]) -> None:
-    """Raise `click.UsageError` for an option that holds one value and stands there twice: click would take the last."""
+    """Raise `click.UsageError` for an option that stands there twice: click would use the last."""
     for option in options:
         once = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
         if once and options.count(option) > 1:
@@ -130,7 +130,7 @@ def _refuse_repeated(options: Sequence[click.Parameter]) -> None:
 
 
 def _wrapped(example: str) -> str:
-    """Break a long example as a shell reads it."""
+    """Break a long example into lines that a shell joins."""
     return " \\\n".join(wrap(example, 88, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False))
 
 
@@ -143,7 +143,7 @@ def _fail(ctx: click.Context, message: str) -> None:
 
 @contextmanager
 def concerning(path: Path | str) -> Iterator[None]:
-    """Name a file in the errors about what it holds."""
+    """Name the file in errors about its content."""
     from rockdamp.errors import InputError
 
     try:
@@ -154,7 +154,7 @@ def concerning(path: Path | str) -> Iterator[None]:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn what goes wrong with a file that is written into an error that names it."""
+    """Turn a failure to write a file into an error that names it."""
     from rockdamp.errors import InputError
 
     try:
@@ -164,7 +164,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence[str] | None = None) -> None:
-    """Write rows as CSV, complete or not at all; by default the columns are those of the first row."""
+    """Write rows as CSV, whole or not at all; the default columns are those of the first row."""
     import csv
 
     from rockdamp.storage.atomic import replacing
@@ -178,10 +178,10 @@ def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence
 
 
 def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: Any) -> None:
-    """Write what a command computed; the options that it was given stand for the config.
+    """Write the result of a command as NetCDF; the options of the command stand for the config.
 
-    `read` takes the place of options that name a file: the digest of what was read there, so that what depends on it
-    does not depend on where it lies, and a pipe is not read twice.
+    `read` replaces options that name a file by the digest of its content: the result does not depend on where the file
+    lies, and a pipe is not read twice.
     """
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
@@ -195,7 +195,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as the suffix of the path says."""
+    """Write a figure in the format of the suffix."""
     from rockdamp.figures.output import save
 
     with writing(path):
@@ -204,12 +204,12 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 
 def print_json(value: Any) -> None:
-    """Print JSON, and nothing else."""
+    """Print JSON and nothing else."""
     click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
 def print_table(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str] | None = None) -> None:
-    """Print rows as a table to read, with the units of some columns under their names."""
+    """Print rows as a table, with units under the names of the columns."""
     names = list(rows[0])
     lines = [names, *([cell(row[name]) for name in names] for row in rows)]
     if units and not units.keys().isdisjoint(names):
@@ -220,7 +220,7 @@ def print_table(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str] | No
 
 
 def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:
-    """Print names, values and units, one a line."""
+    """Print one name, value and unit a line."""
     width = max(map(len, values)) + 1
     for name, value in values.items():
         click.echo(
@@ -229,7 +229,7 @@ def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:
 
 
 def cell(value: Any) -> str:
-    """Return a value as a table shows it."""
+    """Return the text of a value in a table."""
     if value is None:
         return "-"
     return value if isinstance(value, str) else f"{value:.5g}"
