@@ -94,14 +94,15 @@ def stored_energy():
 @pytest.fixture(scope="session")
 def small_results(tmp_path_factory):
     """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
+    from snakemake.utils import update_config
+
     from rockdamp.storage import dataset
     from rockdamp.studies import decays, polynomial_fits
     from rockdamp.studies.matches import match
 
-    root = ROOT
     config = {}
     for name in ("default", "minimal"):
-        merge(config, yaml_file.load((root / f"config/{name}.yaml").read_text(encoding="utf-8")))
+        update_config(config, yaml_file.load((ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")))
     config["windows"]["stop"] = config["matching"]["window"]
     folder = tmp_path_factory.mktemp("pages") / "results"
     matched = {}
@@ -111,12 +112,3 @@ def small_results(tmp_path_factory):
     fits = polynomial_fits.fit(config, matched["cracked_stiffness"])
     dataset.write(fits, folder / "equivalence.nc", "equivalence", config=config, code_version="test")
     return folder
-
-
-def merge(config, overlay):
-    """Merge mappings key by key, as snakemake merges config files."""
-    for key, value in overlay.items():
-        if isinstance(value, dict) and isinstance(config.get(key), dict):
-            merge(config[key], value)
-        else:
-            config[key] = value

@@ -1,4 +1,4 @@
-"""Attacks at random on records, configs, command lines and public functions, faults in the writer, and what calls hold.
+"""Attacks at random on records, configs, tables and command lines, faults in the writer, and what calls hold.
 
 Parts of `hurt.py`. The attacks are those of the tests, tests/support, with another seed and as many as are asked for.
 """
@@ -9,16 +9,14 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
-from contextlib import chdir
 from itertools import islice
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/support"))
 
-import api_attacks  # noqa: E402
 import faults  # noqa: E402
-from attacks import Attack, ended  # noqa: E402
+from attacks import ended  # noqa: E402
 from command_attacks import command_attacks  # noqa: E402
 from config_attacks import config_attacks  # noqa: E402
 from record_attacks import record_attacks  # noqa: E402
@@ -44,12 +42,6 @@ def inputs(report: Report, seed: int, count: int) -> None:
             with tempfile.TemporaryDirectory() as folder:
                 found[ended(attack, Path(folder))] += 1
         _told(report, kind, seed, found)
-    with tempfile.TemporaryDirectory() as folder, chdir(folder):  # what is attacked may write files
-        _told(report, "arguments in Python", seed, Counter(map(_of_api, islice(api_attacks.attacks(seed), count))))
-
-
-def _of_api(attack: api_attacks.Attack) -> str:
-    return ended(Attack(attack.name, lambda _: api_attacks.outcome(attack)), Path())
 
 
 def _told(report: Report, kind: str, seed: int, ended: Counter[str]) -> None:

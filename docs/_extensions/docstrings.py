@@ -24,9 +24,16 @@ def escape_patterns(app, ctx, lines):
     lines[:] = [re.sub(r"(?<=[/\]])\*", r"\\*", line) for line in lines]
 
 
+def leave_out(app, what, name, obj, skip, options):
+    """Skip members of Python's own classes, as exceptions and named tuples have: the package describes its own."""
+    function = getattr(obj, "fget", None) or getattr(obj, "func", None) or obj  # of a property
+    return None if str(getattr(function, "__module__", "")).startswith("rockdamp") else True
+
+
 def setup(app):
     for part in ("options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", escape_patterns)
+    app.connect("autodoc-skip-member", leave_out)
     app.connect("autodoc-process-docstring", escape, priority=400)
     app.connect("autodoc-process-docstring", restore, priority=600)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

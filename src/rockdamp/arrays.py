@@ -1,4 +1,4 @@
-"""What a quantity may be: a number, an array, or one of xarray's, which broadcasts by name and not by position."""
+"""Types of a quantity: a number, an array, or an xarray.DataArray, which broadcasts by name. Equality by value."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Quantity: TypeAlias = Any
 
 
 def is_named(value: Quantity) -> bool:
-    """Whether a value is an array of xarray's; a number or one of NumPy's has no names."""
+    """Return True for an xarray.DataArray; numbers and NumPy arrays have no named dimensions."""
     return hasattr(value, "dims")
 
 
 class ByValue:
-    """Equality by value for objects that hold arrays: one answer, where arrays would compare element by element.
+    """Compare objects that hold arrays by value, with one answer for all elements.
 
-    What is not a number alone has no hash: the error says why.
+    Objects of numbers alone have a hash; with arrays the error says why not.
     """
 
     def _parts(self) -> tuple[Any, ...]:
@@ -31,7 +31,7 @@ class ByValue:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, type(self)) or type(other) is not type(self):
             return NotImplemented
-        return all(_equal(own, given) for own, given in zip(self._parts(), other._parts(), strict=True))
+        return all(_equal(one, another) for one, another in zip(self._parts(), other._parts(), strict=True))
 
     def __hash__(self) -> int:
         parts = tuple(part.item() if np.ndim(part) == 0 and hasattr(part, "item") else part for part in self._parts())

@@ -1,4 +1,4 @@
-"""The one exception that bad input raises, the checks that raise it, and the warnings of input that may be bad."""
+"""Exception for bad input, checks that raise it, and warnings of input that may be bad."""
 
 from __future__ import annotations
 
@@ -7,27 +7,22 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 MOST_SHOWN = 80  # characters of a value
-
-
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
 def printable(text: str) -> str:
-    """Return a text in which what a terminal would obey, and what is no character, is shown as an escape.
-
-    Names of files and of walls come from outside.
-    """
+    """Return a text with control characters, which a terminal would obey, shown as escapes."""
     return _UNPRINTABLE.sub(lambda letter: letter[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class InputError(ValueError):
-    """Input outside what the model allows: names the value, the allowed range and where it came from.
+    """Report input outside what the model allows: its name, value, allowed range and source.
 
     Examples
     --------
@@ -44,7 +39,7 @@ class InputError(ValueError):
 
 
 class InputWarning(UserWarning):
-    """Input that is possible and unlikely: names the value, what is usual, and the slip that may have made it.
+    """Warn of input that is possible and unlikely: its value, what is usual, and the likely slip.
 
     Examples
     --------
@@ -59,7 +54,7 @@ class InputWarning(UserWarning):
 
 
 class RecordWarning(InputWarning):
-    """A record that can be used but may not be what it is taken for: names the file, the value and the likely cause."""
+    """Warn of a record that may not be what it is taken for: its file, the value and the likely cause."""
 
 
 def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
@@ -70,11 +65,11 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
     condition : bool or array of bool
         Must be true for every element.
     name : str
-        What the value is called where the user wrote it, e.g. ``plateau_ratio (b1)``.
+        Name of the value where the user wrote it, e.g. ``plateau_ratio (b1)``.
     value : object
         The value given; of an array, the first offending element is named.
     allowed : str
-        What would have been accepted, e.g. ``between 0 and 1``.
+        The allowed values, e.g. ``between 0 and 1``.
     """
     if holds(condition):
         return
@@ -85,7 +80,7 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
 
 
 def holds(condition: ArrayLike) -> bool:
-    """Whether a condition holds everywhere."""
+    """Return True if a condition holds everywhere."""
     if isinstance(condition, bool | np.bool_):
         return bool(condition)
     condition = np.asarray(condition)
@@ -93,35 +88,25 @@ def holds(condition: ArrayLike) -> bool:
 
 
 def shown(value: Any) -> str:
-    """Return a value as an error shows it: on one line, and not all of it where it is long."""
+    """Return a value as an error shows it: on one line, and cut off where it is long."""
     if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
         value = value.item()
-    try:
-        text = " ".join(repr(value).split())
-    except Exception:  # whatever an object raises when it is asked for its text
-        text = f"a {type(value).__name__}"
+    text = " ".join(repr(value).split())
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
 
 
 @contextmanager
 def warnings_as_lines() -> Iterator[None]:
     """Show each `InputWarning` as one line, ``warning: ...``, once and without the line of Python that gave it."""
-    told: set[str] = set()
+    shown_before: set[str] = set()
     with warnings.catch_warnings():
         usual = warnings.showwarning
 
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
+        def show(message: Warning | str, category: type[Warning], *others: Any, **more: Any) -> None:
             if not issubclass(category, InputWarning):
-                usual(message, category, filename, lineno, file, line)
-            elif str(message) not in told:
-                told.add(str(message))
+                usual(message, category, *others, **more)
+            elif str(message) not in shown_before:
+                shown_before.add(str(message))
                 print(f"warning: {message}", file=sys.stderr)
 
         warnings.simplefilter("always", InputWarning)

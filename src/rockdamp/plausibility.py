@@ -1,11 +1,11 @@
-"""What no wall is, and what few are: sizes and loads that a slip of units makes, said once for all who ask.
+"""Refuse sizes and loads that no wall has, and warn of unlikely ones, which a slip of units makes.
 
-The Python objects, the command line and the config refuse the impossible and warn of the unlikely by these lines.
+The Python objects, the command line and the config all use these checks.
 """
 
 from __future__ import annotations
 
-import sys
+import inspect
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -33,7 +33,7 @@ _meant: ContextVar[bool] = ContextVar("meant", default=False)
 
 @contextmanager
 def as_meant() -> Iterator[None]:
-    """Give no warning of what is unlikely: for studies that go there on purpose, and what has been warned of before."""
+    """Give no warnings of unlikely values in the body: for studies that use such values on purpose."""
     token = _meant.set(True)
     try:
         yield
@@ -42,7 +42,7 @@ def as_meant() -> Iterator[None]:
 
 
 def warn(doubts: Sequence[str]) -> None:
-    """Give each doubt as an `InputWarning`, in the name of the first line outside this package."""
+    """Warn of each doubt by an `InputWarning` that names the first line outside this package."""
     if _meant.get():
         return
     for doubt in doubts:
@@ -50,11 +50,12 @@ def warn(doubts: Sequence[str]) -> None:
 
 
 def _outside() -> int:
-    """Frames from `warn` up to the first that is not of this package, counted as `warnings.warn` counts them."""
-    level, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("rockdamp."):
+    """Count the frames from `warn` up to the first outside this package, as `warnings.warn` counts them."""
+    level, frame = 0, inspect.currentframe()
+    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("rockdamp."):
         level, frame = level + 1, frame.f_back
-    return level if frame.f_globals.get("__name__") else 1  # Python drops the warnings of a Snakefile, which has none
+    # Python drops the warnings of a Snakefile, whose code has no name.
+    return level if frame is not None and frame.f_globals.get("__name__") else 1
 
 
 # --- walls ------------------------------------------------------------------------------------------------------------
@@ -87,7 +88,7 @@ def require_rocking(
 
 
 def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
-    """Say whether sizes are larger than those of masonry walls.
+    """Return a doubt where sizes are larger than those of masonry walls.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
 
 
 def _slip(t: float, h: float) -> str:
-    """Guess which mistake turns a usual wall into this one: values swapped, or in another unit than metres."""
+    """Guess the mistake that turns a usual wall into this one: swapped values, or another unit than metres."""
     if _usual(h, t):
         return "; were the two swapped?"
     if THINNEST <= t <= THICKEST and LOWEST <= h <= HIGHEST:
@@ -133,7 +134,7 @@ def _usual(t: float, h: float) -> bool:
 
 
 def of_damping(damping_ratio: ArrayLike) -> list[str]:
-    """Say whether a damping ratio is larger than that of any wall.
+    """Return a doubt where a damping ratio is larger than that of any wall.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
 
 
 def of_velocity(pgv: ArrayLike) -> list[str]:
-    """Say whether a peak ground velocity is larger than those of earthquakes.
+    """Return a doubt where a peak ground velocity is larger than those of earthquakes.
 
     Parameters
     ----------
@@ -163,7 +164,7 @@ def of_velocity(pgv: ArrayLike) -> list[str]:
 
 
 def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float = 1.0) -> list[str]:
-    """Say whether a peak ground acceleration is weaker or stronger than those of earthquakes that matter.
+    """Return a doubt where a peak ground acceleration is weaker or stronger than those of relevant earthquakes.
 
     Parameters
     ----------
@@ -187,7 +188,7 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
 
 
 def of_response(peak_ratio: ArrayLike, cracked_stiffness_ratio: float, pga: float, onset: float) -> list[str]:
-    """Say whether a motion has not made a wall rock: its peaks stay on the first branch of the curve.
+    """Return a doubt where a motion does not make a wall rock: its peaks stay on the first branch of the curve.
 
     Parameters
     ----------

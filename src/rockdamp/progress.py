@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, silence elsewhere."""
+"""Show progress of long work: a bar on a terminal, nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-# True where a part of longer work, which shows its own bar, would show another; else tqdm looks for a terminal.
+# True inside work that shows its own bar; None lets tqdm look for a terminal.
 _HIDDEN: ContextVar[bool | None] = ContextVar("hidden", default=None)
 
 
 def track(items: Iterable[T], description: str, total: int | None = None) -> Iterable[T]:
-    """Iterate over `items` while a bar on standard error shows how far it is."""
-    from tqdm import tqdm  # who shows no progress does not wait for it to load
+    """Iterate over `items` and show the progress on standard error."""
+    from tqdm import tqdm  # slow to load
 
     return tqdm(items, desc=description, total=total, disable=_HIDDEN.get(), leave=False)
 
 
 @contextmanager
 def without_bars() -> Iterator[None]:
-    """Show none while the body runs, which is one step of what shows its own."""
+    """Hide bars in the body: it is one step of work that shows its own bar."""
     token = _HIDDEN.set(True)
     try:
         yield
@@ -32,7 +32,7 @@ def without_bars() -> Iterator[None]:
 
 @contextmanager
 def counting(total: int, description: str) -> Iterator[Callable[[int], object]]:
-    """Show a bar while the body runs; what is yielded moves it on."""
+    """Show a bar while the body runs; yield the function that advances it."""
     from tqdm import tqdm
 
     with tqdm(total=total, desc=description, disable=_HIDDEN.get(), leave=False) as bar:

@@ -7,12 +7,11 @@ import made_up_results
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
+from command_line import printed, refused, run
 from published_models import PUBLISHED_VISCOUS
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.cli import main
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import PRESETS, VISCOUS_MODELS
@@ -33,20 +32,6 @@ CONTRACT = [
     "restitution",
     "restitution_impulsive",
 ]
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def refused(*arguments):
-    """Standard error of a command that must end with status 2, print nothing and show no traceback."""
-    result = run(*arguments)
-    assert result.exit_code == 2, result.output
-    assert isinstance(result.exception, SystemExit)
-    assert result.stdout == ""
-    assert "Error:" in result.stderr and "Traceback" not in result.stderr
-    return result.stderr
 
 
 # --- equivalent -----------------------------------------------------------------------------------------------------
@@ -100,7 +85,7 @@ def test_equivalent_passes_every_option_on():
         "translated",
         "--release",
         0.4,
-        "--window",
+        "--response-length",
         12,
         "--json",
     )
@@ -108,7 +93,7 @@ def test_equivalent_passes_every_option_on():
 
 
 def test_a_range_of_restitutions_gives_rows_for_each_without_noise():
-    rows = json.loads(run("equivalent", "--restitution", "0.80:0.90:0.05,0.95", *CURVE, "--json").stdout)
+    rows = printed("equivalent", "--restitution", "0.80:0.90:0.05,0.95", *CURVE)
     assert [row["restitution"] for row in rows[:: len(VISCOUS_MODELS)]] == [0.8, 0.85, 0.9, 0.95]
     assert rows == rd.equivalent([0.8, 0.85, 0.9, 0.95], 0.04, 0.85)
 
@@ -121,19 +106,19 @@ def test_a_preset_stands_for_its_a1_and_b1():
 
 def test_ratios_of_a_table_of_walls_are_printed_written_or_given_as_json(tmp_path):
     output = tmp_path / "ratios.csv"
-    rows = json.loads(run("equivalent", "--walls", WALLS, "--release", 0.6, "--output", output, "--json").stdout)
+    rows = printed("equivalent", "--walls", WALLS, "--release", 0.6, "--output", output)
     assert [row["damping_model"] for row in rows] == list(VISCOUS_MODELS) * (len(rows) // len(VISCOUS_MODELS))
     written = list(csv.DictReader(output.read_text(encoding="utf-8").splitlines()))
     assert [row["damping_ratio"] for row in written] == [str(row["damping_ratio"]) for row in rows]
-    printed = run("equivalent", "--walls", WALLS, "--release", 0.6)
-    assert printed.stdout.splitlines()[0].split() == list(rows[0])
+    table = run("equivalent", "--walls", WALLS, "--release", 0.6)
+    assert table.stdout.splitlines()[0].split() == list(rows[0])
     assert rows[0]["damping_ratio"] == float(rd.damping_ratio_table(GROUND_STOREY, "CDC", rows[0]["restitution"], 0.6))
 
 
 def test_a_table_of_walls_stands_alone(tmp_path):
     for more, said in (
         (("--restitution", 0.85), "--restitution must be given with one wall, without --walls"),
-        (("--window", 9), "--window must be given with one wall"),
+        (("--response-length", 9), "--response-length must be given with one wall"),
     ):
         assert said in refused("equivalent", "--walls", WALLS, *more)
     assert "--output must be given with --walls" in refused("equivalent", *CURVE, "--output", tmp_path / "a.csv")
@@ -146,7 +131,7 @@ def test_a_table_of_walls_stands_alone(tmp_path):
 
 
 def test_wall_gives_the_wall_of_the_package_under_the_agreed_keys():
-    values = json.loads(run("wall", *WALL, "--overburden-ratio", 2, "--json").stdout)
+    values = printed("wall", *WALL, "--overburden-ratio", 2)
     made = rd.Wall(0.3, 4.5, overburden_ratio=2)
     assert list(values)[: len(CONTRACT)] == list(CONTRACT)
     assert {key: values[key] for key in CONTRACT} == {key: float(getattr(made, key)) for key in CONTRACT}
@@ -172,7 +157,7 @@ def test_the_walls_table_has_restitution_by_each_formula_and_periods():
 
 
 def test_the_walls_json_holds_the_periods_that_are_asked_for():
-    values = json.loads(run("wall", *WALL, *CURVE, "--amplitude", "0.3,0.6", "--json").stdout)
+    values = printed("wall", *WALL, *CURVE, "--amplitude", "0.3,0.6")
     assert list(values) == [*CONTRACT, "rocking_onset", "rocking_onset_g", "restitutions", "units", "periods"]
     assert [row["amplitude"] for row in values["periods"]] == [0.3, 0.6]
 
@@ -197,7 +182,7 @@ def test_units_are_taken_where_people_have_them():
 
 
 def test_presets_are_those_of_the_package():
-    rows = json.loads(run("presets", "--json").stdout)
+    rows = printed("presets")
     found = {row["preset"]: (row["plateau_ratio"], row["cracked_stiffness_ratio"]) for row in rows}
     assert found == PRESETS
     assert "moderate" in run("presets").stdout
@@ -208,11 +193,11 @@ def test_datasets_lists_what_is_built_with_its_dimensions(tmp_path):
     made = xr.Dataset({"x": (("a", "b"), np.zeros((2, 3)))}, coords={"a": ["p", "q"]}, attrs={"title": "Two by three"})
     made.to_netcdf(tmp_path / "below/made.nc", encoding={"a": {"dtype": "S1"}})
     (tmp_path / ".made.nc.12.part.nc").write_text("half", encoding="utf-8")
-    rows = json.loads(run("datasets", tmp_path, "--json").stdout)
+    rows = printed("datasets", tmp_path)
     assert rows == [{"file": "below/made.nc", "title": "Two by three", "dimensions": {"a": 2, "b": 3}}]
     assert "a 2, b 3" in run("datasets", tmp_path).stdout
     xr.Dataset({"y": ("c", np.zeros(4))}).to_netcdf(tmp_path / "another.nc")
-    rows = json.loads(run("datasets", tmp_path, "--json").stdout)
+    rows = printed("datasets", tmp_path)
     assert [row["file"] for row in rows] == ["another.nc", "below/made.nc"]
 
 
@@ -250,12 +235,12 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
     "arguments, named",
     [
         (("equivalent", "--restitution", 1.85, *CURVE), "restitution (e) is 1.85"),
-        (("equivalent", "--restitution", "x", *CURVE), "'x' is no number or range"),
+        (("equivalent", "--restitution", "x", *CURVE), "'x' is no finite number"),
         (("equivalent", "--restitution", "0.9:0.8:0.01", *CURVE), "'0.9:0.8:0.01' does not rise"),
         (("equivalent", "--restitution", "0.8:0.9:0", *CURVE), "does not rise"),
         (("equivalent", "--restitution", "0.8:0.9", *CURVE), "no range of three"),
         (("equivalent", "--restitution", "0.8:0.9:1e-9", *CURVE), "more than 1000 values"),
-        (("equivalent", "--restitution", "0:nan:0.1", *CURVE), "no range of three finite numbers"),
+        (("equivalent", "--restitution", "0:nan:0.1", *CURVE), "'nan' is no finite number"),
         (("equivalent", *CURVE), "--restitution"),
         (("equivalent", "--restitution", 0.85, "--b1", 0.85), "--a1 is missing"),
         (("equivalent", "--restitution", 0.85, *CURVE, "--preset", "new"), "--preset stands for --a1 and --b1"),
@@ -268,15 +253,16 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("wall", *WALL, "--eccentricity", "20cm"), "eccentricity is 0.2"),
         (("wall", *WALL, "--amplitude", "0.5,1"), "release_amplitude is 1.0"),
         (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
-        (("wall", "--thickness", "9**9**9", "--height", 4.5), "'9**9**9' is no quantity"),
+        (("wall", "--thickness", "9**9**9", "--height", 4.5), "'9**9**9' is no finite quantity"),
         (("wall", "--thickness", "0.3 foo", "--height", 4.5), "unknown unit, foo"),
-        (("wall", "--thickness", "1/m", "--height", 4.5), "'1/m' is no quantity"),
-        (("wall", "--thickness", "nan", "--height", 4.5), "'nan' is not finite"),
-        (("wall", "--thickness", "1e400", "--height", 4.5), "not finite"),
+        (("wall", "--thickness", "1/m", "--height", 4.5), "'1/m' is no finite quantity"),
+        (("wall", "--thickness", "nan", "--height", 4.5), "'nan' is no finite quantity"),
+        (("wall", "--thickness", "1e400", "--height", 4.5), "no finite quantity"),
         (("wall", "--thickness", 1e300, "--height", 1e300), "its sizes are out of all scale"),
         (("wall", *WALL, "--density", "1800m"), "'1800m' is in m; it must be a number in kg m-3"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
+        (("equivalent", "--restitution", 0.85, *CURVE, "--window", 9), "--window is now called --response-length"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):

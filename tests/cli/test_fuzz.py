@@ -85,7 +85,7 @@ def test_wall_never_ends_in_a_traceback(wall, curve, amplitude):
 
 
 @settings(max_examples=60)
-@given(RANGES, CURVE, options(release=FLOATS, window=st.one_of(FLOATS, st.floats(1, 20).map(repr))))
+@given(RANGES, CURVE, options(release=FLOATS, response_length=st.one_of(FLOATS, st.floats(1, 20).map(repr))))
 @example("5e-324", [], [])
 @example("1e-5", [], [])
 @example("0.9999999999999999", [], [])
@@ -94,7 +94,7 @@ def test_wall_never_ends_in_a_traceback(wall, curve, amplitude):
 @example("0.85", ["--b1", "5e-324"], [])
 @example("0.85", [], ["--release", "5e-324"])
 @example("0.85", [], ["--release", "0.9999999999999999"])
-@example("0.85", [], ["--window", "1e308"])
+@example("0.85", [], ["--response-length", "1e308"])
 def test_equivalent_never_ends_in_a_traceback(restitution, curve, others):
     check(["equivalent", "--restitution", restitution, "--a1", "0.05", "--b1", "0.7", *curve, *others])
 

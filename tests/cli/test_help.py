@@ -117,18 +117,13 @@ def loaded(*arguments):
 
 def test_the_help_loads_nothing_heavy():
     for arguments in (["--help"], ["respond", "--help"]):
-        assert not {"numpy", "numba", "scipy", "xarray", "pandas", "matplotlib", "pint"} & loaded(*arguments)
+        assert not {"numpy", "numba", "scipy", "xarray", "pandas", "matplotlib"} & loaded(*arguments)
 
 
 def test_equivalent_loads_only_what_it_computes_with():
     modules = loaded("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.85)
     assert "numba" in modules
-    assert not {"xarray", "pandas", "matplotlib", "netCDF4", "pint", "tqdm"} & modules
-
-
-def test_units_are_loaded_for_a_text_with_a_unit_alone():
-    assert "pint" not in loaded("wall", "--thickness", 0.3, "--height", 4.5)
-    assert "pint" in loaded("wall", "--thickness", "30cm", "--height", 4.5)
+    assert not {"xarray", "pandas", "matplotlib", "netCDF4", "tqdm"} & modules
 
 
 def test_the_package_runs_as_a_module():

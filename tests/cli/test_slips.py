@@ -108,6 +108,8 @@ def test_what_python_alone_takes_for_a_number_is_none(text):
         ["wall", "--thickness", "1", "--height", "30", "--overburden-ratio", text],
         ["equivalent", "--restitution", f"0.8:0.9:{text}", "--a1", "0.04", "--b1", "0.85"],
         ["equivalent", "--restitution", text, "--a1", "0.04", "--b1", "0.85"],
+        ["assess", *WALL, "--records", "x.csv", "--pgv", "1", "--restitution", text],
+        ["calibrate", "--record", "x.csv", *WALL[:4], "--posterior", "--seed", text],
     ):
         result = run(*command)
         assert result.exit_code == 2 and text in result.stderr.splitlines()[-1], command

@@ -13,6 +13,7 @@ import yaml
 from nbclient import NotebookClient
 from repository import ROOT
 
+import rockdamp
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.pipeline.figures import FIGURES
@@ -68,11 +69,10 @@ def test_every_key_of_the_config_is_on_its_page_with_its_value(site):
 
 
 def test_every_command_and_public_name_is_on_its_page(site):
-    from rockdamp import _HOME
     from rockdamp.cli import main
 
     python, shell = ((site / f"reference/{page}.html").read_text(encoding="utf-8") for page in ("python", "cli"))
-    assert all(f'id="rockdamp.{name}"' in python for name in _HOME)
+    assert all(f'id="rockdamp.{name}"' in python for name in rockdamp.__all__)
     assert all(f'id="rockdamp-{name}"' in shell for name in main.commands)
 
 

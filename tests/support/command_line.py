@@ -23,4 +23,5 @@ def refused(*arguments):
     result = run(*arguments)
     assert result.exit_code == 2, result.output
     assert isinstance(result.exception, SystemExit) and result.stdout == ""
+    assert "Error:" in result.stderr and "Traceback" not in result.stderr
     return result.stderr

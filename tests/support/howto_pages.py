@@ -36,12 +36,8 @@ def make_tree(place):
     shutil.copy(ROOT / "results/README.md", tree.place / "results")
     bin = tree.place / ".venv/bin"
     bin.mkdir(parents=True)
-    warm = f"{tree.warm}/python"
-    commands = {"snakemake": f"{warm} -m snakemake", "rockdamp": f"{warm} -m rockdamp"}
-    # Tests may ask what a fresh process loads.
-    commands["python"] = f'$(if [ "$2" = pytest ]; then echo "{sys.executable}"; else echo {warm}; fi)'
-    for name, command in commands.items():
-        (bin / name).write_text(f'#!/bin/sh\nexec {command} "$@"\n', encoding="utf-8")
+    for name, options in {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}.items():
+        (bin / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
         (bin / name).chmod(0o755)
     return tree
 

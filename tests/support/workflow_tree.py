@@ -5,9 +5,8 @@ import os
 import re
 import shutil
 import subprocess
-import tempfile
+import sys
 
-import warm_python
 from repository import ROOT
 
 NOT_COPIED = (".*", "results", "logs", "build", "dist", "htmlcov")
@@ -30,7 +29,6 @@ class Tree:
             "COVERAGE_PROCESS_START",
         )
         self.environment = {key: value for key, value in os.environ.items() if key not in dropped} | own
-        self.warm = warm_python.start()
 
     def snakemake(self, *arguments, overlay=None):
         """Run it on the minimal config, with more keys from `overlay` where that is given."""
@@ -39,11 +37,8 @@ class Tree:
             (self.place / "overlay.yaml").write_text(overlay, encoding="utf-8")
             files.append("overlay.yaml")
         run = ["-m", "snakemake", "--cores", "2", "--nocolor", *arguments, "--configfile", *files]
-        with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as error, open(os.devnull) as nothing:
-            standard = [file.fileno() for file in (nothing, output, error)]
-            status = warm_python.ask(self.warm, run, self.place, self.environment, standard)
-            said = [os.pread(file, os.fstat(file).st_size, 0).decode() for file in standard[1:]]
-        return subprocess.CompletedProcess(run, status, *said)
+        command = [sys.executable, *run]
+        return subprocess.run(command, cwd=self.place, env=self.environment, capture_output=True, text=True)
 
     def planned(self, overlay=None):
         """Jobs that a run would execute: rules with the number of their jobs, without `all`."""

@@ -54,7 +54,7 @@ def test_a_table_that_is_read_as_another_is_found_out(tmp_path, monkeypatch):
     text = table_attacks._text(random.Random(SEED), walls).encode()
 
     def judged(rows):
-        return table_attacks._judge(table_attacks.Meant(text, rows), False)(tmp_path)
+        return table_attacks._judge(table_attacks.Meant(text, rows))(tmp_path)
 
     first, second = table_attacks._means(walls)
     assert judged([first, second]) == ANSWER

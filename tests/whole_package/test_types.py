@@ -1,17 +1,13 @@
 """The public names for type checkers and editors, which read the stub and never run the package."""
 
-import ast
 import json
 import re
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 from repository import ROOT
-
-import rockdamp as rd
 
 SCRIPT = Path(__file__).with_name("user_script.py")
 FIRST = "import rockdamp as rd; CURVE, CR = rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.85)"
@@ -25,20 +21,6 @@ MISTAKES = {
     "rd.solve(CURVE, CR, step=0.01)": 'No overload variant of "solve"',
     'rd.equivalent(0.85, 0.04, 0.85)[0]["xi"]': 'TypedDict "Equivalent" has no key "xi"',
 }
-
-
-STUB = ast.parse((ROOT / "src/rockdamp/__init__.pyi").read_text(encoding="utf-8"))
-HOMES = {alias.asname: node.module for node in STUB.body if isinstance(node, ast.ImportFrom) for alias in node.names}
-
-
-def test_the_stub_and_the_package_list_the_same_names():
-    others = {node.target.id for node in STUB.body if isinstance(node, ast.AnnAssign)}
-    assert {*HOMES, *others} == set(rd.__all__)
-
-
-@pytest.mark.parametrize("name", sorted(HOMES))
-def test_a_name_of_the_stub_is_the_same_object_in_the_package(name):
-    assert getattr(rd, name) is getattr(import_module(HOMES[name]), name)
 
 
 def pages():

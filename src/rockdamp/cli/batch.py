@@ -1,4 +1,4 @@
-"""`batch`: a table of walls under records."""
+"""`batch`: collapse of a table of walls under records."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rockdamp.cli.command import Command, print_json, write_dataset, write_table
 from rockdamp.cli.options import json_option
 from rockdamp.cli.types import OutputFile
 
-MOST_TOLD = 20  # bad rows on the terminal; all of them are in what is written
+MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 
 
 @click.command(
@@ -35,7 +35,7 @@ MOST_TOLD = 20  # bad rows on the terminal; all of them are in what is written
 @pgv_option
 @pga_option
 @tail_option
-@click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="What is found of each wall.")
+@click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
 @json_option
 def batch(
@@ -51,9 +51,9 @@ def batch(
     """Collapse of many walls under records.
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
-    overburden_ratio, eccentricity, parapet, a1, b1, a3, softening, preset, restitution. A row that makes no wall is
-    told with its line, and stops no other. Of each wall and damping model the collapses at the intensity asked for are
-    written, the median peak, and the fragility.
+    overburden_ratio, eccentricity, parapet, a1, b1, a3, softening, preset, restitution. A row that describes no wall is
+    reported with its line; the others are computed. The output has a row for each wall and damping model: collapses at
+    the intensity of --pgv or --pga, median peak, and fragility.
     """
     from rockdamp.assessment.many_walls import COLUMNS, answers, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
@@ -84,7 +84,7 @@ def batch(
         write_table((line for one in found for line in lines(one)), output, COLUMNS)
     if nrml is not None:
         write_nrml(fragilities(found), measure, nrml)
-    for one in bad[:MOST_TOLD]:
+    for one in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {one.error}", err=True)
     if bad:
         click.echo(f"{len(bad)} of {len(found)} rows could not be computed; the column error says why", err=True)

@@ -10,7 +10,7 @@ import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
 from rockdamp.cli.options import json_option, make_wall, record_option, refuse_unused, softening_options, wall_options
-from rockdamp.cli.types import OutputFile
+from rockdamp.cli.types import OutputFile, Whole
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
+    "calibrate",
     cls=Command,
     examples=[
         "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
@@ -29,21 +30,19 @@ if TYPE_CHECKING:
 @record_option
 @wall_options()
 @softening_options
-@click.option("--posterior", is_flag=True, help="Draw from the posterior, with the sensors' errors as unknowns.")
+@click.option("--posterior", is_flag=True, help="Sample the posterior, with the sensors' errors as unknowns.")
 @click.option(
     "--damping-model",
     type=click.Choice(CANDIDATES),
-    help=f"Of --posterior; of {ANY_ORDER!r}, m is a parameter too.  [default: {REFERENCE}]",
+    help=f"Damping model of --posterior; {ANY_ORDER!r} fits m too.  [default: {REFERENCE}]",
 )
-@click.option("--evidence", is_flag=True, help="With --posterior, also compare all damping models.")
-@click.option(
-    "--priors", type=click.Path(path_type=Path), help="With --posterior, a YAML file of priors other than the usual."
-)
-@click.option("--seed", type=click.IntRange(0, 2**31), default=2017, show_default=True, help="Of --posterior.")
-@click.option("--output", type=OutputFile(".nc"), help="What was found, and both histories, as NetCDF.")
-@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture: measured against fitted.")
+@click.option("--evidence", is_flag=True, help="Compare all damping models by --posterior.")
+@click.option("--priors", type=click.Path(path_type=Path), help="YAML file with priors of --posterior.")
+@click.option("--seed", type=Whole(0, 2**31), default=2017, show_default=True, help="Random seed of --posterior.")
+@click.option("--output", type=OutputFile(".nc"), help="Write the result and both histories as NetCDF.")
+@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw measured against fitted.")
 @json_option
-def calibrate(
+def calibrate_command(
     record: Path,
     a3: float,
     softening: str,
@@ -64,7 +63,7 @@ def calibrate(
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
     taken as known.
     """
-    wall = make_wall(**options)
+    wall = make_wall(options)
     if posterior:
         _posterior(
             record, wall, damping_model or REFERENCE, evidence, priors, seed, a3, softening, output, plot, as_json
@@ -72,11 +71,11 @@ def calibrate(
         return
     refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
     from rockdamp.motions.records import read_record
-    from rockdamp.studies.calibration import calibrate as compute
+    from rockdamp.studies.calibration import calibrate
 
     measured = read_record(record)
     with concerning(record):
-        fit = compute(measured, wall, ultimate_ratio=a3, softening=softening)
+        fit = calibrate(measured, wall, ultimate_ratio=a3, softening=softening)
     if output is not None:
         write_dataset(fit, output, "calibration", "rockdamp.studies.calibration", record=measured.digest)
     if plot is not None:

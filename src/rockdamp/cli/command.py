@@ -1,4 +1,4 @@
-"""What all commands share: errors that end with a line and status 2, examples in the help, tables and JSON."""
+"""Shared parts of the commands: errors of one line with status 2, examples in the help, tables, JSON and files."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+# Options that were renamed: the old name ends with a line that states the new one.
+RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
 INTERRUPTED = 130  # by Ctrl-C, as shells count it
 
 
 class Command(click.Command):
-    """A command whose bad input ends with one line on standard error and exit status 2; `examples` end its help."""
+    """A command that reports bad input in one line on standard error, with exit status 2; `examples` end its help."""
 
     def __init__(self, *args: Any, examples: Sequence[str] = (), **kwargs: Any) -> None:
         lines = "\n".join(_wrapped(example) for example in examples)
@@ -33,9 +35,14 @@ class Command(click.Command):
         super().__init__(*args, **kwargs)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        if not ctx.resilient_parsing:
-            _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
-        return super().parse_args(ctx, args)
+        try:
+            if not ctx.resilient_parsing:
+                _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if error.option_name not in RENAMED:
+                raise
+            raise click.UsageError(f"{error.option_name} is now called {RENAMED[error.option_name]}", ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np
@@ -70,7 +77,7 @@ class Command(click.Command):
 
 
 class Main(click.Group):
-    """The command without its name: what goes wrong before one is chosen is one line too."""
+    """The group of commands: errors before a command is chosen are one line too."""
 
     def main(self, args: Sequence[str] | None = None, *others: Any, **kwargs: Any) -> Any:
         try:
@@ -85,7 +92,7 @@ class Main(click.Group):
 
 
 def _check_threads() -> None:
-    """Raise `click.UsageError` for a number of threads that numba would not take."""
+    """Raise `click.UsageError` for a number of threads that Numba would refuse."""
     stated = os.environ.get("NUMBA_NUM_THREADS")
     if stated is not None and not re.fullmatch("0*[1-9][0-9]{0,4}", stated):
         raise click.UsageError(
@@ -94,7 +101,7 @@ def _check_threads() -> None:
 
 
 def _refuse_same_files(ctx: click.Context) -> None:
-    """Raise `click.UsageError` where a file to write is one to read: it would be lost."""
+    """Raise `click.UsageError` where an output would overwrite an input."""
     written: list[tuple[str, Path]] = []
     read: list[tuple[str, Path]] = []
     for param in ctx.command.params:
@@ -111,16 +118,16 @@ def _paths(value: Any) -> list[Path]:
     return [Path(path) for path in values if isinstance(path, str | Path)]
 
 
-def _refuse_repeated(given: Sequence[click.Parameter]) -> None:
-    """Raise `click.UsageError` for an option that holds one value and stands there twice: click would take the last."""
-    for option in given:
+def _refuse_repeated(options: Sequence[click.Parameter]) -> None:
+    """Raise `click.UsageError` for an option that stands there twice: click would use the last."""
+    for option in options:
         once = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
-        if once and given.count(option) > 1:
-            raise click.UsageError(f"{option.opts[0]} is given {given.count(option)} times; it must be given once")
+        if once and options.count(option) > 1:
+            raise click.UsageError(f"{option.opts[0]} is given {options.count(option)} times; it must be given once")
 
 
 def _wrapped(example: str) -> str:
-    """Break a long example as a shell reads it."""
+    """Break a long example into lines that a shell joins."""
     return " \\\n".join(wrap(example, 88, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False))
 
 
@@ -133,7 +140,7 @@ def _fail(ctx: click.Context, message: str) -> None:
 
 @contextmanager
 def concerning(path: Path | str) -> Iterator[None]:
-    """Name a file in the errors about what it holds."""
+    """Name the file in errors about its content."""
     from rockdamp.errors import InputError
 
     try:
@@ -144,7 +151,7 @@ def concerning(path: Path | str) -> Iterator[None]:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn what goes wrong with a file that is written into an error that names it."""
+    """Turn a failure to write a file into an error that names it."""
     from rockdamp.errors import InputError
 
     try:
@@ -154,7 +161,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence[str] | None = None) -> None:
-    """Write rows as CSV, complete or not at all; by default the columns are those of the first row."""
+    """Write rows as CSV, whole or not at all; the default columns are those of the first row."""
     import csv
 
     from rockdamp.storage.atomic import replacing
@@ -168,10 +175,10 @@ def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence
 
 
 def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: Any) -> None:
-    """Write what a command computed; the options that it was given stand for the config.
+    """Write the result of a command as NetCDF; the options of the command stand for the config.
 
-    `read` takes the place of options that name a file: the digest of what was read there, so that what depends on it
-    does not depend on where it lies, and a pipe is not read twice.
+    `read` replaces options that name a file by the digest of its content: the result does not depend on where the file
+    lies, and a pipe is not read twice.
     """
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
@@ -185,7 +192,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as the suffix of the path says."""
+    """Write a figure in the format of the suffix."""
     from rockdamp.figures.output import save
 
     with writing(path):
@@ -194,12 +201,12 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 
 def print_json(value: Any) -> None:
-    """Print JSON, and nothing else."""
+    """Print JSON and nothing else."""
     click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
 def print_table(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str] | None = None) -> None:
-    """Print rows as a table to read, with the units of some columns under their names."""
+    """Print rows as a table, with units under the names of the columns."""
     names = list(rows[0])
     lines = [names, *([cell(row[name]) for name in names] for row in rows)]
     if units and not units.keys().isdisjoint(names):
@@ -210,7 +217,7 @@ def print_table(rows: Sequence[Mapping[str, Any]], units: Mapping[str, str] | No
 
 
 def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:
-    """Print names, values and units, one a line."""
+    """Print one name, value and unit a line."""
     width = max(map(len, values)) + 1
     for name, value in values.items():
         click.echo(
@@ -219,7 +226,7 @@ def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:
 
 
 def cell(value: Any) -> str:
-    """Return a value as a table shows it."""
+    """Return the text of a value in a table."""
     if value is None:
         return "-"
     return value if isinstance(value, str) else f"{value:.5g}"

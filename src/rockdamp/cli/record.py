@@ -9,7 +9,7 @@ import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
 from rockdamp.cli.options import json_option
-from rockdamp.cli.types import OutputFile, Quantity
+from rockdamp.cli.types import Number, OutputFile, Quantity
 
 UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s-2", "peak_displacement": "m"}
 
@@ -22,39 +22,39 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
     ],
 )
 @click.argument("raw", type=click.Path(path_type=Path))
-@click.option("--time", required=True, metavar="COLUMN[:UNIT]", help="Time; in s without a unit.")
-@click.option("--table-acceleration", metavar="COLUMN:UNIT", help="Acceleration of the supports.")
-@click.option("--table-velocity", metavar="COLUMN:UNIT", help="Their velocity in its place, which is differentiated.")
-@click.option("--wall", metavar="COLUMN:UNIT", help="Displacement of the wall at its hinge.")
-@click.option("--table", metavar="COLUMN:UNIT", help="Displacement of the table, taken off the wall's.")
+@click.option("--time", required=True, metavar="COLUMN[:UNIT]", help="Column of the time; in s without a unit.")
+@click.option("--table-acceleration", metavar="COLUMN:UNIT", help="Column of the supports' acceleration.")
+@click.option("--table-velocity", metavar="COLUMN:UNIT", help="Column of the supports' velocity, to differentiate.")
+@click.option("--wall", metavar="COLUMN:UNIT", help="Column of the wall's displacement at its hinge.")
+@click.option("--table", metavar="COLUMN:UNIT", help="Column of the table's displacement, subtracted from the wall's.")
 @click.option(
     "--rest",
     type=Quantity("s"),
     default=0.5,
     show_default=True,
-    help="Rest at the start, of which the zeros are means.",
+    help="Rest at the start; zeros are its means.",
 )
-@click.option("--lowpass", type=float, help="Corner of a low-pass filter without delay, in Hz.")
-@click.option("--rate", type=float, help="Samples per second of the record, in Hz.  [default: those of the channels]")
+@click.option("--lowpass", type=Number(), help="Corner of a low-pass filter without delay, in Hz.")
+@click.option("--rate", type=Number(), help="Sampling rate of the record, in Hz.  [default: that of the channels]")
 @click.option(
     "--baseline",
     type=click.Choice(["constant", "linear", "none"]),
     default="constant",
     show_default=True,
-    help="Taken off the acceleration: its mean at rest, a line besides, or nothing.",
+    help="Subtract from the acceleration its mean at rest, a line, or nothing.",
 )
-@click.option("--specimen", default="not stated", help="What the header says of what was tested.")
-@click.option("--source", default="not stated", help="What the header says of where the channels come from.")
-@click.option("--synthetic", is_flag=True, help="The channels were computed, not measured; the header says so.")
-@click.option("--output", type=OutputFile(".csv"), required=True, help="The record.")
-@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture of it to look at.")
+@click.option("--specimen", default="not stated", help="Specimen that the header names.")
+@click.option("--source", default="not stated", help="Source that the header names.")
+@click.option("--synthetic", is_flag=True, help="State in the header that the channels were computed.")
+@click.option("--output", type=OutputFile(".csv"), required=True, help="Write the record.")
+@click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the record.")
 @json_option
 def record(raw: Path, output: Path, plot: Path | None, as_json: bool, **options: Any) -> None:
-    """Make a record of a laboratory's raw channels.
+    """Make a record from raw channels of a laboratory.
 
-    RAW is a table of numbers with or without names of its columns; a COLUMN is a name, or a number from 1 on. The
-    record's header says what was done: units, displacement relative to the table, filter, resampling, zero and
-    baseline. A table of times and velocities is a motion too.
+    RAW is a table of numbers, with or without a line of names; a COLUMN is a name, or a number from 1 on. The header of
+    the record states units, filter, resampling, zero and baseline, and that displacements are relative to the table. A
+    table of times and velocities is a motion too.
     """
     from rockdamp.motions.laboratory import Channel, laboratory_record, read_raw
     from rockdamp.motions.records import write_record

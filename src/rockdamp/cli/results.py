@@ -1,4 +1,4 @@
-"""`datasets`: what is built."""
+"""`datasets` and `verify`: list and check the built results."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rockdamp.cli.options import json_option
 @click.argument("folder", type=click.Path(path_type=Path, exists=True, file_okay=False), default="results")
 @json_option
 def datasets(folder: Path, as_json: bool) -> None:
-    """List what is built.
+    """List the built datasets.
 
-    For each dataset below FOLDER (by default results) its file, title, and dimensions with their sizes.
+    Print file, title and dimensions of each dataset below FOLDER (by default results).
     """
     from rockdamp.storage.dataset import listing
 

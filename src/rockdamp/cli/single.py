@@ -1,4 +1,4 @@
-"""`wall`, `equivalent` and `presets`: constants, without a history."""
+"""`wall`, `equivalent` and `presets`: constants of a wall, without a history."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, print_json, print_table, print_values, write_table
-from rockdamp.cli.options import curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
-from rockdamp.cli.types import Number, Numbers, OutputFile
+from rockdamp.cli.options import CURVE, curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
+from rockdamp.cli.types import Number, OutputFile, Quantities
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -62,23 +62,16 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 )
 @wall_options()
 @curve_options
-@click.option(
-    "--amplitude", type=Numbers(), help="Amplitudes u0/u_ins of the table of periods.  [default: 0.1:0.9:0.1]"
-)
+@click.option("--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
 @click.option(
     "--units",
     type=click.Choice(["si", "imperial"], case_sensitive=False),
     default="si",
     show_default=True,
-    help="Units of what is printed.",
+    help="Units of the output.",
 )
 @json_option
 def wall(
-    a1: float | None,
-    b1: float | None,
-    preset: str | None,
-    a3: float,
-    softening: str,
     amplitude: list[float] | None,
     units: str,
     as_json: bool,
@@ -86,16 +79,16 @@ def wall(
 ) -> None:
     """Constants of a wall's motion, onset of rocking, restitution, periods.
 
-    Restitution is given by each formula with what it rests on, one of them recommended; the period for several
+    Restitution is printed by each formula, with its source; one is recommended. Periods are printed for several
     amplitudes. With a curve (--a1 and --b1, or --preset) the periods of the cracked wall stand beside those of the
-    rigid one, and rocking starts at the plateau's strength. The JSON holds the constants and their units; with
-    --amplitude also the periods.
+    rigid one, and rocking starts at the strength of the plateau. The JSON holds the constants and their units, and with
+    --amplitude the periods.
     """
-    built = make_wall(**options)
+    built = make_wall(options)
     values = {key: float(getattr(built, key)) for key in KEYS}
     curve = None
-    if (a1, b1, preset) != (None, None, None):
-        curve = make_curve(a1, b1, preset, a3, softening)
+    if any(options[name] is not None for name in ("a1", "b1", "preset")):
+        curve = make_curve(options)
     else:
         refuse_unused(("a3", "softening"), "--a1 and --b1, or --preset")
     values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.plateau_ratio))
@@ -125,7 +118,7 @@ def wall(
 
 
 def _imperial(values: dict[str, float]) -> dict[str, float]:
-    """Values of SI, by names that have a unit there, in the units of `IMPERIAL`."""
+    """Convert the values whose names have an SI unit to the units of `IMPERIAL`."""
     return {key: value / IMPERIAL.get(UNITS.get(key, ""), ("", 1.0))[1] for key, value in values.items()}
 
 
@@ -146,7 +139,7 @@ def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
 def _periods(
     wall: Wall | Parapet, curve: TrilinearCurve | None, amplitudes: Iterable[float], strict: bool
 ) -> list[dict[str, float]]:
-    """Rows of the table; amplitudes that the user did not ask for are left out where the curve does not reach."""
+    """Return the rows of periods; unless `strict`, amplitudes beyond the end of the curve are left out."""
     rows = []
     for x0 in amplitudes:
         if curve is not None and not strict and x0 >= float(curve.ultimate_ratio):
@@ -163,6 +156,7 @@ def _periods(
 
 
 @click.command(
+    "equivalent",
     cls=Command,
     examples=[
         "rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85",
@@ -170,52 +164,48 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=Numbers(), help="Coefficient of restitution e.")
+@click.option("--restitution", type=Quantities(), help="Coefficient of restitution e.")
 @curve_options
 @click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
-@click.option("--window", type=Number(), default=None, help="Length of the response in tau = p t.  [default: 8]")
-@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, for many of them.")
-@click.option("--output", type=OutputFile(".csv"), help="Damping ratios of --walls.")
+@click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
+@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
+@click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @json_option
-def equivalent(
+def equivalent_command(
     restitution: list[float] | None,
-    a1: float | None,
-    b1: float | None,
-    preset: str | None,
-    a3: float,
-    softening: str,
     release: float,
-    window: float | None,
+    response_length: float | None,
     walls: Path | None,
     output: Path | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Damping ratios equivalent to a restitution.
 
-    One row for each coefficient of restitution and viscous model. Of a table of walls, as batch reads it, each ratio is
-    read from the table of least error that comes with the package, within 1 %, and not matched; where that table does
-    not answer, the column error says why.
+    Print one row for each coefficient of restitution and viscous model. The ratios of a table of walls, in the format
+    of batch, are read from the package's table of least error, within 1 %. Where that table has no value, the column
+    error says why.
     """
     if walls is not None:
-        refuse_unused(("restitution", "a1", "b1", "preset", "a3", "softening", "window"), "one wall, without --walls")
+        refuse_unused(("restitution", *CURVE, "response_length"), "one wall, without --walls")
         _of_walls(walls, release, output, as_json)
         return
     refuse_unused(("output",), "--walls")
     if restitution is None:
         raise click.UsageError("there must be --restitution and a curve, or --walls")
-    from rockdamp.equivalence.one_curve import equivalent as compute
+    from rockdamp.equivalence.one_curve import equivalent
     from rockdamp.equivalence.polynomials import SHIPPED_PLATEAU_RATIO
     from rockdamp.vocabulary import DEFAULT_WINDOW
 
-    curve = make_curve(a1, b1, preset, a3, softening)
-    rows = compute(
+    curve = make_curve(options)
+    rows = equivalent(
         restitution,
         float(curve.cracked_stiffness_ratio),
         float(curve.plateau_ratio),
-        a3,
-        softening,
+        options["a3"],
+        options["softening"],
         release,
-        DEFAULT_WINDOW if window is None else window,
+        DEFAULT_WINDOW if response_length is None else response_length,
     )
     if as_json:
         print_json(rows)
@@ -251,10 +241,7 @@ def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -
 @click.command(cls=Command, examples=["rockdamp presets"])
 @json_option
 def presets(as_json: bool) -> None:
-    """Curves by name, for --preset.
-
-    They are Doherty's stages of degradation.
-    """
+    """Curves by name, for --preset: Doherty's stages of degradation."""
     from rockdamp.vocabulary import PRESETS
 
     rows = [

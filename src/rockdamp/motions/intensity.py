@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp import plausibility
+from rockdamp import plausibility, units
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
-from rockdamp.motions import units
 from rockdamp.motions.records import Record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -207,7 +206,7 @@ def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
 
 def _unit_doubts(record: Record, unit: str) -> list[str]:
     pga = _peak(record.ground_acceleration)
-    return plausibility.of_motion(pga, unit, units.acceleration(unit) or 1.0)
+    return plausibility.of_motion(pga, unit, units.size(unit, "m s-2") or 1.0)
 
 
 def _baseline_doubts(record: Record) -> list[str]:

@@ -6,20 +6,19 @@ import csv
 import hashlib
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
+from rockdamp import units
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
-from rockdamp.motions import units
 from rockdamp.motions.records import Record
 from rockdamp.storage import input_file
-from rockdamp.text import number as text_number
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
 KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
@@ -110,7 +109,7 @@ def _cells(line: str, divider: str | None) -> list[str]:
 
 def _numbers(cells: Sequence[str]) -> list[float] | None:
     try:
-        return [text_number(cell) for cell in cells]
+        return [units.number(cell) for cell in cells]
     except ValueError:
         return None
 
@@ -174,22 +173,20 @@ def laboratory_record(
         raise InputError(f"baseline is {baseline!r}; it must be one of {', '.join(BASELINES)}")
     header = {"specimen": specimen, "source": source, "units": "s, m s-2, m" if wall else "s, m s-2"}
     header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
-    elapsed = _in(raw, time, units.time, "time", header)
+    elapsed = _in(raw, time, "s", "time", header)
     interval = _check_time(elapsed)
     ends = f"greater than 0 and less than the record's length, {elapsed[-1] - elapsed[0]:.4g} [s]"
     require(0 < rest < elapsed[-1] - elapsed[0], "rest", rest, ends)
     even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
     if table_velocity is not None:
-        motion = CubicSpline(elapsed, _in(raw, table_velocity, units.velocity, "table_velocity", header))(even, 1)
+        motion = CubicSpline(elapsed, _in(raw, table_velocity, "m s-1", "table_velocity", header))(even, 1)
         header["acceleration"] = "derivative of the velocity's cubic spline"
     if table_acceleration is not None:
-        motion = CubicSpline(elapsed, _in(raw, table_acceleration, units.acceleration, "table_acceleration", header))(
-            even
-        )
+        motion = CubicSpline(elapsed, _in(raw, table_acceleration, "m s-2", "table_acceleration", header))(even)
     displacement = None
     if wall is not None:
-        moved = _in(raw, wall, units.length, "wall", header)
-        moved = moved - _in(raw, table, units.length, "table", header) if table is not None else moved
+        moved = _in(raw, wall, "m", "wall", header)
+        moved = moved - _in(raw, table, "m", "table", header) if table is not None else moved
         header["displacement"] = "wall less table" if table is not None else "wall, taken as relative to the table"
         displacement = CubicSpline(elapsed, moved)(even)
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
@@ -201,9 +198,9 @@ def laboratory_record(
     return Record(even, _baseline(even, motion, resting, baseline, header), displacement, header)
 
 
-def _in(raw: Raw, channel: Channel, unit: Callable[[str], float | None], name: str, header: dict[str, str]) -> Array:
+def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str]) -> Array:
     """Return a channel in SI, and say so."""
-    factor = unit(channel.unit)
+    factor = units.size(channel.unit, unit)
     if factor is None:
         raise InputError(f"{name} has the unit {channel.unit!r}, which is none of its kind, as {EXAMPLES[name]}")
     header[f"{name}_channel"] = f"{channel.column}, times {factor:.9g}"

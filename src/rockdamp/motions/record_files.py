@@ -15,16 +15,16 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.motions import units
 from rockdamp.motions.sampling import Place, check_finite, check_time
-from rockdamp.text import number as text_number
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
 ACCELERATIONS = {  # the columns that an acceleration may be read from, and their units, also in m s-2
     "ground_acceleration_m_s2": ("m s-2", 1.0),
-    "ground_acceleration_g": ("g", units.GRAVITY["g"]),
+    "ground_acceleration_g": ("g", STANDARD_GRAVITY),
     "ground_acceleration_cm_s2": ("cm s-2", 0.01),
 }
 KEYS = ("synthetic", "units", "pulse_period")  # of a CSV's header, that change what is done with the record
@@ -59,6 +59,24 @@ class Parts(NamedTuple):
     unit: str
 
 
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+def require_stated(stated: str, acceleration: str, remedy: str) -> None:
+    """Check a list of units, ``s, m s-2, m``, against those that the numbers are taken in: s, `acceleration` and m.
+
+    Raises
+    ------
+    InputError
+        If one of them is another, or no unit of time, acceleration or length.
+    """
+    for name in re.split("[,;]", stated):
+        same_acceleration = units.size(name, "m s-2") == units.size(acceleration, "m s-2")
+        if not (same_acceleration or units.size(name, "s") == 1 or units.size(name, "m") == 1):
+            wrong = f"has {name.strip()!r}; the numbers are taken in s, {acceleration} and m: {remedy}"
+            raise InputError(f"units is {stated!r} and {wrong}")
+
+
 # --- CSV --------------------------------------------------------------------------------------------------------------
 
 
@@ -73,7 +91,7 @@ def csv(lines: Sequence[str]) -> Parts:
     (column,) = (name for name in names if name in ACCELERATIONS)
     unit, factor = ACCELERATIONS[column]
     if "units" in header:
-        units.require_stated(header["units"], unit, f"{column} is in {unit}, displacement_m in m")
+        require_stated(header["units"], unit, f"{column} is in {unit}, displacement_m in m")
     first = start + 1  # index of the first row's line
     values = _columns(lines, first, names)
     check_time(values["elapsed_s"], lambda index: f"on line {first + 1 + index}")
@@ -185,7 +203,7 @@ def _at2_unit(lines: Sequence[str]) -> tuple[str, float]:
     for text, number in said:
         if any(longer.startswith(f"{text} ") for longer, _ in said):
             continue  # "CM" of "CM / SEC / SEC"
-        value = units.acceleration(re.sub(r"\s*\bPER\b\s*", "/", text, flags=re.IGNORECASE))
+        value = units.size(re.sub(r"\s*\bPER\b\s*", "/", text, flags=re.IGNORECASE), "m s-2")
         if value is None:
             allowed = "they must be those of an acceleration: G, GAL, CM/SEC2, M/SEC2, IN/SEC2"
             raise InputError(f"units are {text!r} on line {number + 1}; {allowed}")
@@ -194,7 +212,7 @@ def _at2_unit(lines: Sequence[str]) -> tuple[str, float]:
         raise InputError(f"units are {' and '.join(map(repr, found))}; an AT2 file must state one unit")
     if (other := _AT2_OTHER.search(lines[2])) and "ACCEL" not in lines[2].upper():
         raise InputError(f"line 3 is {lines[2].strip()!r}, which says {other[0]!r}; the series must be an acceleration")
-    return next(iter(found.items()), ("g", units.GRAVITY["g"]))
+    return next(iter(found.items()), ("g", STANDARD_GRAVITY))
 
 
 def _at2_count(line: str) -> tuple[int, float]:
@@ -203,7 +221,7 @@ def _at2_count(line: str) -> tuple[int, float]:
     if match is None:
         raise InputError(f"line 4 is {line.strip()!r}; it must give NPTS and DT")
     rest = match["rest"].strip(" \t,;.")
-    unit = units.time(rest.strip("()[]. \t")) if rest else 1.0
+    unit = units.size(rest.strip("()[]. \t"), "s") if rest else 1.0
     if unit is None:
         shown = f"{match['step']}{match['rest']}".strip()
         raise InputError(f"DT is {shown!r} on line 4; it must be a number, and its unit SEC or MSEC if it has one")
@@ -221,7 +239,7 @@ def _numbers(cells: Sequence[str], name: str, place: Place) -> Array:
     values = np.empty(len(cells))
     for index, cell in enumerate(cells):
         try:
-            values[index] = text_number(cell)
+            values[index] = units.number(cell)
         except ValueError:
             shown = cell.strip() if len(cell) < 40 else cell[:40] + "..."
             raise InputError(f"{name} is {shown!r} {place(index)}; it must be a number") from None

@@ -14,7 +14,7 @@ from rockdamp.arguments import MOST_ELEMENTS, instance, number, real
 from rockdamp.arguments import path as file_path
 from rockdamp.arrays import Array, ByValue
 from rockdamp.errors import InputError, require
-from rockdamp.motions import record_files, units
+from rockdamp.motions import record_files
 from rockdamp.motions.record_files import COLUMNS
 from rockdamp.motions.sampling import check_finite, check_time, step_of
 from rockdamp.storage import input_file
@@ -85,7 +85,7 @@ class Record(ByValue):
         if answer not in ANSWERS:
             raise InputError(f"synthetic is {answer!r}; it must be yes or no")
         if "units" in self.header:
-            units.require_stated(self.header["units"], "m s-2", "they must be converted")
+            record_files.require_stated(self.header["units"], "m s-2", "they must be converted")
 
     @property
     def step(self) -> float:

@@ -1,0 +1,164 @@
+"""Read numbers with units, lists and ranges: one grammar for the command line and for files.
+
+It imports nothing heavy, so that `--help` stays quick.
+"""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+from math import isfinite
+from typing import NamedTuple
+
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+MOST_VALUES = 1000  # of a list or range
+GRAVITY = {"g": Decimal(repr(STANDARD_GRAVITY)), "gal": Decimal("0.01"), "gals": Decimal("0.01")}  # [m s-2]
+
+
+class Unit(NamedTuple):
+    """A unit: its size in SI, and its powers of length, mass and time."""
+
+    size: Decimal
+    length: int
+    mass: int
+    time: int
+
+
+def _table() -> dict[str, Unit]:
+    """Return the units by their names in small letters."""
+    names = {
+        (1, 0, 0): "m metre meter 1, mm 0.001, cm 0.01, dm 0.1, km 1000, in inch inches 0.0254, ft foot feet 0.3048",
+        (0, 1, 0): "kg 1, g 0.001, t 1000, lb 0.45359237",
+        (0, 0, 1): "s sec secs second seconds 1, ms msec msecs millisecond milliseconds 0.001, min 60, h 3600",
+        (1, 1, -2): "n 1, kn 1000, lbf 4.4482216152605",
+    }
+    rows = [(powers, part.split()) for powers, text in names.items() for part in text.split(",")]
+    return {name: Unit(Decimal(size), *powers) for powers, (*alike, size) in rows for name in alike}
+
+
+UNITS = _table()
+
+# The number is atomic, (?>...): "4e-1" is never the number 4 with a unit that begins with "e".
+_QUANTITY = re.compile(
+    r"(?P<number>(?>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?))\s*(?P<unit>[^\W\d_].*)?", re.DOTALL
+)
+_FACTOR = re.compile(r"(?P<sign>[/*.· ]?)(?P<name>[a-z]+)(?P<power>-?[0-9])?")
+_SUPERSCRIPTS = str.maketrans("⁻¹²³⁴", "-1234")
+
+
+class UnitError(ValueError):
+    """A text that is no quantity, list or range; says why."""
+
+
+def number(text: str) -> float:
+    """Return the number that a text is, finite or not; not 1_0 and not digits beyond ASCII, which Python alone takes.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    if not text.isascii() or "_" in text:
+        raise ValueError(f"{text!r} is no number")
+    return float(text)
+
+
+def parse(text: str) -> Unit | None:
+    """Return the unit that a text names, or None: cm/s2, CM/SEC**2, cm/s/s, cm s-2, cm·s⁻² and cm/(s^2) are one."""
+    name = re.sub(r"(\^|\*\*)(?=\(?-?\d)", "", " ".join(text.lower().translate(_SUPERSCRIPTS).split()))
+    name = re.sub(r"\s*([/*.·()])\s*", r"\1", name)
+    name = re.sub(r"(?<=\w)\((-?\d)\)|(?<=/)\(([a-z]+-?\d?)\)", r"\1\2", name)
+    size, place = Decimal(1), 0
+    powers: tuple[int, ...] = (0, 0, 0)
+    while place < len(name):
+        factor = _FACTOR.match(name, place)
+        if factor is None or bool(factor["sign"]) != bool(place) or factor["name"] not in UNITS:
+            return None
+        power = int(factor["power"] or 1) * (-1 if factor["sign"] == "/" else 1)
+        unit, *of_unit = UNITS[factor["name"]]
+        size *= unit**power
+        powers = tuple(a + power * b for a, b in zip(powers, of_unit, strict=True))
+        place = factor.end()
+    return Unit(size, *powers) if place else None
+
+
+def _size(text: str, wanted: str) -> Decimal | None:
+    """Return the size of a unit in the SI unit `wanted`; None if it is none, or of another kind."""
+    target = parse(wanted)
+    if wanted == "m s-2" and text.strip().lower() in GRAVITY:
+        return GRAVITY[text.strip().lower()]
+    unit = parse(text)
+    return unit.size if unit and target and unit[1:] == target[1:] else None
+
+
+def size(text: str, wanted: str) -> float | None:
+    """Return the size of a unit in the SI unit `wanted`, as 0.01 of "cm/s2" in "m s-2".
+
+    Returns
+    -------
+    float or None
+        None if the text names no unit, or one of another kind.
+    """
+    found = _size(text, wanted)
+    return None if found is None else float(found)
+
+
+def quantity(text: str, wanted: str) -> float:
+    """Return a number with its unit, or a plain one, in the SI unit `wanted`; "" for numbers that have none.
+
+    The number is converted in decimals: 102mm is exactly 0.102.
+
+    Raises
+    ------
+    UnitError
+        If the text is no finite number, or its unit is unknown or of another kind.
+    """
+    return float(_decimal(text, wanted, ""))
+
+
+def quantities(text: str, wanted: str) -> list[float]:
+    """Return the numbers of a list, `0.2,0.4`, of ranges with both ends, `0.1:0.5:0.1`, or of both, in SI.
+
+    A number without a unit has that of the last number. Ranges are computed in decimals: 0.8, 0.81, ... without noise.
+
+    Raises
+    ------
+    UnitError
+        If a number is none, a range does not rise, there are too many values, or the last number alone has no unit.
+    """
+    units = [match["unit"] for part in re.split("[,:]", text) if (match := _QUANTITY.fullmatch(part.strip()))]
+    default = (units or [""])[-1] or "" if wanted else ""
+    values: list[float] = []
+    for part in text.split(","):
+        numbers = [_decimal(each, wanted, default) for each in part.split(":")]
+        values += map(float, _range(part, numbers) if len(numbers) > 1 else numbers)
+    if any(units) and not default:
+        raise UnitError(f"{text!r} has a unit, but not at its last number")
+    if len(values) > MOST_VALUES:
+        raise UnitError(f"{text!r} has {len(values)} values, more than {MOST_VALUES}")
+    return values
+
+
+def _range(text: str, numbers: list[Decimal]) -> list[Decimal]:
+    if len(numbers) != 3:
+        raise UnitError(f"{text!r} is no range of three numbers")
+    start, stop, step = numbers
+    if not (float(step) > 0 and stop >= start):
+        raise UnitError(f"{text!r} does not rise")
+    count = (stop - start) / step
+    if count >= MOST_VALUES:
+        raise UnitError(f"{text!r} has more than {MOST_VALUES} values")
+    return [start + index * step for index in range(int(count) + 1)]
+
+
+def _decimal(text: str, wanted: str, default: str) -> Decimal:
+    """Return a quantity in SI; `default` is the unit of a number without one, "" for SI."""
+    match = _QUANTITY.fullmatch(text.strip())
+    if match is None or not isfinite(float(match["number"])) or (match["unit"] and not wanted):
+        raise UnitError(f"{text!r} is no finite {'quantity' if wanted else 'number'}")
+    unit = match["unit"] or default
+    factor = _size(unit, wanted) if unit else Decimal(1)
+    if factor is None:
+        raise UnitError(f"{text!r} is in {unit}" if parse(unit) else f"{text!r} has an unknown unit, {unit}")
+    return Decimal(match["number"]) * factor
