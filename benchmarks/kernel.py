@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass
 from time import perf_counter, process_time
 
 import numpy as np
 from measure import Section, Table, crossing, interleaved, number, second_process
-from numba import njit
 from peers import NO_OPENSEES, CLoop, compile_c, opensees, opensees_history, opensees_run, scalar_peaks, scipy_history
-from rockdamp.kernels import power
 
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.solvers import event_driven
@@ -207,7 +204,6 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             " as fast as the plain loop was a target here and is none any more: no processor measured gives it for"
             " every damper."
         )
-        found.notes.append(_powers(library, repetitions))
     if available_threads() > 1:
         second = [value for model in MODELS for value in worst[f"{model} two"]]
         found.target(
@@ -271,37 +267,6 @@ def _few(found: Section, repetitions: int) -> str:
         f" {of_calls['plain']:.0f} us. Steps alone are so many times as fast as the plain loop's, by the number of"
         f" histories ({of_steps}): up to three histories are computed one after the other, with the same bits as in a"
         " block of many. What a step of theirs loses on the plain loop's was not traced."
-    )
-
-
-@njit(fastmath=True, error_model="numpy")
-def _power(base, exponent, out):
-    for i in range(out.size):
-        out[i] = base[i] ** exponent[i]
-
-
-@njit(fastmath=True, error_model="numpy")
-def _own_power(base, exponent, out):
-    for i in range(out.size):
-        out[i] = power(base[i], exponent[i])
-
-
-def _powers(library, repetitions: int) -> str:
-    """Measure a power alone, which is what n = 1.3 costs beyond CDR."""
-    rng = np.random.default_rng(SEED)
-    base, exponent, out = rng.uniform(0.1, 20.0, MOST), np.full(MOST, EXPONENT / 2), np.empty(MOST)
-    pointers = [array.ctypes.data for array in (base, exponent, out)]
-    library.powers.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_long]
-    functions = {
-        "ours": lambda: _own_power(base, exponent, out),
-        "numba": lambda: _power(base, exponent, out),
-        "c": lambda: library.powers(*pointers, MOST),
-    }
-    timed = interleaved(functions, repetitions)
-    ours, numba, c = (timed[name].best * 1e9 / MOST for name in functions)
-    return (
-        f"A power alone, which n = 1.3 needs in each step, takes {ours:.1f} ns by the kernel's polynomials,"
-        f" {c:.1f} ns in C, by glibc's libmvec, and {numba:.1f} ns by numba's own, which takes one at a time."
     )
 
 

@@ -1,6 +1,6 @@
 """The same walls by other means: a C loop, OpenSeesPy, SciPy, and a plain numba loop over one history at a time.
 
-Everything is dimensionless, as in rockdamp.kernels.
+Everything is dimensionless, as in rockdamp.solvers.newmark_kernel.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from rockdamp import Damping, TrilinearCurve, kernels
+from rockdamp import Damping, TrilinearCurve
 from rockdamp.mechanics.half_cycle_loss import normalisation
+from rockdamp.solvers.newmark_kernel import LANES
 
 SOURCE = Path(__file__).with_name("scheme.c")
 FLAGS = ("-O3", "-march=native", "-ffast-math")
@@ -77,7 +78,7 @@ class CLoop:
     def __init__(self, library: ctypes.CDLL, batch: Any) -> None:
         self.march = getattr(library, f"march_{batch.model}")
         self.march.argtypes = [ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p] + [ctypes.c_long] * 3
-        self.batch, self.blocks = batch, -(-batch.lanes // kernels.LANES)
+        self.batch, self.blocks = batch, -(-batch.lanes // LANES)
         self.ground = np.ascontiguousarray(batch.ground, dtype=float)
         self.start = self._pack()
         self.work = self.start.copy()
@@ -113,11 +114,11 @@ class CLoop:
             "c": c,
             "half_n": batch.exponent / 2,
         }
-        flat = np.zeros((len(C_ROWS), self.blocks * kernels.LANES))
+        flat = np.zeros((len(C_ROWS), self.blocks * LANES))
         for row, name in enumerate(C_ROWS):
             flat[row, : batch.lanes] = rows.get(name, 0.0)
             flat[row, batch.lanes :] = flat[row, batch.lanes - 1]
-        return np.ascontiguousarray(flat.reshape(len(C_ROWS), self.blocks, kernels.LANES).swapaxes(0, 1))
+        return np.ascontiguousarray(flat.reshape(len(C_ROWS), self.blocks, LANES).swapaxes(0, 1))
 
     def run(self, threads: int = 1) -> None:
         """Run every block; threads take equal shares."""

@@ -1,6 +1,6 @@
 /* The kernel's schemes in C, for the comparison alone: explicit Newmark with located impacts, walls in blocks of LANES.
  *
- * One function for each damper, so that each computes only what it needs. Same observables as rockdamp.kernels: peak,
+ * One function for each damper, so that each computes only what it needs. Same observables as rockdamp.solvers.newmark_kernel: peak,
  * its step, crossings of x = 0, collapse beyond a3. Dimensionless; compiled with -O3 -march=native -ffast-math.
  */
 #include <math.h>
@@ -129,9 +129,3 @@ MARCH(SDR)
 MARCH(ECD)
 MARCH(ECD16)
 MARCH(POWER)
-
-/* A power alone, for the part of it in the general exponent. */
-void powers(const double *restrict base, const double *restrict exponent, double *restrict out, long n)
-{
-    for (long i = 0; i < n; i++) out[i] = pow(base[i], exponent[i]);
-}
