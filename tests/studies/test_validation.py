@@ -12,7 +12,7 @@ from repository import ROOT
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import half_cycles
-from rockdamp.histories.under_a_record import respond
+from rockdamp.histories.measured_test import computed_response
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, ricker, synthetic_record
@@ -133,7 +133,7 @@ def test_a_fit_is_not_used_outside_its_range(equivalence):
 
 def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     curve = TrilinearCurve(0.03, 0.80)
-    response = respond(record, WALL, curve, Damping.cr(0.835), 0.005)
+    response = computed_response(record, WALL, curve, Damping.cr(0.835), 0.005)
     exact = history(
         curve,
         Damping.cr(0.835),
@@ -141,7 +141,7 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
         load=float(WALL.load_factor) * record.ground_acceleration,
         load_step=P / SAMPLING,
     )
-    coarse = respond(record, WALL, curve, Damping.cr(0.835), 0.01)
+    coarse = computed_response(record, WALL, curve, Damping.cr(0.835), 0.01)
     error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))
     # Second order: halving the step must take off the better part of the error, down to a small part of the peak.
     assert error < 0.5 * coarser
@@ -150,7 +150,7 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
 
 def test_a_step_that_is_no_number_above_zero_is_refused(record):
     with pytest.raises(InputError, match="step is 0"):
-        respond(record, WALL, TrilinearCurve(0.03, 0.8), Damping.cr(0.8), 0.0)
+        computed_response(record, WALL, TrilinearCurve(0.03, 0.8), Damping.cr(0.8), 0.0)
 
 
 # --- the comparison

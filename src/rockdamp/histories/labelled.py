@@ -18,10 +18,11 @@ from rockdamp import plausibility
 from rockdamp.arguments import broadcast, instance, number, quantity, whole
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, require
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import OUTCOMES, Histories, Response
 from rockdamp.storage.dataset import ATTRIBUTES
@@ -151,20 +152,13 @@ def respond(
     """
     instance("wall", wall, Wall, Parapet)
     instance("record", record, Record)
-    motion = followed_by_rest(record.ground_acceleration, record.step, tail)
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
+    forcing = Forcing.of(batch.wall or wall, record, batch.values["scale_factor"], rest=tail)
+    motion = forcing.ground_acceleration
     _warn_of_motion(motion, batch.values["scale_factor"])
-    substeps = batch.steps_within(record.step, step, motion.size - 1)
-    response = solve(
-        batch.curve,
-        batch.damping,
-        step=batch.frequency * record.step / substeps,
-        steps=substeps * (motion.size - 1),
-        load_factor=batch.load_factor * batch.values["scale_factor"],
-        ground_acceleration=motion,
-        substeps=substeps,
-        store_every=substeps if histories else None,
-    )
+    substeps = batch.steps_within(record.step, step, forcing.intervals)
+    every = substeps if histories else None
+    response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(_described)
@@ -195,8 +189,6 @@ class _Batch:
         The further parameters, an element for each lane.
     frequency, u_ins : ndarray
         p and u_ins, an element for each lane; 1 without a wall. [rad s-1], [m]
-    load_factor : ndarray
-        The wall's, an element for each lane; 0 without a wall. [s2 m-1]
     """
 
     def __init__(
@@ -226,7 +218,6 @@ class _Batch:
         self.values = {name: lanes[name] for name in others}
         self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
-        self.load_factor = np.zeros(()) if self.wall is None else np.asarray(self.wall.load_factor)
 
     def steps_within(self, spacing: float, step: float | None, times: int) -> int:
         """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau.

@@ -13,7 +13,7 @@ from rockdamp.arguments import number
 from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import LEAST, half_cycles
 from rockdamp.histories.labelled import FINEST, MOST_STEPS, STEP, free_decay, respond
-from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall

@@ -11,7 +11,7 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError
-from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import SEARCHED, Candidate

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -130,13 +131,8 @@ class Run:
         return solve(self.curve, damping, store_every=1, **self._forced())
 
     def _forced(self) -> Options:
-        ground = followed_by_rest(self.pulse, self.step, self.tail)
-        return {
-            "load_factor": float(self.curve.plateau_ratio) * self.load[:, None],
-            "ground_acceleration": ground,
-            "step": self.step,
-            "steps": ground.size - 1,
-        }
+        pulse = followed_by_rest(self.pulse, self.step, self.tail)
+        return Forcing(pulse, self.step, float(self.curve.plateau_ratio) * self.load[:, None]).newmark()
 
 
 def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:

@@ -14,13 +14,13 @@ from rockdamp.config import Config
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
-from rockdamp.histories.under_a_record import (
+from rockdamp.histories.measured_test import (
+    computed_response,
     decay_start,
     free_phase_start,
     made_by,
     measured_displacement,
     record_attributes,
-    respond,
     rest_samples,
 )
 from rockdamp.mechanics.damping import Damping
@@ -124,7 +124,7 @@ def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: R
     runs = []
     for model in MODELS:
         damping = Damping.of(model, restitution=e, damping_ratio=ratios.get(model))
-        response = respond(record, wall, curve, damping, given.step)
+        response = computed_response(record, wall, curve, damping, given.step)
         runs.append(_compare(record.elapsed, response, u_ins, measured, decay, free, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}
     peak = float(np.abs(measured).max())
