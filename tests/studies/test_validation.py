@@ -15,11 +15,12 @@ from rockdamp.histories.half_cycles import half_cycles
 from rockdamp.histories.measured_test import computed_response
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, ricker, synthetic_record
+from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.response import Histories
 from rockdamp.studies.validation import _compare, compared, damping_ratios, validate
+from rockdamp.synthetic.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)

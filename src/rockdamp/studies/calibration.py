@@ -66,7 +66,7 @@ def calibrate(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> from rockdamp.motions.experimental_style import synthetic_record
+    >>> from rockdamp.synthetic.experimental_style import synthetic_record
     >>> wall = rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57, overburden_ratio=6.2)
     >>> fit = rd.calibrate(synthetic_record(restitution=0.845), wall)
     >>> float(fit.estimate.sel(parameter="restitution").round(3))

@@ -21,7 +21,7 @@ from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.experimental_style import ricker
+from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
