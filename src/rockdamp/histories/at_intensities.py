@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
-from rockdamp.histories.forcing import Forcing
-from rockdamp.histories.labelled import MOST_STEPS
+from rockdamp.histories.forcing import Forcing, require_affordable
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -69,7 +67,8 @@ def peaks_and_collapses(
     sampling, load_factor = spread(forcing.sampling), np.broadcast_to(forcing.load_factor, (factor.shape[1], *count))
     substeps = substeps_of(sampling * curve.initial_frequency, step)
     peak, collapsed = (np.empty((*count, factor.shape[1], len(dampings)), dtype=kind) for kind in (float, bool))
-    _require_affordable(int(substeps.max()) * forcing.intervals, float(np.max(wall.frequency_parameter)))
+    cause = f"p is {np.max(wall.frequency_parameter):.3g} rad/s (the wall may be far smaller than is meant)"
+    require_affordable(int(substeps.max()) * forcing.intervals, cause)
     # Walls that need equally many steps between two samples are one batch. Its first dimension is the intensities: then
     # neighbouring lanes, a block of the kernel, collapse together, and the kernel leaves a block that has collapsed.
     for many in np.unique(substeps).tolist():
@@ -93,11 +92,3 @@ def substeps_of(sampling: ArrayLike, step: float) -> NDArray[np.int64]:
     """
     needed = np.asarray(sampling, dtype=float) / step
     return SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)
-
-
-def _require_affordable(steps: int, frequency: float) -> None:
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"a history would take {steps:.3g} steps of the solver; they must be at most {MOST_STEPS:.3g} (p is"
-            f" {frequency:.3g} rad/s: the wall may be far smaller than is meant)"
-        )

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
+from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.response import Options
 
+MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
 
 
@@ -72,3 +74,10 @@ class Forcing:
     def event_driven(self) -> Load:
         """Return the arguments of `event_driven.history`, for one wall and one factor."""
         return {"load": self.load_factor * self.ground_acceleration, "load_step": float(self.sampling)}
+
+
+def require_affordable(steps: float, cause: str) -> None:
+    """Raise `InputError` where a history takes more than `MOST_STEPS`; the cause reads as "length is 1e12"."""
+    if not steps <= MOST_STEPS:
+        allowed = f"they must be at most {MOST_STEPS:.3g}"
+        raise InputError(f"{cause}, and the history would take {steps:.3g} steps of the solver; {allowed}")

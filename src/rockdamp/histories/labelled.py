@@ -18,7 +18,7 @@ from rockdamp import plausibility
 from rockdamp.arguments import broadcast, instance, number, quantity, whole
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, require
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.forcing import MOST_STEPS, Forcing, require_affordable
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -28,7 +28,6 @@ from rockdamp.solvers.response import OUTCOMES, Histories, Response
 from rockdamp.storage.dataset import ATTRIBUTES
 from rockdamp.storage.registry import registry
 
-MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 LENGTH = 30.0  # in tau: half a dozen impacts and more
@@ -231,11 +230,7 @@ class _Batch:
         require(np.greater(longest, 0), "step", longest, "greater than 0")
         with np.errstate(over="ignore"):
             between = np.max(self.frequency * spacing / longest, initial=0.0) * (1 - 1e-12)
-        if not between * times <= MOST_STEPS:
-            raise InputError(
-                f"the history would take {float(between) * times:.3g} steps of the solver, by its length and step; they"
-                f" must be at most {MOST_STEPS:.3g}"
-            )
+        require_affordable(float(between) * times, f"the length is {spacing * times:g}")
         return max(int(np.ceil(between)), 1)
 
     def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
@@ -295,10 +290,13 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
 
 
 def _described(history: xr.Dataset) -> xr.Dataset:
-    """Add units and meaning from the registry; what is measured in time or length has its own entry with a wall."""
+    """Describe a history; with a wall, times and lengths have entries of their own."""
     texts = registry()["common"] | registry()["history"]["common"]
-    texts |= registry()["history"]["with_wall"] if "peak_displacement" in history else {}
-    for name in map(str, history.variables):
-        if name in texts:
-            history[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
-    return history
+    return described(history, texts | registry()["history"]["with_wall"] if "peak_displacement" in history else texts)
+
+
+def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]]) -> xr.Dataset:
+    """Add units and meaning to the variables that have an entry of the registry."""
+    for name in texts.keys() & set(map(str, dataset.variables)):
+        dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
+    return dataset

@@ -1,4 +1,4 @@
-"""How far the equivalent damping ratio depends on the amplitude, for each damper, by three measures of equivalence.
+"""Dependence of the equivalent damping ratio on the amplitude, for each damper, by three measures of equivalence.
 
 Peaks: over the half cycle after the release the damper loses exactly what an impact takes, V(x1) = e^2 V(x0).
 Err: Eq. (17). Closed form: first order in the loss; and with the energy in the middle of the half cycle, second order
@@ -100,14 +100,14 @@ def dispersion(config: Config) -> xr.Dataset:
     """
     given = DispersionSettings.of(config)
     curves = groups(given.dispersion, given.plateau_ratio, given.plateau_ratio_beyond)
-    parts = [_compare(group, given) for group in curves]
+    parts = [_measured(group, given) for group in curves]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     best = exponent_map(given.dispersion.map, given.dispersion.release_share, given.dispersion.ultimate_ratio)
     return dataset.merge(best).assign_coords(window=given.matching.window)
 
 
-def _compare(group: Group, given: DispersionSettings) -> xr.Dataset:
-    """All measures for the curves of a group."""
+def _measured(group: Group, given: DispersionSettings) -> xr.Dataset:
+    """Return all measures for the curves of a group."""
     share, restitution = given.dispersion.release_share, given.dispersion.restitution
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)

@@ -1,4 +1,4 @@
-"""What the bi-linear curve makes of the displacement demand: section 3, in pairs with the tri-linear curve.
+"""The displacement demand with the bi-linear curve: section 3, in pairs with the tri-linear curve.
 
 The same wall with the same e is put under the same pulses and earthquake records. The nearly rigid curve of Fig. 4a
 stands for the bi-linear law.

@@ -152,7 +152,7 @@ def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
 @pytest.mark.no_cover
 def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(config, study):
     few = {**config, "natural": {**config["natural"], "check": {"histories": 60, "seed": 1}}}
-    found = event_driven_check.check(few, study)
+    found = event_driven_check.check_earthquakes(few, study)
     dataset.check(found, "natural_check")
     assert set(found["damping_model"].values) == set(MODELS)
     counts = dict(zip(found["stratum"].values.tolist(), found["checked_count"].values.tolist(), strict=True))

@@ -105,7 +105,7 @@ def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -
 
 
 def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
-    """What each stratum's histories say: how many end otherwise, and how far the peaks are off where both stand."""
+    """Count, in each stratum, the histories that end otherwise, and measure the error of the peaks where both stand."""
     of = {str(name): checked[name].values for name in checked.data_vars}
     same = of["collapsed"] == of["exact_collapsed"]
     stand = same & (of["collapsed"] == 0)
@@ -129,7 +129,7 @@ def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
     return columns
 
 
-def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
+def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """Solve a stratified sample of the histories again, event by event.
 
     Parameters
@@ -176,7 +176,7 @@ def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
 
 
 def _once(shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Which histories of shape (*BY_DAMPER) count: restitution's is the same for every source of a damping ratio."""
+    """Mark the histories, shape (*BY_DAMPER), that count: restitution's is the same for every source of a ratio."""
     once = np.ones(shape, dtype=bool)
     once[..., MODELS.index(REFERENCE), 1:] = False
     return once

@@ -24,7 +24,7 @@ from rockdamp.studies.earthquakes.settings import PARAMETERS, PopulationCheckSet
 HISTORY = ("wall", "record", "intensity", "damping_model")
 
 
-def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """Solve a stratified sample of the population's histories again, event by event.
 
     Parameters
@@ -37,7 +37,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `event_driven_check.check`, without bounds: each history of a population is run at one step.
+        As `check_earthquakes`, without bounds: each history of a population is run at one step.
     """
     given = PopulationCheckSettings.of(config)
     sample = draw([partial(_members, share) for share in shares], given.histories, given.seed)
