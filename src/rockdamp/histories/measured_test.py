@@ -29,7 +29,7 @@ def record_attributes(record: Record) -> dict[str, str]:
 
 
 def made_by(record: Record) -> str:
-    """What lost the energy of a record, as its header says; "measured" where it is no synthetic one."""
+    """Return the damper that a synthetic record's header states, or "measured" for a record that is none."""
     if not record.synthetic:
         return "measured"
     degrading = float(record.header.get("generator_cracked_stiffness_growth", "0")) > 0

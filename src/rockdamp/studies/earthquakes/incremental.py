@@ -155,7 +155,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
 
 @dataclass(frozen=True)
 class _Study:
-    """What the records of a job share."""
+    """The walls, e and damping ratios that the records of a job share."""
 
     given: EarthquakeRecordSettings
     restitution: Array
@@ -216,7 +216,7 @@ class _Study:
         )
 
     def _load(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:
-        """How strong a record is for a wall; arrays over the scales, and one for the wall."""
+        """Return the strength of a record for a wall; arrays over the scales, and one for the wall."""
         factor, p = self._factor(named, intensity), float(named.wall.frequency_parameter)
         yields = float(named.curve.plateau_ratio) * p * float(named.wall.velocity_scale)
         w1 = p * float(named.curve.initial_frequency)
