@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rockdamp.motions.experimental_style import PULSE_CENTRE, PULSE_PEAK, synthetic_record, table_pulse
+from rockdamp.motions.pulse_shapes import table_pulse
+from rockdamp.synthetic.experimental_style import PULSE_CENTRE, PULSE_PEAK, synthetic_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 FILE = Path(__file__).resolve().parents[1] / "examples/my-test-raw.csv"

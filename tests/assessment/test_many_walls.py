@@ -73,7 +73,7 @@ def test_a_wall_that_the_solver_refuses_stops_no_other(rows, found, motions, mon
 
 
 def test_a_wall_that_would_run_for_ever_is_refused(motions):
-    with pytest.raises(rd.InputError, match="a history would take .* steps of the solver; they must be at most"):
+    with pytest.raises(rd.InputError, match="the history would take .* steps of the solver; they must be at most"):
         rd.assess(rd.Wall(1e-9, 1e-8), rd.TrilinearCurve.preset("new"), motions, pgv=0.4, restitution=0.85)
 
 

@@ -14,7 +14,7 @@ import yaml
 from published_models import PUBLISHED
 from repository import ROOT
 
-from rockdamp.histories.under_a_record import made_by
+from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import read_record
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset

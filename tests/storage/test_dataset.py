@@ -145,7 +145,6 @@ def test_every_registered_variable_has_a_unit_and_a_meaning():
 TWO_UNITS = {  # over u_ins, and in metres once the wall has a size
     "displacement",
     "velocity",
-    "peak_displacement",  # of natural.nc, peak_ratio under its old name for this release
 }
 
 

@@ -2,6 +2,7 @@
 
 import re
 
+import dispersion_table
 import numpy as np
 import pytest
 import yaml
@@ -188,8 +189,8 @@ def test_the_table_of_the_page_is_that_of_the_built_dataset():
     path = ROOT / "results/dispersion.nc"
     if not path.exists():
         pytest.skip("results/dispersion.nc is not built")
-    page = (ROOT / "docs/theory.md").read_text("utf-8").split("<!-- python -m rockdamp.studies.amplitude_dispersion")[1]
-    shown, built = page.split("-->")[1].split("<!--")[0], "\n".join(amplitude_dispersion.table(dataset.open(path)))
+    page = (ROOT / "docs/theory.md").read_text("utf-8").split("<!-- python tools/dispersion_table.py")[1]
+    shown, built = page.split("-->")[1].split("<!--")[0], "\n".join(dispersion_table.table(dataset.open(path)))
     number = re.compile(r"[-+]?\d+\.\d")
     assert number.sub("x", shown).strip() == number.sub("x", built)
     # Another processor's rounding moves xi by parts in 100 000, which may turn a last digit.
@@ -198,7 +199,7 @@ def test_the_table_of_the_page_is_that_of_the_built_dataset():
 
 
 def test_the_table_holds_a_row_for_each_damper_and_the_largest_differences(found):
-    lines = amplitude_dispersion.table(found)
+    lines = dispersion_table.table(found)
     assert [line.split("|")[1].strip() for line in lines[2:]] == [
         "best n" if model == "POWER" else model for model in found["damping_model"].values
     ]

@@ -12,14 +12,15 @@ from repository import ROOT
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import half_cycles
-from rockdamp.histories.under_a_record import respond
+from rockdamp.histories.measured_test import computed_response
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, ricker, synthetic_record
+from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.response import Histories
-from rockdamp.studies.validation import _compare, compared, damping_ratios, validate
+from rockdamp.studies.validation import _misfits, compared, damping_ratios, validate
+from rockdamp.synthetic.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
@@ -133,7 +134,7 @@ def test_a_fit_is_not_used_outside_its_range(equivalence):
 
 def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     curve = TrilinearCurve(0.03, 0.80)
-    response = respond(record, WALL, curve, Damping.cr(0.835), 0.005)
+    response = computed_response(record, WALL, curve, Damping.cr(0.835), 0.005)
     exact = history(
         curve,
         Damping.cr(0.835),
@@ -141,7 +142,7 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
         load=float(WALL.load_factor) * record.ground_acceleration,
         load_step=P / SAMPLING,
     )
-    coarse = respond(record, WALL, curve, Damping.cr(0.835), 0.01)
+    coarse = computed_response(record, WALL, curve, Damping.cr(0.835), 0.01)
     error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))
     # Second order: halving the step must take off the better part of the error, down to a small part of the peak.
     assert error < 0.5 * coarser
@@ -150,7 +151,7 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
 
 def test_a_step_that_is_no_number_above_zero_is_refused(record):
     with pytest.raises(InputError, match="step is 0"):
-        respond(record, WALL, TrilinearCurve(0.03, 0.8), Damping.cr(0.8), 0.0)
+        computed_response(record, WALL, TrilinearCurve(0.03, 0.8), Damping.cr(0.8), 0.0)
 
 
 # --- the comparison
@@ -193,7 +194,7 @@ def test_a_decay_under_a_side_lobe_is_not_called_free(result):
         assert result[name].isnull().all()
 
 
-def test_every_model_is_compared_over_the_same_half_cycles_of_a_decay(result):
+def test_every_model_is_misfitsd_over_the_same_half_cycles_of_a_decay(result):
     assert list(result["damping_model"].values) == list(MODELS)
     assert float(result["free_phase_start"]) > PULSE_CENTRE
     assert result.sizes["half_cycle"] >= 6
@@ -263,7 +264,7 @@ def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_abo
     none = np.zeros(())
     response = Histories(none, none, np.array(0.02 / U_INS), none, none, decay(stretch) / U_INS, 0 * elapsed)
     halves, free = half_cycles(elapsed, measured, 0.001)[slice(1, 9)], np.ones(8, dtype=bool)
-    found = _compare(elapsed, response, U_INS, measured, halves, free, 0)
+    found = _misfits(elapsed, response, U_INS, measured, halves, free, 0)
     assert found["period_drift"][1] == pytest.approx(stretch - 1, abs=2e-4)
     assert found["decay_peak_ratio"][1] == pytest.approx(1.0, abs=2e-3)
     assert found["log_decrement"][1] == pytest.approx(-np.log(0.8) / 2, rel=1e-2)
@@ -281,7 +282,7 @@ def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equiva
     assert np.isnan(one["displacement"][-1]) and not np.isnan(one["displacement"][0])
 
 
-def test_a_record_that_cannot_be_compared_says_why(config, record, equivalence):
+def test_a_record_that_cannot_be_misfitsd_says_why(config, record, equivalence):
     with pytest.raises(InputError, match="no column displacement_m"):
         validated(config, replace(record, displacement=None), equivalence)
 
@@ -307,7 +308,7 @@ def rungs(config):
     return {path.stem: read_record(path) for path in paths}
 
 
-def test_a_ladder_is_compared_record_by_record_in_place_of_a_synthetic_one(config, record, rungs, equivalence):
+def test_a_ladder_is_misfitsd_record_by_record_in_place_of_a_synthetic_one(config, record, rungs, equivalence):
     whole = validate(config, record, rungs, equivalence)
     assert list(whole["record"].values) == list(rungs)
     assert set(whole["record_made_by"].values) == {"CR"}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rockdamp import progress
 from rockdamp.arrays import Array
-from rockdamp.histories.at_intensities import ends
+from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -93,14 +93,14 @@ def collapses(
     """
     levels = [intensity_measures(motion.record) for motion in motions]
     own = np.array([MEASURES[measure](level) for level in levels])
-    stripe = velocity_scale(wall)[:, None] * STRIPES
+    stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
     stripe = stripe * np.median(own / [level.pgv for level in levels])
     walls = np.broadcast_shapes(stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings))[0]
     asked = np.broadcast_to(intensity, (walls, intensity.size))
     wanted = np.concatenate([asked, np.broadcast_to(stripe, (walls, STRIPES.size))], axis=1)
     peak, collapsed = [], []
     for motion, level in zip(track(motions), own, strict=True):
-        of_record = ends(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
+        of_record = peaks_and_collapses(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
         peak.append(np.where(of_record[1], np.nan, of_record[0])[:, : intensity.size])
         collapsed.append(of_record[1])
@@ -115,8 +115,3 @@ def collapses(
         fell[..., : intensity.size],
         fell[..., intensity.size :],
     )
-
-
-def velocity_scale(wall: Wall | Parapet) -> Array:
-    """Return p u_ins/lambda, which makes a peak ground velocity dimensionless; shape (walls,). [m s-1]"""
-    return np.atleast_1d(1 / np.abs(wall.load_factor * wall.frequency_parameter))

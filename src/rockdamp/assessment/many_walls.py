@@ -44,7 +44,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Answer:
-    """What was found of one wall; arrays have the shape (damping models,) of `MODELS` first.
+    """Results for one wall; arrays have the shape (damping models,) of `MODELS` first.
 
     Attributes
     ----------

@@ -16,13 +16,14 @@ from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
 from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 from rockdamp.errors import InputError, require
+from rockdamp.histories.labelled import described
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.statistics.fragility import Fragility, fit_fragility, fit_resampled, interval, resample
 from rockdamp.statistics.proportion import effective_count, wilson
-from rockdamp.storage.dataset import ATTRIBUTES, variables
+from rockdamp.storage.dataset import variables
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
@@ -104,7 +105,7 @@ def assess(
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
     )
-    return described(answer, "assessment").assign_attrs(
+    return described(answer, variables("assessment")).assign_attrs(
         title="Collapse of one wall under records",
         intensity_measure=measure,
         restitution_reason=reason,
@@ -170,21 +171,13 @@ def lognormal(counted: Collapses) -> Fragility:
     return Fragility(whole.median * _unit(counted)[:, None], whole.dispersion)
 
 
-def described(dataset: xr.Dataset, kind: str) -> xr.Dataset:
-    """Add units and meaning from the registry."""
-    texts = variables(kind)
-    for name in map(str, dataset.variables):
-        dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
-    return dataset
-
-
 def _unit(counted: Collapses) -> Array:
-    """What a stripe of `STRIPES` is multiplied by; shape (walls,)."""
+    """Return the factor on `STRIPES` of each wall; shape (walls,)."""
     return np.asarray(counted.stripe[:, 0] / STRIPES[0])
 
 
 def _dataset(counted: Collapses, dampings: Sequence[Damping], groups: Sequence[str]) -> xr.Dataset:
-    """What one wall's collapses say."""
+    """Make the dataset of one wall's collapses."""
     name = counted.measure.lower()
     fell, stripes = counted.collapsed[0], counted.stripe_collapsed[0].transpose(1, 0, 2)  # the latter by record first
     whole, drawn = fit_resampled(STRIPES, stripes, 1, resample(groups, REPLICATES, SEED))

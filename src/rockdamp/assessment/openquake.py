@@ -1,4 +1,4 @@
-"""What is known of a wall's, of many walls' or of a population's collapse, as functions of fragility for OpenQuake."""
+"""Functions of fragility for OpenQuake, of a wall and of the population."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which coefficient of restitution a wall is given where none is stated, and why."""
+"""Rules for the coefficient of restitution of a wall for which none is stated."""
 
 from __future__ import annotations
 

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
-from rockdamp.histories.labelled import MOST_STEPS
+from rockdamp.histories.forcing import Forcing, require_affordable
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 
 SUBSTEPS_BASE = 2  # substeps are powers of it, so that what a wall does depends on no other wall
 
 
-def ends(
+def peaks_and_collapses(
     record: Record,
     wall: Wall | Parapet,
     curve: TrilinearCurve,
@@ -61,28 +62,21 @@ def ends(
     shapes = [damping.shape for damping in dampings]
     count = np.broadcast_shapes(np.shape(wall.load_factor), curve.shape, *shapes, factor.shape[:1], (1,))
     spread = partial(np.broadcast_to, shape=count)
-    frequency, load, curve = spread(wall.frequency_parameter), spread(wall.load_factor), curve.map(spread)
-    factor = np.broadcast_to(factor, (*count, factor.shape[1]))
-    ground = followed_by_rest(record.ground_acceleration, record.step, tail)
-    sampling = frequency * record.step
+    curve = curve.map(spread)
+    forcing = Forcing.of(wall, record, factor.T, rest=tail)
+    sampling, load_factor = spread(forcing.sampling), np.broadcast_to(forcing.load_factor, (factor.shape[1], *count))
     substeps = substeps_of(sampling * curve.initial_frequency, step)
-    peak, collapsed = (np.empty((*factor.shape, len(dampings)), dtype=kind) for kind in (float, bool))
-    _require_affordable(int(substeps.max()) * (ground.size - 1), float(frequency.max()))
-    for many in np.unique(substeps):
-        some = np.flatnonzero(substeps == many)
-        # The intensities come first: where all walls of a block have collapsed, the kernel leaves it.
-        loads = load[some] * factor[some].T
+    peak, collapsed = (np.empty((*count, factor.shape[1], len(dampings)), dtype=kind) for kind in (float, bool))
+    cause = f"p is {np.max(wall.frequency_parameter):.3g} rad/s (the wall may be far smaller than is meant)"
+    require_affordable(int(substeps.max()) * forcing.intervals, cause)
+    # Walls that need equally many steps between two samples are one batch. Its first dimension is the intensities: then
+    # neighbouring lanes, a block of the kernel, collapse together, and the kernel leaves a block that has collapsed.
+    for many in np.unique(substeps).tolist():
+        walls = np.flatnonzero(substeps == many)
+        alike = replace(forcing, sampling=sampling[walls], load_factor=load_factor[:, walls]).newmark(many)
         for column, damping in enumerate(dampings):
-            response = solve(
-                curve.map(lambda parameter, some=some: parameter[some]),  # type: ignore[misc]
-                damping.map(lambda parameter, some=some: spread(parameter)[some]),  # type: ignore[misc]
-                step=sampling[some] / many,
-                steps=int(many) * (ground.size - 1),
-                load_factor=loads,
-                ground_acceleration=ground,
-                substeps=int(many),
-            )
-            peak[some, :, column], collapsed[some, :, column] = response.peak.T, (response.outcome == COLLAPSED).T
+            response = solve(curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), **alike)
+            peak[walls, :, column], collapsed[walls, :, column] = response.peak.T, (response.outcome == COLLAPSED).T
     return peak, collapsed
 
 
@@ -98,11 +92,3 @@ def substeps_of(sampling: ArrayLike, step: float) -> NDArray[np.int64]:
     """
     needed = np.asarray(sampling, dtype=float) / step
     return SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)
-
-
-def _require_affordable(steps: int, frequency: float) -> None:
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"a history would take {steps:.3g} steps of the solver; they must be at most {MOST_STEPS:.3g} (p is"
-            f" {frequency:.3g} rad/s: the wall may be far smaller than is meant)"
-        )

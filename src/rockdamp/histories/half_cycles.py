@@ -1,4 +1,4 @@
-"""Where a stored history passes zero and where it turns, and its half cycles: excursions between crossings of zero."""
+"""Crossings of zero and turns of a stored history, and its half cycles: the excursions between crossings."""
 
 from __future__ import annotations
 

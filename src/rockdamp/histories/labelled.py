@@ -18,16 +18,16 @@ from rockdamp import plausibility
 from rockdamp.arguments import broadcast, instance, number, quantity, whole
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, require
+from rockdamp.histories.forcing import MOST_STEPS, Forcing, require_affordable
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import OUTCOMES, Histories, Response
 from rockdamp.storage.dataset import ATTRIBUTES
 from rockdamp.storage.registry import registry
 
-MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 LENGTH = 30.0  # in tau: half a dozen impacts and more
@@ -151,20 +151,13 @@ def respond(
     """
     instance("wall", wall, Wall, Parapet)
     instance("record", record, Record)
-    motion = followed_by_rest(record.ground_acceleration, record.step, tail)
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
+    forcing = Forcing.of(batch.wall or wall, record, batch.values["scale_factor"], rest=tail)
+    motion = forcing.ground_acceleration
     _warn_of_motion(motion, batch.values["scale_factor"])
-    substeps = batch.steps_within(record.step, step, motion.size - 1)
-    response = solve(
-        batch.curve,
-        batch.damping,
-        step=batch.frequency * record.step / substeps,
-        steps=substeps * (motion.size - 1),
-        load_factor=batch.load_factor * batch.values["scale_factor"],
-        ground_acceleration=motion,
-        substeps=substeps,
-        store_every=substeps if histories else None,
-    )
+    substeps = batch.steps_within(record.step, step, forcing.intervals)
+    every = substeps if histories else None
+    response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(_described)
@@ -195,8 +188,6 @@ class _Batch:
         The further parameters, an element for each lane.
     frequency, u_ins : ndarray
         p and u_ins, an element for each lane; 1 without a wall. [rad s-1], [m]
-    load_factor : ndarray
-        The wall's, an element for each lane; 0 without a wall. [s2 m-1]
     """
 
     def __init__(
@@ -226,7 +217,6 @@ class _Batch:
         self.values = {name: lanes[name] for name in others}
         self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
-        self.load_factor = np.zeros(()) if self.wall is None else np.asarray(self.wall.load_factor)
 
     def steps_within(self, spacing: float, step: float | None, times: int) -> int:
         """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau.
@@ -240,11 +230,7 @@ class _Batch:
         require(np.greater(longest, 0), "step", longest, "greater than 0")
         with np.errstate(over="ignore"):
             between = np.max(self.frequency * spacing / longest, initial=0.0) * (1 - 1e-12)
-        if not between * times <= MOST_STEPS:
-            raise InputError(
-                f"the history would take {float(between) * times:.3g} steps of the solver, by its length and step; they"
-                f" must be at most {MOST_STEPS:.3g}"
-            )
+        require_affordable(float(between) * times, f"the length is {spacing * times:g}")
         return max(int(np.ceil(between)), 1)
 
     def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
@@ -304,10 +290,13 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
 
 
 def _described(history: xr.Dataset) -> xr.Dataset:
-    """Add units and meaning from the registry; what is measured in time or length has its own entry with a wall."""
+    """Describe a history; with a wall, times and lengths have entries of their own."""
     texts = registry()["common"] | registry()["history"]["common"]
-    texts |= registry()["history"]["with_wall"] if "peak_displacement" in history else {}
-    for name in map(str, history.variables):
-        if name in texts:
-            history[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
-    return history
+    return described(history, texts | registry()["history"]["with_wall"] if "peak_displacement" in history else texts)
+
+
+def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]]) -> xr.Dataset:
+    """Add units and meaning to the variables that have an entry of the registry."""
+    for name in texts.keys() & set(map(str, dataset.variables)):
+        dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
+    return dataset

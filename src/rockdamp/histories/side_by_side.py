@@ -11,9 +11,10 @@ import xarray as xr
 from rockdamp import plausibility
 from rockdamp.arguments import number
 from rockdamp.errors import InputError, require
+from rockdamp.histories.forcing import require_affordable
 from rockdamp.histories.half_cycles import LEAST, half_cycles
-from rockdamp.histories.labelled import FINEST, MOST_STEPS, STEP, free_decay, respond
-from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.histories.labelled import FINEST, STEP, free_decay, respond
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -70,11 +71,13 @@ def decays(
     require(length > 0, "length", length, "greater than 0 (in tau)")
     a3 = float(curve.ultimate_ratio)
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, "greater than 0 and less than a3")
-    steps = _affordable("length", float(length), float(length), curve)
+    steps = length / float(np.minimum(STEP, FINEST * stable_step(curve)))
+    require_affordable(steps, f"length is {length:g}")
+    points = max(int(np.ceil(steps)), 1) + 1
     _warn_of(dampings)
     with plausibility.as_meant():
         runs = [
-            free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=steps + 1)
+            free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=points)
             for damping in dampings
         ]
     histories = _side_by_side(runs, dampings, DECAY, curve).assign(release_amplitude=float(release_amplitude))
@@ -120,8 +123,6 @@ def responses(
         If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
     """
     scale, tail = number("scale", scale), number("tail", tail)
-    duration = float(record.elapsed[-1] - record.elapsed[0]) + max(float(tail), 0.0)
-    _affordable("tail", float(tail), float(wall.frequency_parameter) * duration, curve)
     _warn_of(dampings)
     pga = float(np.abs(record.ground_acceleration).max())
     if scale != 1:  # as it is, it was judged when it was read
@@ -174,17 +175,6 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
 def _warn_of(dampings: Sequence[Damping]) -> None:
     """Warn once of damping ratios that no wall has."""
     plausibility.warn(plausibility.of_damping([damping.parameters.get("damping_ratio", 0.0) for damping in dampings]))
-
-
-def _affordable(name: str, value: float, length: float, curve: TrilinearCurve) -> int:
-    """Return the number of steps that `length` in tau takes, or raise where it is too large."""
-    steps = length / float(np.minimum(STEP, FINEST * stable_step(curve)))
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"{name} is {value:g}, and the history would take {steps:.3g} steps of the solver; they must be at most"
-            f" {MOST_STEPS:.3g}"
-        )
-    return max(int(np.ceil(steps)), 1)
 
 
 def _side_by_side(

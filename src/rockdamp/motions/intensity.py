@@ -23,7 +23,7 @@ RESIDUAL = 0.1
 
 
 class IntensityMeasures(NamedTuple):
-    """How strong a ground motion is; peaks are those at the samples.
+    """Measures of the strength of a ground motion; peaks are those at the samples.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ _AT2_OTHER = re.compile(r"\b(?:VELOCITY|DISPLACEMENT)\b", re.IGNORECASE)
 
 
 class Parts(NamedTuple):
-    """What a file holds, in SI; as in `Record`."""
+    """The contents of a file in SI, as in `Record`."""
 
     elapsed: Array
     ground_acceleration: Array

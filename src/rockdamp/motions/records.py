@@ -94,7 +94,7 @@ class Record(ByValue):
 
     @property
     def synthetic(self) -> bool:
-        """Whether the record says that it was computed rather than measured; one that says nothing was measured."""
+        """True if the header says that the record was computed; without such a statement it was measured."""
         return ANSWERS[self.header.get("synthetic", "no")]
 
 

@@ -1,4 +1,4 @@
-"""What a sampled series must be: finite numbers at uniform times. Errors say at which sample, or on which line."""
+"""Check a sampled series: finite numbers at uniform times. Errors name the sample or the line."""
 
 from __future__ import annotations
 

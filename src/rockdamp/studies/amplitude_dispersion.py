@@ -1,4 +1,4 @@
-"""How far the equivalent damping ratio depends on the amplitude, for each damper, by three measures of equivalence.
+"""Dependence of the equivalent damping ratio on the amplitude, for each damper, by three measures of equivalence.
 
 Peaks: over the half cycle after the release the damper loses exactly what an impact takes, V(x1) = e^2 V(x0).
 Err: Eq. (17). Closed form: first order in the loss; and with the energy in the middle of the half cycle, second order
@@ -7,7 +7,6 @@ Err: Eq. (17). Closed form: first order in the loss; and with the energy in the 
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -100,14 +99,14 @@ def dispersion(config: Config) -> xr.Dataset:
     """
     given = DispersionSettings.of(config)
     curves = groups(given.dispersion, given.plateau_ratio, given.plateau_ratio_beyond)
-    parts = [_compare(group, given) for group in curves]
+    parts = [_measured(group, given) for group in curves]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     best = exponent_map(given.dispersion.map, given.dispersion.release_share, given.dispersion.ultimate_ratio)
     return dataset.merge(best).assign_coords(window=given.matching.window)
 
 
-def _compare(group: Group, given: DispersionSettings) -> xr.Dataset:
-    """All measures for the curves of a group."""
+def _measured(group: Group, given: DispersionSettings) -> xr.Dataset:
+    """Return all measures for the curves of a group."""
     share, restitution = given.dispersion.release_share, given.dispersion.restitution
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
@@ -285,46 +284,3 @@ def exponent_map(curves: CurveMap, share: Array, ultimate_ratio: float) -> xr.Da
             dims[2]: a1,
         },
     )
-
-
-# --- what it says ----------------------------------------------------------------------------------------------------
-
-
-def table(dataset: xr.Dataset) -> list[str]:
-    """Return, as a table in Markdown, each damper's spreads and the closed form's largest differences, in %.
-
-    Spreads are those of the middle e, over all curves; differences are the largest of either sign over curves and
-    amplitudes, one for each e.
-    """
-    e = dataset["restitution"].values
-    differences = {
-        "closed form less peaks": ("damping_ratio_energy", "damping_ratio_peaks"),
-        "middle energy less peaks": ("damping_ratio_middle", "damping_ratio_peaks"),
-        "closed form less Err": ("damping_ratio_energy", "damping_ratio"),
-        "middle energy less Err": ("damping_ratio_middle", "damping_ratio"),
-    }
-    head = ["model", *(f"spread, {name}" for name in ("closed form", "peaks", "Err")), *differences]
-    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for model in map(str, dataset["damping_model"].values):
-        of_model = dataset.sel(damping_model=model)
-        middle = of_model.isel(restitution=e.size // 2)
-        cells = ["best n" if model == BEST else model]
-        for source in ("energy", "peaks", "error"):
-            percent = 100 * middle[f"spread_{source}"].values
-            cells.append(f"{percent.min():.1f} to {percent.max():.1f}")
-        for first, second in differences.values():
-            difference = 100 * (of_model[first] / of_model[second] - 1)
-            cells.append(" / ".join(_largest(difference.isel(restitution=i).values) for i in range(e.size)))
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
-
-
-def _largest(percent: Array) -> str:
-    """Return the value furthest from zero, as text with its sign; a zero has none."""
-    text = f"{percent.ravel()[np.abs(percent).argmax()]:+.1f}"
-    return "0.0" if float(text) == 0 else text
-
-
-if __name__ == "__main__":
-    with xr.open_dataset(sys.argv[1]) as opened:
-        print("\n".join(table(opened)))

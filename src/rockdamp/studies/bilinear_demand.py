@@ -1,4 +1,4 @@
-"""What the bi-linear curve makes of the displacement demand: section 3, in pairs with the tri-linear curve.
+"""The displacement demand with the bi-linear curve: section 3, in pairs with the tri-linear curve.
 
 The same wall with the same e is put under the same pulses and earthquake records. The nearly rigid curve of Fig. 4a
 stands for the bi-linear law.
@@ -12,10 +12,10 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import BilinearSettings
-from rockdamp.histories.at_intensities import ends
+from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import followed_by_rest
@@ -75,31 +75,22 @@ def demand(config: Config) -> xr.Dataset:
 def _under_pulses(given: BilinearSettings, curves: TrilinearCurve, e: Damping, name: str) -> Array:
     """Peaks and collapses under one pulse, shape (2, curves, frequencies, loads)."""
     found = np.empty((2, *curves.shape, given.pulses.frequency.size, given.pulses.load.size))
-    each = curves.map(lambda parameter: parameter[:, None])
+    each, step = curves.map(lambda parameter: parameter[:, None]), given.pulses.step
     for column, frequency in enumerate(given.pulses.frequency):
-        ground = followed_by_rest(
-            pulse(name, float(frequency), given.pulses.step), given.pulses.step, given.pulses.tail
-        )
-        response = solve(
-            each,
-            e.map(lambda parameter: parameter[:, None]),
-            load_factor=float(given.curve.plateau_ratio) * given.pulses.load,
-            ground_acceleration=ground,
-            step=given.pulses.step,
-            steps=ground.size - 1,
-        )
+        load = followed_by_rest(pulse(name, float(frequency), step), step, given.pulses.tail)
+        forcing = Forcing(load, step, float(given.curve.plateau_ratio) * given.pulses.load)
+        response = solve(each, e.map(lambda parameter: parameter[:, None]), **forcing.newmark())
         found[:, :, column] = response.peak, response.outcome == COLLAPSED
     return found
 
 
 def _under_records(given: BilinearSettings, curves: TrilinearCurve, e: Damping) -> tuple[list[str], Array]:
     """Names of the records; peaks and collapses, shape (2, curves, records, scales)."""
-    unit = float(given.wall.frequency_parameter * given.wall.instability_displacement) / EXCITATION_FACTOR
     names, found = [], []
     for entry in track(catalogue.listing(given.records), "Bi-linear and tri-linear curve"):
         motion = catalogue.read(entry)
-        factor = given.scale * unit / intensity_measures(motion.record).pgv
-        ended = ends(motion.record, given.wall, curves, [e], factor, step=given.step, tail=given.tail)
+        factor = given.scale * given.wall.velocity_scale / intensity_measures(motion.record).pgv
+        ended = peaks_and_collapses(motion.record, given.wall, curves, [e], factor, step=given.step, tail=given.tail)
         names.append(motion.name)
         found.append(np.stack(ended)[..., 0])
     return names, np.stack(found, axis=2)

@@ -12,7 +12,7 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import CalibrationSettings
 from rockdamp.errors import InputError
-from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import SEARCHED, Candidate
@@ -66,7 +66,7 @@ def calibrate(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> from rockdamp.motions.experimental_style import synthetic_record
+    >>> from rockdamp.synthetic.experimental_style import synthetic_record
     >>> wall = rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57, overburden_ratio=6.2)
     >>> fit = rd.calibrate(synthetic_record(restitution=0.845), wall)
     >>> float(fit.estimate.sel(parameter="restitution").round(3))

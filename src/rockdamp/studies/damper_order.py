@@ -18,7 +18,7 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import DamperOrderSettings
 from rockdamp.histories.half_cycles import passes_zero, turns
-from rockdamp.histories.under_a_record import record_attributes, respond
+from rockdamp.histories.measured_test import computed_response, record_attributes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import Record
@@ -324,7 +324,7 @@ def _under_record(given: DamperOrderSettings, record: Record) -> xr.Dataset:
     dampers = _dampers(given, e)
 
     def run(damping: Damping) -> Histories:
-        return respond(record, wall, given.tested_curve, damping, given.tested_step)
+        return computed_response(record, wall, given.tested_curve, damping, given.tested_step)
 
     impact, histories = run(Damping.cr(e)), dampers.each(run)
     u_ins = float(wall.instability_displacement)

@@ -15,7 +15,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
-from rockdamp.histories.under_a_record import QUIET, measured_displacement, rest_samples
+from rockdamp.histories.measured_test import QUIET, measured_displacement, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall

@@ -18,10 +18,11 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import PulseSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.experimental_style import ricker
+from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
@@ -130,13 +131,8 @@ class Run:
         return solve(self.curve, damping, store_every=1, **self._forced())
 
     def _forced(self) -> Options:
-        ground = followed_by_rest(self.pulse, self.step, self.tail)
-        return {
-            "load_factor": float(self.curve.plateau_ratio) * self.load[:, None],
-            "ground_acceleration": ground,
-            "step": self.step,
-            "steps": ground.size - 1,
-        }
+        pulse = followed_by_rest(self.pulse, self.step, self.tail)
+        return Forcing(pulse, self.step, float(self.curve.plateau_ratio) * self.load[:, None]).newmark()
 
 
 def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:

@@ -15,13 +15,13 @@ from rockdamp.config.settings import ValidationSettings
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
-from rockdamp.histories.under_a_record import (
+from rockdamp.histories.measured_test import (
+    computed_response,
     decay_start,
     free_phase_start,
     made_by,
     measured_displacement,
     record_attributes,
-    respond,
     rest_samples,
 )
 from rockdamp.mechanics.damping import Damping
@@ -97,7 +97,7 @@ def compared(record: Record, ladder: Mapping[str, Record]) -> dict[str, Record]:
 
 
 def _attributes(records: Sequence[Record]) -> dict[str, str]:
-    """What the records say of themselves, each saying once; synthetic if any of them is."""
+    """Return the headers' statements on all records, each once; synthetic if any of them is."""
     stated = [record_attributes(one) for one in records]
     said = {key: "; ".join(dict.fromkeys(each[key] for each in stated)) for key in stated[0]}
     return {**said, "record_synthetic": "yes" if any(one.synthetic for one in records) else "no"}
@@ -124,8 +124,8 @@ def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: R
     runs = []
     for model in MODELS:
         damping = Damping.from_values(model, restitution=e, damping_ratio=ratios.get(model))
-        response = respond(record, wall, curve, damping, given.step)
-        runs.append(_compare(record.elapsed, response, u_ins, measured, decay, free, rest))
+        response = computed_response(record, wall, curve, damping, given.step)
+        runs.append(_misfits(record.elapsed, response, u_ins, measured, decay, free, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}
     peak = float(np.abs(measured).max())
     return xr.Dataset(
@@ -170,7 +170,7 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
 # --- one model against the measurement ------------------------------------------------------------------------------
 
 
-def _compare(
+def _misfits(
     elapsed: Array,
     response: Histories,
     u_ins: float,
@@ -179,7 +179,7 @@ def _compare(
     free: NDArray[np.bool_],
     rest: int,
 ) -> Mapping[str, tuple[tuple[str, ...], Any]]:
-    """Misfits of one response; NaN where the wall collapsed or a half cycle has no match. Values by name with dims."""
+    """Measure the misfits of one response; NaN where the wall collapsed or a half cycle has no match."""
     displacement = u_ins * response.displacement
     collapsed = int(response.outcome) == COLLAPSED
     peaks, times, durations = (np.full(decay.peak.size, np.nan) for _ in range(3))

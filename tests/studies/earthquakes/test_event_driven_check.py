@@ -116,7 +116,7 @@ def chosen(natural, monkeypatch):
 
     def draw(seed, **given):
         config["natural"]["check"] |= {"seed": seed, **given}
-        found = event_driven_check.check(config, natural)
+        found = event_driven_check.check_earthquakes(config, natural)
         return list(zip(*(found[name].values.tolist() for name in AT), strict=True)), found
 
     return draw

@@ -12,8 +12,10 @@ from rockdamp.config.earthquakes import EarthquakeRecordSettings
 from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.one_curve import equivalent
 from rockdamp.equivalence.polynomials import shipped
+from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.solvers.newmark import solve
 from rockdamp.storage import dataset
 from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -150,7 +152,7 @@ def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
 @pytest.mark.no_cover
 def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(config, study):
     few = {**config, "natural": {**config["natural"], "check": {"histories": 60, "seed": 1}}}
-    found = event_driven_check.check(few, study)
+    found = event_driven_check.check_earthquakes(few, study)
     dataset.check(found, "natural_check")
     assert set(found["damping_model"].values) == set(MODELS)
     counts = dict(zip(found["stratum"].values.tolist(), found["checked_count"].values.tolist(), strict=True))
@@ -184,8 +186,6 @@ def test_shares_of_the_records_change_nothing(config, walls):
 
 def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     """One history is run again, stored and summed up here."""
-    from rockdamp.mechanics.damping import Damping
-
     motion = catalogue.load_records(RECORDS)[0]
     section = config["natural"]["walls"][2]
     named, settings = make_named_wall(section), EarthquakeRecordSettings.of(config)
@@ -198,7 +198,8 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
     case = incremental.Case.of(wall, curve, motion.record, factor, **lengths)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
-    cr, damped = (case.histories(damper).displacement.ravel() for damper in dampers)
+    run = case.forcing.newmark(case.substeps)
+    cr, damped = (solve(curve, damper, store_every=1, **run).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
     peak = float(study.sel(at)["peak_ratio"].isel(scale=scale).sel(damping_model="CR")[0])

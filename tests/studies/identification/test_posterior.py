@@ -8,7 +8,6 @@ import pytest
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.motions.experimental_style import WALL
 from rockdamp.motions.records import read_record
 from rockdamp.studies.candidates import Candidate
 from rockdamp.studies.identification import importance, problem
@@ -18,6 +17,7 @@ from rockdamp.studies.identification.posterior import Draws, Sampler, diagnosed
 from rockdamp.studies.identification.prior import Prior
 from rockdamp.studies.identification.problem import Problem
 from rockdamp.studies.least_squares import Fit
+from rockdamp.synthetic.experimental_style import WALL
 from rockdamp.vocabulary import ANY_ORDER
 
 SHORT = Sampler(ensembles=4, walkers=32, burn_in=100, steps=100, rounds=3, effective=200, seed=7)

@@ -16,11 +16,11 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COMPLETED
+from rockdamp.studies.accuracy.ensemble import EXCITATIONS, fitted_order
 from rockdamp.studies.decays import step_count
 from rockdamp.vocabulary import MODELS
 
 SCHEMES = ("newmark", "paper")
-EXCITATIONS = ("free", "forced")
 
 
 @dataclass(frozen=True)
@@ -81,12 +81,11 @@ def orders(config: Config) -> xr.Dataset:
                 displacement = _histories(ensemble, MODELS[m], EXCITATIONS[x], scheme, coarsest, 2**k)
                 of_lane = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
                 error[s, x, m, k] = np.nanmedian(of_lane)
-    slope = np.polyfit(np.log(steps), np.log(error).reshape(-1, steps.size).T, 1)[0].reshape(shape[:-1])
     dims = ("scheme", "excitation", "damping_model")
     return xr.Dataset(
         {
             "solver_error": ((*dims, "step"), error),
-            "order": (dims, slope),
+            "order": (dims, fitted_order(steps, error)),
             "finest_order": (dims, np.log2(error[..., -2] / error[..., -1])),
         },
         coords={

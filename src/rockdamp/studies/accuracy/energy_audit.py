@@ -41,7 +41,7 @@ HALF_CYCLES = 6  # of which the loss is given in joules
 
 @dataclass(frozen=True)
 class Balance:
-    """Where the energy of histories is; every array has the histories' shape, time last. [-]
+    """The energy of histories and where it went; every array has the histories' shape, time last. [-]
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ def joules(wall: Wall | Parapet, energy: ArrayLike) -> Array:
 
 
 def lost_per_half_cycle(curve: TrilinearCurve, damping: Damping, x: Array, v: Array, step: float, count: int) -> Array:
-    """What one free history loses from each peak to the next, the first `count` of them; NaN where it has fewer. [-]
+    """Return the loss of one free history from each peak to the next, `count` values; NaN where it has fewer. [-]
 
     Eq. (13) for CR, whose half cycles hold one impact each, and Eq. (14) for dampers.
     """

@@ -1,4 +1,4 @@
-"""How precise the published damping ratios are: their stored bounds, and minima of Eq. (17) by the exact solver."""
+"""Precision of the published damping ratios: their stored bounds, and minima of Eq. (17) by the exact solver."""
 
 from __future__ import annotations
 

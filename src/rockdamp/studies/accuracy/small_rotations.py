@@ -1,4 +1,4 @@
-"""Where small rotations and the mass of slender bodies, 2/3 m, start to matter: rigid rocking, slender and not."""
+"""Rigid rocking with and without small rotations and the mass of slender bodies, 2/3 m, over slenderness."""
 
 from __future__ import annotations
 

@@ -20,10 +20,10 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import EventDrivenCheckSettings
 from rockdamp.config.walls import NamedWall
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads
@@ -105,7 +105,7 @@ def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -
 
 
 def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
-    """What each stratum's histories say: how many end otherwise, and how far the peaks are off where both stand."""
+    """Count, in each stratum, the histories that end otherwise, and measure the error of the peaks where both stand."""
     of = {str(name): checked[name].values for name in checked.data_vars}
     same = of["collapsed"] == of["exact_collapsed"]
     stand = same & (of["collapsed"] == 0)
@@ -129,7 +129,7 @@ def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
     return columns
 
 
-def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
+def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """Solve a stratified sample of the histories again, event by event.
 
     Parameters
@@ -176,25 +176,22 @@ def check(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
 
 
 def _once(shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Which histories of shape (*BY_DAMPER) count: restitution's is the same for every source of a damping ratio."""
+    """Mark the histories, shape (*BY_DAMPER), that count: restitution's is the same for every source of a ratio."""
     once = np.ones(shape, dtype=bool)
     once[..., MODELS.index(REFERENCE), 1:] = False
     return once
 
 
 def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWall, tail: float) -> tuple[float, bool]:
-    """Peak of one history, and whether it collapses, by `event_driven.history`; `tail` is the rest after the record."""
-    wall, record = named.wall, motion.record
+    """Return the peak of one history and whether it collapses; `tail` is the rest after the record. [s]"""
     model, e, ratio = str(case["damping_model"].values), float(case["restitution"]), float(case["damping_ratio"])
-    ground = followed_by_rest(record.ground_acceleration, record.step, tail)
-    load = float(wall.load_factor) * float(case["scale_factor"]) * ground
-    step = float(wall.frequency_parameter) * record.step
-    return exact_end(named.curve, Damping.from_values(model, restitution=e, damping_ratio=ratio), load, step)
+    forcing = Forcing.of(named.wall, motion.record, float(case["scale_factor"]), rest=tail)
+    return exact_end(named.curve, Damping.from_values(model, restitution=e, damping_ratio=ratio), forcing)
 
 
-def exact_end(curve: TrilinearCurve, damping: Damping, load: Array, step: float) -> tuple[float, bool]:
-    """Peak of a history under a load with samples a `step` apart, and whether it collapses."""
-    end = step * (load.size - 1)
-    ended = history(curve, damping, [end], load=load, load_step=step)
+def exact_end(curve: TrilinearCurve, damping: Damping, forcing: Forcing) -> tuple[float, bool]:
+    """Return the peak of a history by the event-driven solver, and whether it collapses."""
+    end = float(forcing.sampling) * forcing.intervals
+    ended = history(curve, damping, [end], **forcing.event_driven())
     extremes = np.abs([*ended.turning_displacement, *ended.displacement])
     return float(np.nanmax(extremes, initial=0.0)), ended.outcome == OUTCOMES[1]

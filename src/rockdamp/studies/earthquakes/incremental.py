@@ -22,7 +22,7 @@ from rockdamp.config.walls import NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet
+from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures, spectral_acceleration
 from rockdamp.motions.records import Record
@@ -150,13 +150,12 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """Join the walls and the jobs' shares of the records, in the order of the records."""
     joined = xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
-    joined["peak_displacement"] = joined["peak_ratio"]  # the old name, for one release: elsewhere it is in metres
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 
 @dataclass(frozen=True)
 class _Study:
-    """What the records of a job share."""
+    """The walls, e and damping ratios that the records of a job share."""
 
     given: EarthquakeRecordSettings
     restitution: Array
@@ -206,8 +205,8 @@ class _Study:
         )
 
     def _factor(self, named: NamedWall, intensity: IntensityMeasures) -> Array:
-        """What scales the record to each intensity of a wall."""
-        return self.given.scale * _velocity(named) / intensity.pgv
+        """Return the factors that scale the record to each intensity of a wall."""
+        return self.given.scale * float(named.wall.velocity_scale) / intensity.pgv
 
     def _case(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> Case:
         """A wall under a record that is scaled to each intensity of the wall."""
@@ -217,17 +216,12 @@ class _Study:
         )
 
     def _load(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:
-        """How strong a record is for a wall; arrays over the scales, and one for the wall."""
+        """Return the strength of a record for a wall; arrays over the scales, and one for the wall."""
         factor, p = self._factor(named, intensity), float(named.wall.frequency_parameter)
-        yields = float(named.curve.plateau_ratio) * p * _velocity(named)
+        yields = float(named.curve.plateau_ratio) * p * float(named.wall.velocity_scale)
         w1 = p * float(named.curve.initial_frequency)
         return {
             "scale_factor": factor,
             "load_ratio": factor * intensity.pga / yields,
             "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / w1),
         }
-
-
-def _velocity(named: NamedWall) -> float:
-    """p u_ins/lambda, the ground's velocity at the scale 1. [m s-1]"""
-    return float(named.wall.frequency_parameter) * float(named.wall.instability_displacement) / EXCITATION_FACTOR

@@ -8,6 +8,7 @@ are taken over the same histories, and bootstrapped over the stations of the rec
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -19,14 +20,14 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import OrderComparisonSettings, OrderRecordSettings
 from rockdamp.config.walls import NamedWall
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Options
+from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
 
 VARIATIONS = ("step", "lower e", "higher e")  # of CR: a step twice as long, and e a little lower and higher
@@ -90,22 +91,14 @@ def _of_wall(
     named: NamedWall, motion: catalogue.GroundMotion, pgv: float, given: OrderRecordSettings
 ) -> dict[str, tuple[Array, NDArray[np.int8]]]:
     """Peaks and outcomes of one wall under one record: of CR (scales, e), of its changes and of the orders, last."""
-    wall, curve, record = named.wall, named.curve, motion.record
-    p = float(wall.frequency_parameter)
-    factor = given.scale * p * float(wall.instability_displacement) / EXCITATION_FACTOR / pgv
-    sampling = p * record.step
-    ground = followed_by_rest(record.ground_acceleration, record.step, given.tail)
-    coarser = int(np.ceil(sampling / (2 * given.step / float(curve.initial_frequency))))
+    wall = named.wall
+    factor = given.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
+    forcing = Forcing.of(wall, motion.record, factor, rest=given.tail)
+    coarser = forcing.substeps(2 * given.step / named.curve.initial_frequency)
 
     def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
-        options: Options = {
-            "step": sampling / substeps,
-            "steps": substeps * (ground.size - 1),
-            "load_factor": (float(wall.load_factor) * factor).reshape(-1, *(1 for _ in damping.shape)),
-            "ground_acceleration": ground,
-            "substeps": substeps,
-        }
-        response = solve(curve, damping, **options)
+        by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
+        response = solve(named.curve, damping, **replace(forcing, load_factor=by_scale).newmark(substeps))
         return response.peak, response.outcome
 
     e, finer = given.restitution, 2 * coarser

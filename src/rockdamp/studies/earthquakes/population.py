@@ -25,7 +25,7 @@ from rockdamp.config.earthquakes import (
 )
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.at_intensities import ends
+from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
@@ -247,7 +247,7 @@ def run(
         else Damping(model, walls["damping_ratio"].sel(damping_model=model).values)
         for model in models
     ]
-    return ends(motion.record, wall, curve, dampings, factor, step=step, tail=tail)
+    return peaks_and_collapses(motion.record, wall, curve, dampings, factor, step=step, tail=tail)
 
 
 # --- all of them ------------------------------------------------------------------------------------------------------

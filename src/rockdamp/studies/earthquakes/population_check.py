@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
@@ -11,10 +13,10 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import PARAMETERS, PopulationCheckSettings
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import followed_by_rest
 from rockdamp.studies.earthquakes import event_driven_check
 from rockdamp.studies.earthquakes.event_driven_check import STRATA, Members, Sample, draw, exact_end, rates, solved
 from rockdamp.studies.earthquakes.population import mechanics
@@ -22,7 +24,7 @@ from rockdamp.studies.earthquakes.population import mechanics
 HISTORY = ("wall", "record", "intensity", "damping_model")
 
 
-def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """Solve a stratified sample of the population's histories again, event by event.
 
     Parameters
@@ -35,7 +37,7 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `event_driven_check.check`, without bounds: each history of a population is run at one step.
+        As `check_earthquakes`, without bounds: each history of a population is run at one step.
     """
     given = PopulationCheckSettings.of(config)
     sample = draw([partial(_members, share) for share in shares], given.histories, given.seed)
@@ -51,11 +53,10 @@ def check(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
         i = int(number[index])
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
-        ground = followed_by_rest(motion.ground_acceleration, motion.step, given.tail)
         damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
-        own = curve.map(lambda parameter: parameter[i])
-        load = float(wall.load_factor[i]) * factor * ground
-        return exact_end(own, damping, load, float(wall.frequency_parameter[i]) * motion.step)
+        forcing = Forcing.of(wall, motion, factor, rest=given.tail)
+        of_wall = replace(forcing, sampling=forcing.sampling[i], load_factor=forcing.load_factor[i])
+        return exact_end(curve.map(itemgetter(i)), damping, of_wall)
 
     of_history = {
         "wall": walls["wall"].values[number],

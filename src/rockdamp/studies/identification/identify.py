@@ -10,7 +10,7 @@ import xarray as xr
 from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn

@@ -11,7 +11,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.under_a_record import made_by
+from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
 from rockdamp.studies.candidates import Candidate

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.under_a_record import rest_samples
+from rockdamp.histories.measured_test import rest_samples
 from rockdamp.studies.candidates import SEARCHED_ORDER
 from rockdamp.studies.identification.modes import Mode, climb, triangular
 from rockdamp.studies.identification.motion import MotionNoise, noise_directions

@@ -18,7 +18,7 @@ from scipy.stats import kstest
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Wall
-from rockdamp.motions.experimental_style import table_pulse
+from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record
 from rockdamp.studies.candidates import Candidate
 from rockdamp.studies.identification.evidence import weighted_draws

@@ -1,9 +1,9 @@
-"""Pulses, and the seeded experimental-style record that stands in for the shaking-table test of Fig. 8.
+"""The seeded experimental-style record that stands in for the shaking-table test of Fig. 8.
 
 The record of the test (SIN-03-00, test #2.4) is not public. This one is labelled synthetic in its header. Its response
 comes from the event-driven solver, not from the one under test, and its curve and e are not those of Fig. 8.
 
-``python -m rockdamp.motions.experimental_style PATH`` writes it.
+``python -m rockdamp.synthetic.experimental_style PATH`` writes it.
 """
 
 from __future__ import annotations
@@ -12,20 +12,17 @@ import sys
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
-from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import require
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
+from rockdamp.motions.pulse_shapes import PULSE_SIDE_LOBE, PULSE_WIDTH, table_pulse
 from rockdamp.motions.records import Record, write_record
 from rockdamp.solvers import event_driven
 from rockdamp.vocabulary import STANDARD_GRAVITY
-
-RICKER_SIDE_LOBE = 2 * np.exp(-1.5)  # 0.446 of the peak
 
 # The wall of Fig. 8; width and density too, though neither changes the response.
 # ASSUME: width 1.438 m and density 1835 kg m-3, from a secondary source that was not verified.
@@ -34,9 +31,6 @@ WALL = Wall(thickness=0.102, height=27 * 0.102, width=1.438, density=1835.0, hin
 # What makes the record: near a1 = 0.03, b1 = 0.80, e = 0.835 of Fig. 8, and not equal, as a test would not be.
 CRACKED_STIFFNESS_RATIO, PLATEAU_RATIO, RESTITUTION = 0.033, 0.795, 0.845
 
-# ASSUME: shape of the table's pulse. Pulses recorded on the sister specimen are said (secondary source, not verified)
-# to have had main lobes about 0.29 s wide and side lobes of -0.18 to -0.28 of the peak: the middle of that.
-PULSE_WIDTH, PULSE_SIDE_LOBE = 0.29, 0.23
 # ASSUME: 1.43 g, more than the 0.26 to 1.00 g said of the sister specimen. This wall carries six times its weight:
 # its plateau stands for 1.17 g, below which it would not rock. It peaks near 0.37 u_ins, and collapses under 1.46 g.
 PULSE_PEAK = 1.43 * STANDARD_GRAVITY
@@ -54,78 +48,6 @@ SENSOR_WANDER = 2e-5  # random part: standard deviation after one second of a ra
 DECIMALS = {"elapsed": 8, "ground_acceleration": 3, "displacement": 5}
 
 SEED = 2017
-
-
-def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:
-    """Ricker wavelet a(t) = A (1 - 2 s) exp(-s), s = (pi f t)^2, with its peak at t = 0.
-
-    Parameters
-    ----------
-    time : array_like, any shape
-        [s]
-    frequency : float
-        f, where the spectrum peaks. [Hz]
-    amplitude : float
-        A. [m s-2]
-
-    Returns
-    -------
-    ndarray, shape of `time`
-        [m s-2]
-    """
-    at, amplitude, frequency = numbers("time", time), number("amplitude", amplitude), number("frequency", frequency)
-    require(frequency > 0, "frequency", frequency, "greater than 0 [Hz]")
-    s = (np.pi * frequency * at) ** 2
-    return amplitude * (1 - 2 * s) * np.exp(-s)
-
-
-def table_pulse(
-    time: ArrayLike, amplitude: float, *, width: float = PULSE_WIDTH, side_lobe: float = PULSE_SIDE_LOBE
-) -> Array:
-    """Pulse that a shaking table makes of a Ricker wavelet: side lobes lower and longer, no velocity left over.
-
-    The difference of two Gaussian bells of equal area,
-
-        a(t) = A [exp(-q) - r exp(-r^2 q)]/(1 - r),  q = t^2/(2 s^2),  0 < r < 1,
-
-    whose integral is zero; being even, it leaves no displacement over either. It is zero at q0 = ln(1/r)/(1 - r^2) and
-    lowest at 3 q0, with -A (1 + r)/r^2 exp(-3 q0). Towards r = 1 it is the Ricker wavelet; r follows from the
-    side lobe, s from the width.
-
-    Parameters
-    ----------
-    time : array_like, any shape
-        From the peak. [s]
-    amplitude : float
-        A, the peak. [m s-2]
-    width : float
-        Of the main lobe, between its zeros. [s]
-    side_lobe : float
-        Depth of the side lobes over the peak, between 0.02 and a Ricker wavelet's 0.446. [-]
-
-    Returns
-    -------
-    ndarray, shape of `time`
-        [m s-2]
-    """
-    at, amplitude = numbers("time", time), number("amplitude", amplitude)
-    width, side_lobe = number("width", width), number("side_lobe", side_lobe)
-    require(width > 0, "width", width, "greater than 0 [s]")
-    allowed = f"between 0.02 and {RICKER_SIDE_LOBE:.3f}, a Ricker wavelet's, excluded"
-    require(0.02 <= side_lobe < 0.446, "side_lobe", side_lobe, allowed)
-    r = brentq(lambda r: _side_lobe(r) - side_lobe, 0.001, 0.9999, xtol=1e-15)
-    q = _zero(r) * (2 * at / width) ** 2
-    return amplitude * (np.exp(-q) - r * np.exp(-(r**2) * q)) / (1 - r)
-
-
-def _zero(r: float) -> float:
-    """q where the pulse of `table_pulse` is zero."""
-    return float(np.log(1 / r) / (1 - r**2))
-
-
-def _side_lobe(r: float) -> float:
-    """Depth of the side lobes of `table_pulse` over its peak."""
-    return float((1 + r) / r**2 * np.exp(-3 * _zero(r)))
 
 
 def synthetic_record(
@@ -168,15 +90,10 @@ def synthetic_record(
         TrilinearCurve(cracked_stiffness_ratio, plateau_ratio),
         Damping.cr(restitution),
         p * elapsed,
-        load=float(WALL.load_factor) * motion,
-        load_step=p / (SAMPLING * OVERSAMPLING),
+        **Forcing.of(WALL, Record(fine, motion)).event_driven(),
     )
-    require(
-        history.outcome == "completed",
-        "pulse_peak",
-        pulse_peak,
-        "small enough not to overturn the wall [m s-2]",
-    )
+    stands = history.outcome == "completed"
+    require(stands, "pulse_peak", pulse_peak, "small enough not to overturn the wall [m s-2]")
 
     made_by = {
         "source": "event-driven solution under a table-shaped pulse, with noise and drift",
@@ -252,5 +169,5 @@ def _header(seed: int, noise: float, *, source: str, **made_by: str) -> dict[str
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m rockdamp.motions.experimental_style PATH")
+        sys.exit("usage: python -m rockdamp.synthetic.experimental_style PATH")
     write_record(sys.argv[1], synthetic_record())

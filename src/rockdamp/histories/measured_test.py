@@ -7,6 +7,7 @@ import numpy as np
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -28,15 +29,17 @@ def record_attributes(record: Record) -> dict[str, str]:
 
 
 def made_by(record: Record) -> str:
-    """What lost the energy of a record, as its header says; "measured" where it is no synthetic one."""
+    """Return the damper that a synthetic record's header states, or "measured" for a record that is none."""
     if not record.synthetic:
         return "measured"
     degrading = float(record.header.get("generator_cracked_stiffness_growth", "0")) > 0
     return record.header.get("generator_damping_model", "CR") + ", degrading" * degrading
 
 
-def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float) -> Histories:
-    """Response of a wall, or of a batch by the curve's or damper's arrays, to a record's motion, starting at rest.
+def computed_response(
+    record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float
+) -> Histories:
+    """Compute the response to a record's motion; arrays of the curve or the damper make a batch.
 
     Parameters
     ----------
@@ -50,18 +53,9 @@ def respond(record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping
     """
     step = number("step", step)
     require(step > 0, "step", step, "greater than 0")
-    sampling = float(wall.frequency_parameter) * record.step
-    substeps = int(np.ceil(sampling / step * (1 - 1e-12)))
-    return solve(
-        curve,
-        damping,
-        step=sampling / substeps,
-        steps=substeps * (record.elapsed.size - 1),
-        load_factor=float(wall.load_factor),
-        ground_acceleration=record.ground_acceleration,
-        substeps=substeps,
-        store_every=substeps,
-    )
+    forcing = Forcing.of(wall, record)
+    substeps = forcing.substeps(step)
+    return solve(curve, damping, store_every=substeps, **forcing.newmark(substeps))
 
 
 def rest_samples(record: Record) -> int:

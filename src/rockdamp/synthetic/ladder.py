@@ -3,7 +3,7 @@
 Four walls climb it. One loses energy at impacts, two by viscous dampers, and one at impacts while its curve degrades:
 what fits the records of one need not fit those of another. All are labelled synthetic in their headers.
 
-``python -m rockdamp.motions.ladder FOLDER`` makes the records of the folder's ``ladder.yaml``, and writes them beside.
+``python -m rockdamp.synthetic.ladder FOLDER`` makes the records that the folder's ``ladder.yaml`` describes.
 """
 
 from __future__ import annotations
@@ -15,56 +15,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import require
+from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
+from rockdamp.motions.pulse_shapes import wavelet
 from rockdamp.motions.records import Record, write_record
 from rockdamp.solvers import event_driven
 from rockdamp.storage import yaml_file
+from rockdamp.synthetic.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 DURATION = 2.5  # [s]
 LEG = 0.2  # of a degrading wall is solved at once [s]
 SETTINGS = "ladder.yaml"
-
-
-def wavelet(time: ArrayLike, frequency: float, cycles: float, amplitude: float) -> Array:
-    r"""Pulse of a few cycles, the wavelet of Mavroeidis and Papageorgiou (2003, doi:10.1785/0120020100), even in time.
-
-    .. math:: a(t) = \frac{A}{2} \left[\left(1 + \cos\frac{\omega t}{\gamma}\right) \cos\omega t
-              - \frac{1}{\gamma} \sin\frac{\omega t}{\gamma} \sin\omega t\right], \quad |\omega t| \le \pi \gamma
-
-    with :math:`\omega = 2 \pi f`. Its integral is odd and zero at both ends: the table stops where it started.
-
-    Parameters
-    ----------
-    time : array_like, any shape
-        From the peak. [s]
-    frequency : float
-        f. [Hz]
-    cycles : float
-        gamma, more than 1; the pulse lasts gamma/f. [-]
-    amplitude : float
-        A, the peak. [m s-2]
-
-    Returns
-    -------
-    ndarray, shape of `time`
-        [m s-2]
-    """
-    at, amplitude = numbers("time", time), number("amplitude", amplitude)
-    frequency, cycles = number("frequency", frequency), number("cycles", cycles)
-    require(frequency > 0, "frequency", frequency, "greater than 0 [Hz]")
-    require(cycles > 1, "cycles", cycles, "greater than 1")
-    phase = 2 * np.pi * frequency * at
-    slow = phase / cycles
-    inside = (1 + np.cos(slow)) * np.cos(phase) - np.sin(slow) * np.sin(phase) / cycles
-    return np.where(np.abs(slow) <= np.pi, amplitude / 2 * inside, 0.0)
 
 
 @dataclass(frozen=True)
@@ -98,14 +64,11 @@ class Maker:
         p = float(WALL.frequency_parameter)
         step = 1 / (SAMPLING * OVERSAMPLING)
 
-        def load(start: float) -> Array:  # that the wall feels from then on
-            later = start + step * np.arange(np.ceil((times[-1] - start) / step) + 1)
-            return float(WALL.load_factor) * wavelet(later - centre, frequency, cycles, amplitude)
-
         def leg(until: Array) -> event_driven.ExactHistory:  # from `start` on, to the last of some tau after it
-            return event_driven.history(
-                curve, self.damping, until, release_velocity=velocity, load=load(start), load_step=p * step
-            )
+            later = start + step * np.arange(np.ceil((times[-1] - start) / step) + 1)
+            motion = wavelet(later - centre, frequency, cycles, amplitude)
+            forcing = Forcing(motion, p * step, float(WALL.load_factor))
+            return event_driven.history(curve, self.damping, until, release_velocity=velocity, **forcing.event_driven())
 
         displacement, curve, start, velocity = np.full(times.shape, np.nan), self.curve, 0.0, 0.0
         while True:
@@ -178,7 +141,7 @@ def record(settings: dict[str, Any], wall: str, rung: str, seed: int) -> Record:
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m rockdamp.motions.ladder FOLDER")
+        sys.exit("usage: python -m rockdamp.synthetic.ladder FOLDER")
     folder = Path(sys.argv[1])
     for name, made in ladder(yaml_file.load((folder / SETTINGS).read_text(encoding="utf-8"))):
         write_record(folder / f"{name}.csv", made)

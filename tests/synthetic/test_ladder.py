@@ -1,4 +1,4 @@
-"""The ladder of experimental-style records: its pulse, its walls, and the records that are shipped."""
+"""The ladder of experimental-style records: its walls, and the records that are shipped."""
 
 import csv
 import runpy
@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from repository import ROOT
-from scipy.integrate import quad
 
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions import ladder
-from rockdamp.motions.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented, table_pulse
-from rockdamp.motions.ladder import DURATION, Maker, wavelet
+from rockdamp.motions.pulse_shapes import table_pulse, wavelet
 from rockdamp.motions.records import read_record, write_record
 from rockdamp.solvers import event_driven, newmark
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.storage import yaml_file
+from rockdamp.synthetic import ladder
+from rockdamp.synthetic.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
+from rockdamp.synthetic.ladder import DURATION, Maker
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 FOLDER = ROOT / "data" / "ladder"
@@ -50,27 +50,6 @@ def by_the_kernel(wall, peaks, substeps=24):
         ground_acceleration=motion,
         store_every=per_sample,
     )
-
-
-# --- the pulse
-
-
-def test_the_wavelet_leaves_the_table_at_rest_where_it_was():
-    f, cycles = 6.0, 3.5
-    half = cycles / (2 * f)
-    assert wavelet(0.0, f, cycles, 3.0) == 3.0
-    velocity = 2 * quad(wavelet, 0, half, args=(f, cycles, 1.0))[0]
-    lobe = quad(wavelet, 0, 0.25 / f, args=(f, cycles, 1.0))[0]
-    assert abs(velocity) < 1e-9 * lobe
-    t = np.linspace(0, 1, 300)
-    np.testing.assert_array_equal(wavelet(t, f, cycles, 1.0), wavelet(-t, f, cycles, 1.0))  # so no displacement either
-    assert np.all(wavelet(t[t > half], f, cycles, 1.0) == 0)
-
-
-@pytest.mark.parametrize(("given", "named"), [((-1.0, 3.0), "frequency is -1"), ((6.0, 1.0), "cycles is 1")])
-def test_a_wavelet_that_is_none_is_refused(given, named):
-    with pytest.raises(InputError, match=named):
-        wavelet(0.0, *given, 1.0)
 
 
 # --- the walls
@@ -188,10 +167,10 @@ def test_the_generator_writes_the_records_beside_their_settings(tmp_path, monkey
     few = (FOLDER / "ladder.yaml").read_text(encoding="utf-8")
     few = few[: few.index("walls:")] + "walls: {cr: {damping_model: CR}}\n" + few[few.index("curve:") :]
     (tmp_path / "ladder.yaml").write_text(few, encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "rockdamp.motions.ladder")  # else runpy warns of a second copy
+    monkeypatch.delitem(sys.modules, "rockdamp.synthetic.ladder")  # else runpy warns of a second copy
     monkeypatch.setattr(sys, "argv", ["ladder", str(tmp_path)])
-    runpy.run_module("rockdamp.motions.ladder", run_name="__main__")
+    runpy.run_module("rockdamp.synthetic.ladder", run_name="__main__")
     assert sorted(path.name for path in tmp_path.glob("*.csv")) == sorted(f"cr-{rung}.csv" for rung in RUNGS)
     monkeypatch.setattr(sys, "argv", ["ladder"])
-    with pytest.raises(SystemExit, match="usage: python -m rockdamp.motions.ladder FOLDER"):
-        runpy.run_module("rockdamp.motions.ladder", run_name="__main__")
+    with pytest.raises(SystemExit, match="usage: python -m rockdamp.synthetic.ladder FOLDER"):
+        runpy.run_module("rockdamp.synthetic.ladder", run_name="__main__")

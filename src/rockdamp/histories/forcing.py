@@ -1,0 +1,83 @@
+"""A wall under a ground motion, without dimensions: the arguments that either solver takes from the two."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rockdamp.arrays import Array, Quantity
+from rockdamp.errors import InputError
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.solvers.response import Options
+
+MOST_STEPS = 10_000_000  # of one history: some seconds of computation
+ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
+
+
+class Load(TypedDict):
+    """The arguments of `event_driven.history` that describe the load."""
+
+    load: Array
+    load_step: float
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """A ground motion as a load on a wall, linear between its samples. The wall starts at rest.
+
+    Attributes
+    ----------
+    ground_acceleration : ndarray, shape (samples,)
+        With the rest after the motion. [m s-2]
+    sampling : float or ndarray
+        p dt, the time between two samples in tau. [-]
+    load_factor : float or ndarray
+        Makes the ground acceleration the dimensionless load. [s2 m-1]
+    """
+
+    ground_acceleration: Array
+    sampling: Quantity
+    load_factor: Quantity
+
+    @classmethod
+    def of(cls, wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, rest: float = 0.0) -> Forcing:
+        """Scale a record by a factor, which broadcasts with the wall, and let `rest` seconds without motion follow."""
+        return cls(
+            followed_by_rest(record.ground_acceleration, record.step, rest),
+            wall.frequency_parameter * record.step,
+            wall.load_factor * np.asarray(factor),
+        )
+
+    @property
+    def intervals(self) -> int:
+        """Intervals between the samples."""
+        return self.ground_acceleration.size - 1
+
+    def substeps(self, longest: ArrayLike) -> int:
+        """Return the least number of equal steps between two samples of which none exceeds `longest`, in tau."""
+        return max(int(np.ceil(np.max(self.sampling / longest) * (1 - ROUNDING))), 1)
+
+    def newmark(self, substeps: int = 1) -> Options:
+        """Return the arguments of `newmark.solve` for so many steps between two samples."""
+        return {
+            "step": self.sampling / substeps,
+            "steps": substeps * self.intervals,
+            "load_factor": self.load_factor,
+            "ground_acceleration": self.ground_acceleration,
+            "substeps": substeps,
+        }
+
+    def event_driven(self) -> Load:
+        """Return the arguments of `event_driven.history`, for one wall and one factor."""
+        return {"load": self.load_factor * self.ground_acceleration, "load_step": float(self.sampling)}
+
+
+def require_affordable(steps: float, cause: str) -> None:
+    """Raise `InputError` where a history takes more than `MOST_STEPS`; the cause reads as "length is 1e12"."""
+    if not steps <= MOST_STEPS:
+        allowed = f"they must be at most {MOST_STEPS:.3g}"
+        raise InputError(f"{cause}, and the history would take {steps:.3g} steps of the solver; {allowed}")
