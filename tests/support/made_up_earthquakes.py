@@ -5,6 +5,7 @@ import xarray as xr
 from scipy.special import ndtr
 
 from rockdamp.storage import dataset
+from rockdamp.studies import recommendation as recommending
 from rockdamp.vocabulary import MODELS as ALL_MODELS
 
 
@@ -114,6 +115,11 @@ def comparison():
         },
     )
     return _complete(with_excess(data), "comparison")
+
+
+def recommendation(compared):
+    """What the comparison recommends, without the studies of pulses and orders."""
+    return recommending.under_earthquakes(compared)
 
 
 def with_excess(data):

@@ -1,7 +1,7 @@
-"""From viscous damping to restitution: ECD of order m against CR by its order, in free decay and under load.
+"""Compare ECD of order m with CR by its order, in free decay and under load: from viscous damping to restitution.
 
-Its damping ratio is exact and nothing is fitted. Beside it stand the dampers of `VISCOUS_MODELS`, which are fitted by
-Eq. (17), and what a change of e makes of CR itself: a damper that is nearer to CR than that is restitution for any use.
+The damping ratio of ECD is exact, nothing is fitted. Beside it stand the dampers of `VISCOUS_MODELS`, which are fitted
+by Eq. (17), and CR itself after a small change of e: a damper that is nearer to CR than that is as good as CR.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Reference
+from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_outcomes, of_pairs
 from rockdamp.studies.amplitude_dispersion import Group, groups
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.pulses import PULSES, Run, pulse
+from rockdamp.studies.pulses import CELLS, PULSES, Run, pulse
 from rockdamp.studies.settings import DamperOrderSettings
 from rockdamp.vocabulary import VISCOUS_MODELS
 
-VARIATIONS = ("lower e", "higher e")
-PULSE_DIMS = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+PULSE_DIMS = (*CELLS, "restitution")
 MEASURES = ("rms_error", "peak_error", "duration_error")
 
 R = TypeVar("R")
@@ -55,8 +55,8 @@ def damper_order(config: Config, record: Record) -> xr.Dataset:
         In free decay ``rms_error``, ``peak_error`` and ``duration_error`` (order, case, release_share, restitution) on
         the curves of the dispersion, and the same on the reference curve (``curve_...``); beside them those of the
         fitted dampers (``fitted_rms_error``) and of CR with another e (``varied_...``). Under load ``pulse_ratio``, the
-        peak over CR's, ``pulse_ratio_before_impact``, the same up to CR's first impact, with what `compare` makes of
-        them, and ``record_peak``. Histories of one decay (``shown_...``).
+        peak over CR's, ``pulse_ratio_before_impact``, the same up to CR's first impact, with their
+        `pulse_statistics`, and ``record_peak``. Histories of one decay (``shown_...``).
     """
     given = DamperOrderSettings.of(config)
     asked = groups(given.dispersion, float(given.curve.plateau_ratio), given.plateau_ratio_beyond)
@@ -90,7 +90,7 @@ class Dampers:
 
     @property
     def coords(self) -> dict[str, list[object]]:
-        return {"order": list(self.order), "variation": list(VARIATIONS)}
+        return {"order": list(self.order), "variation": list(CHANGES_OF_E)}
 
 
 def _dampers(given: DamperOrderSettings, restitution: Array) -> Dampers:
@@ -117,7 +117,7 @@ def measured(
     reference = Reference(restitution.displacement, np.arange(release_amplitude.size), [steps])
     expected = turns(restitution.displacement, restitution.velocity, step)
 
-    def compare(damping: Damping) -> tuple[Array, Array, Array]:
+    def differences(damping: Damping) -> tuple[Array, Array, Array]:
         run = solve(curve, damping, reference=reference, store_every=1, **start)
         peaks, elapsed = turns(run.displacement, run.velocity, step)
         most = min(peaks.shape[1], expected[0].shape[1])
@@ -128,7 +128,7 @@ def measured(
             _largest(lasting / lasted - 1),
         )
 
-    return dict(zip(MEASURES, map(np.stack, zip(*dampers.each(compare), strict=True)), strict=True))
+    return dict(zip(MEASURES, map(np.stack, zip(*dampers.each(differences), strict=True)), strict=True))
 
 
 def _largest(difference: Array) -> Array:
@@ -247,7 +247,7 @@ def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
     section, e = given.damper_order.pulses, given.damper_order.restitution
     dampers = _dampers(given, e)
     shape = (len(PULSES), section.frequency.size, section.load.size, e.size)
-    rows = dampers.order.size + len(VARIATIONS)
+    rows = dampers.order.size + len(CHANGES_OF_E)
     fell, before, peak = np.empty((rows, *shape), dtype=bool), np.empty((rows, *shape)), np.empty((rows, *shape))
     reference_fell = np.empty(shape, dtype=bool)
     for i, name in enumerate(PULSES):
@@ -264,7 +264,7 @@ def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
     return xr.Dataset(
         {
             **dampers.split({"pulse_ratio": ratio, "pulse_ratio_before_impact": before}, *PULSE_DIMS),
-            **dampers.split(compare(ratio, before, fell, reference_fell), "restitution"),
+            **dampers.split(pulse_statistics(ratio, before, fell, reference_fell), "restitution"),
             "pulse_collapses": ("restitution", reference_fell.sum((0, 1, 2))),
             "pulse_survivals": ("restitution", (~reference_fell).sum((0, 1, 2))),
         },
@@ -278,12 +278,10 @@ def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
     )
 
 
-def compare(
+def pulse_statistics(
     ratio: Array, before: Array, fell: NDArray[np.bool_], reference_fell: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
-    """Median and error of ratios of peaks at each e, the last axis, and the collapses that only one of both has.
-
-    The error is the root mean square of the logarithm. NaN where there is no ratio.
+    """Return statistics over all pulses of each damper against CR, of shape (dampers, e); NaN where there is no ratio.
 
     Parameters
     ----------
@@ -292,15 +290,12 @@ def compare(
     reference_fell : ndarray, shape (pulses, frequencies, loads, e)
         Whether CR's does.
     """
-    cells = (1, 2, 3)
-    measures: dict[str, NDArray[Any]] = {
-        "pulse_false_safe": (reference_fell & ~fell).sum(cells),
-        "pulse_false_collapse": (~reference_fell & fell).sum(cells),
-    }
+    dims = ("damper", *PULSE_DIMS)
+    counts = of_outcomes(xr.DataArray(fell, dims=dims), xr.DataArray(reference_fell, dims=PULSE_DIMS), CELLS)
+    measures = {f"pulse_{name}": values.transpose("damper", ...).to_numpy() for name, values in counts.items()}
     for name, values in {"pulse": ratio, "pulse_before_impact": before}.items():
-        logarithm = xr.DataArray(np.log(values), dims=("damper", *PULSE_DIMS))
-        measures[f"{name}_median_ratio"] = np.exp(logarithm.median(PULSE_DIMS[:-1]).to_numpy())
-        measures[f"{name}_log_error"] = np.sqrt((logarithm**2).mean(PULSE_DIMS[:-1]).to_numpy())
+        pairs = of_pairs(xr.DataArray(values, dims=dims), CELLS)
+        measures |= {f"{name}_{statistic}": pairs[statistic].to_numpy() for statistic in ("median_ratio", "log_error")}
     return measures
 
 
