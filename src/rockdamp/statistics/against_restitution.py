@@ -46,7 +46,7 @@ ALL = ((0.0, np.inf),)  # one band that holds every peak
 
 def of_pairs(ratio: xr.DataArray, dims: Sequence[Hashable]) -> xr.Dataset:
     """Return the statistics of ratios of peaks over some dimensions; a ratio that is NaN is no pair."""
-    logarithm: xr.DataArray = np.log(ratio)
+    logarithm = xr.apply_ufunc(np.log, ratio)
     return xr.Dataset(
         {
             "median_ratio": np.exp(logarithm.median(dims)),

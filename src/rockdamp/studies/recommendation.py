@@ -7,10 +7,12 @@ its error is within what restitution's own answer moves, what it misses, and how
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
@@ -58,12 +60,14 @@ def recommend(
         else damping_ratio_energy(given.curve, str(model), e, given.release_amplitude)
         for model in models
     ]
-    return under_earthquakes(compared).assign(
-        **_under_pulses(pulses, models),
+    advice = under_earthquakes(compared).merge(_under_pulses(pulses, models))
+    return advice.assign(
         before_impact_log_error=_before_impact(by_order),
         damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
         release_amplitude=given.release_amplitude,
-        **{name: orders[name] for name in ("recommended_order", "restitution_change", "records")},
+        recommended_order=orders["recommended_order"],
+        restitution_change=orders["restitution_change"],
+        records=orders["records"],
     )
 
 
@@ -104,19 +108,18 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
     ordered = whole.transpose("restitution", *CHOICES, ...)
     is_damper = (whole["damping_model"] != REFERENCE).values[:, None]
     error = np.where(is_damper, ordered["log_error"].values, np.nan)
-    of_each_e = error.reshape(len(error), -1)
-    known = np.isfinite(of_each_e).any(axis=1)  # e at which any damper has an error
-    least = np.zeros(of_each_e.shape, dtype=bool)
-    least[known, np.nanargmin(of_each_e[known], axis=1)] = True
-    least = least.reshape(error.shape)
+    known = np.isfinite(error).any(axis=(1, 2), keepdims=True)  # e at which any damper has an error
+    least = np.zeros(error.shape, dtype=bool)
+    for e in np.flatnonzero(known):
+        least[e].flat[np.nanargmin(error[e])] = True
     lower = ordered["log_error_excess_interval"].sel(bound="lower").values
-    near = least | ((lower <= 0) & is_damper & known[:, None, None])
-    everywhere = near.all(axis=0)
+    near = least | ((lower <= 0) & is_damper & known)
+    everywhere: NDArray[np.bool_] = near.all(axis=0)
     use = np.zeros_like(everywhere)
     if everywhere.any():
         # Of several the one of least error over all e; if its damper has an exact ratio, with that.
         square = np.where(everywhere, (error**2).mean(axis=0), np.inf)
-        model, source = np.unravel_index(np.argmin(square), square.shape)
+        model, source = divmod(int(np.argmin(square)), square.shape[1])
         exact = whole["damping_ratio_source"].values.tolist().index(EXACT_SOURCE)
         if str(whole["damping_model"].values[model]) in Damping.exact_models() and everywhere[model, exact]:
             source = exact
@@ -147,15 +150,17 @@ def _before_impact(by_order: xr.Dataset) -> float:
     return float(at_e.sel(order=RECOMMENDED_ORDER, method="nearest"))
 
 
-def _under_pulses(pulses: xr.Dataset, models: Array) -> dict[str, object]:
+def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
     """Errors of each damper under the slowest and the quickest pulses, at the middle e of these."""
     at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=EXACT_SOURCE, drop=True)
     stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
     ratio = (at_e["peak_ratio"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
     error = of_pairs(ratio, ["pulse", "load_ratio"])["log_error"].reindex(damping_model=models)
     slow, quick = (error.isel(pulse_frequency=end).values for end in (0, -1))
-    return {
-        "slow_pulse_log_error": ("damping_model", slow),
-        "quick_pulse_log_error": ("damping_model", quick),
-        "pulse_restitution": float(at_e["restitution"]),
-    }
+    return xr.Dataset(
+        {
+            "slow_pulse_log_error": ("damping_model", slow),
+            "quick_pulse_log_error": ("damping_model", quick),
+            "pulse_restitution": float(at_e["restitution"]),
+        }
+    )

@@ -163,7 +163,10 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     compared = xr.concat(parts, "record_set", join="exact")
     return compared.assign_coords(
         record_set=sets,
-        **{name: histories[name].values for name in ("wall", "restitution", "order", "variation")},
+        wall=histories["wall"].values,
+        restitution=histories["restitution"].values,
+        order=histories["order"].values,
+        variation=list(VARIATIONS),
         bound=list(BOUND),
         band=np.arange(1, given.bands.size),
         band_start=("band", given.bands[:-1]),
