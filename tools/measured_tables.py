@@ -163,7 +163,7 @@ def rotations(data: Data) -> str:
 
 
 def energy(data: Data) -> str:
-    """What the energy audit leaves unaccounted for, and what the first half cycles lose in joules."""
+    """Energy that the audit leaves unaccounted for, and losses of the first half cycles in joules."""
     accuracy = data["accuracy"]
     at = accuracy.isel(audit_step=nearest(numbers(accuracy, "audit_step"), float(accuracy["solver_step"])))
     reference = at.isel(audited_wall=0)
