@@ -26,12 +26,14 @@ from rockdamp.report.numbers import number
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
+from rockdamp.studies.recommendation import EXACT_SOURCE
 from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
-PAGES = ("docs/accuracy.md", "docs/earthquakes.md", "docs/assumptions.md", "docs/identification.md", "README.md")
+DOCS = ("accuracy", "earthquakes", "theory", "assumptions", "identification")
+PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = ("figures/fig_order.png", "identification-full/figures/fig_identification.png")
 IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
@@ -39,6 +41,7 @@ BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<
 Data = dict[str, xr.Dataset]
 
 LEVELS = (0.5, 0.9)
+NONE = "none"
 PARAMETERS = {
     "cracked_stiffness_ratio": "a1",
     "plateau_ratio": "b1",
@@ -47,6 +50,8 @@ PARAMETERS = {
     "sensor_correlation": "its correlation from sample to sample",
 }
 OF_IDENTIFICATION = ("coverage", "support")
+INPUTS = ("accuracy", "equivalence", "windows", "pulses", "comparison", "recommendation")
+INPUTS += ("natural/check", "natural/orders", "population/check")
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -158,17 +163,16 @@ def rotations(data: Data) -> str:
 
 
 def energy(data: Data) -> str:
-    """What the energy audit leaves unaccounted for, and what the first half cycles lose in joules."""
+    """Energy that the audit leaves unaccounted for, and losses of the first half cycles in joules."""
     accuracy = data["accuracy"]
     at = accuracy.isel(audit_step=nearest(numbers(accuracy, "audit_step"), float(accuracy["solver_step"])))
     reference = at.isel(audited_wall=0)
-    cycles = range(3)
     head = ["model", "order, free", "order, forced", "median residual", "residual in `loops.nc`"]
-    head += [f"loss of half cycle {n + 1} [J]" for n in cycles]
+    head += [f"loss of half cycle {n} [J]" for n in (1, 2, 3)]
     rows = [
         [model, *(f"{float(order):.2f}" for order in one["energy_order"])]
         + [power(one["energy_residual"].max()), power(one["loops_energy_residual"])]
-        + [f"{float(one['energy_lost'][n]):.1f}" for n in cycles]
+        + [f"{float(lost):.1f}" for lost in one["energy_lost"][:3]]
         for model, one in models(reference)
     ]
     return (
@@ -181,9 +185,8 @@ def energy(data: Data) -> str:
 
 def earthquakes(data: Data) -> str:
     """Which damper to use, and how far each damper is from CR at the middle e, with that source of its ratio."""
-    compared = data["comparison"]
-    chosen = recommended(compared)
-    source = chosen[0].source if chosen else "closed form"
+    compared, chosen = data["comparison"], recommended(data["recommendation"])
+    source = chosen[0].source if chosen else EXACT_SOURCE
     first = "No damper errs least, or as little as the least, at every e."
     if chosen:
         first = f"**Use {chosen[0].model}, with ξ of the {SOURCES[source]}.**"
@@ -215,14 +218,13 @@ def checks(data: Data) -> str:
     """How the histories of the study and of the population compare with the event-driven solver, by stratum."""
     head = ["histories", "in all", "solved again", "end otherwise", "beyond the bound", "median difference", "largest"]
     rows = []
+    shares = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
     for name, label in (("natural/check", ""), ("population/check", "population: ")):
-        sample = data[name]
-        for stratum in sample["stratum"].values:
-            one = sample.sel(stratum=stratum)
-            shown = [share(one[key]) if key in one else "–" for key in ("otherwise_share", "beyond_bound_share")]
-            shown += [share(one[key]) for key in ("median_difference", "largest_difference")]
+        for stratum, one in models(data[name], "stratum"):
             counts = [str(int(one[key])) for key in ("study_count", "checked_count")]
-            rows.append([f"{label}{STRATA[str(stratum)]}", *counts, *shown])
+            rows.append(
+                [f"{label}{STRATA[stratum]}", *counts, *(share(one[key]) if key in one else "–" for key in shares)]
+            )
     return table(head, rows)
 
 
@@ -235,22 +237,16 @@ def orders(data: Data) -> str:
     """How far ECD of each order is from CR, beside CR's own sensitivity to e, and the smallest order that is enough."""
     compared = data["natural/orders"]
     everywhere = compared.isel(record_set=0)
-    change = float(compared["restitution_change"])
-    lower, higher = (everywhere["varied_log_error"].sel(variation=name) for name in ("lower e", "higher e"))
-    head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order")), f"CR, e ∓ {change:g}", "smallest m"]
-    rows = [
-        [f"{e:g}"]
-        + [number(error, 2) for error in everywhere["log_error"].sel(restitution=e)]
-        + [f"{number(lower.sel(restitution=e), 2)}, {number(higher.sel(restitution=e), 2)}"]
-        + [_order(everywhere["smallest_order"].sel(restitution=e))]
-        for e in numbers(compared, "restitution")
-    ]
-    sets = [str(name) for name in compared["record_set"].values]
-    by_set = [
-        [name, *(_order(smallest) for smallest in compared["smallest_order"].sel(record_set=name))] for name in sets
-    ]
-    found, sure = _order(compared["recommended_order"]), bool(np.isfinite(compared["recommended_order"]))
-    first = f"**Order {found} is enough at every e**" if sure else "No order is enough at every e"
+    head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order"))]
+    head += [f"CR, e ∓ {float(compared['restitution_change']):g}", "smallest m"]
+    rows = []
+    for at_e in (everywhere.sel(restitution=e) for e in numbers(compared, "restitution")):
+        changes = [number(at_e["varied_log_error"].sel(variation=name), 2) for name in ("lower e", "higher e")]
+        errors = [number(error, 2) for error in at_e["log_error"]]
+        rows.append([f"{float(at_e['restitution']):g}", *errors, ", ".join(changes), _order(at_e["smallest_order"])])
+    by_set = [[name, *map(_order, of_set["smallest_order"])] for name, of_set in models(compared, "record_set")]
+    enough = _order(compared["recommended_order"])
+    first = "No order is enough at every e" if enough == NONE else f"**Order {enough} is enough at every e**"
     over = f"{int(compared['records'])} records of {int(compared['stations'])} stations"
     head_by_set = ["records", *(f"e = {e:g}" for e in numbers(compared, "restitution"))]
     return (
@@ -259,8 +255,31 @@ def orders(data: Data) -> str:
     )
 
 
+def pulses(data: Data) -> str:
+    """The dampers against restitution under pulses at the middle e, with ξ of the closed form, by band of the peak."""
+    study = data["pulses"]
+    shown = study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source=EXACT_SOURCE)
+    bands = [
+        f"{float(low):g}-{float(high):g}" for low, high in zip(shown["band_start"], shown["band_end"], strict=True)
+    ]
+    head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
+    rows = []
+    for model, one in models(shown):
+        medians, scatters = (
+            [float(one[f"{name}_all"]), *map(float, one[name])] for name in ("median_ratio", "log_dispersion")
+        )
+        ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters, strict=True)]
+        counts = [
+            f"{int(one[wrong])} of {int(one[cases])}"
+            for wrong, cases in (("false_safe", "reference_collapses"), ("false_collapse", "reference_survivals"))
+        ]
+        before = f"{float(one['median_ratio_before_impact']):.2f}"
+        rows.append([model, f"{float(one['damping_ratio']):.4f}", *ratios, before, *counts])
+    return table(head, rows)
+
+
 def _order(order: xr.DataArray) -> str:
-    return f"{float(order):g}" if np.isfinite(order) else "none"
+    return f"{float(order):g}" if np.isfinite(order) else NONE
 
 
 def interval(one: xr.Dataset, name: str) -> str:
@@ -276,7 +295,8 @@ def response_length(data: Data) -> str:
     inferred, wrong = float(windows["inferred_window"]), windows["misclassified"]
     others, near = wrong.drop_sel(window=inferred), windows["near_misclassified"]
     ends = [f"{float(end):g}" for end in (near["near_window"][0], near["near_window"][-1])]
-    none, few = (spans(near <= most, "").strip() for most in (int(near.min()), int(near.min()) + 2))
+    lengths, least = numbers(windows, "window"), int(near.min())
+    none, few = (spans(near <= most, "").strip() for most in (least, least + 2))
     head = ["released from u0/u_ins =", *(f"{release:g}" for release in numbers(windows, "release_amplitude"))]
     rows = [
         [name, *(f"{value:g}" for value in numbers(windows, variable))]
@@ -285,7 +305,6 @@ def response_length(data: Data) -> str:
             ("e at which it fails", "misclassified_of_release"),
         )
     ]
-    lengths, least = numbers(windows, "window"), int(near.min())
     return (
         f"It is {int(wrong.sel(window=inferred))} at {inferred:g} and at least {int(others.min())} at every other "
         f"length from {lengths[0]:g} to {lengths[-1]:g} in steps of {lengths[1] - lengths[0]:g}.\n"
@@ -305,23 +324,18 @@ def coverage(data: Data) -> str:
     study = data[IDENTIFICATION]
     drawn, identified = study.sizes["draw"], int(study["identified_records"])
     errors = [percent(study["coverage_error"].sel(level=level)) for level in LEVELS]
-    found = f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
     away = np.abs(study["coverage"] - study["level"]) / study["coverage_error"]
-    found += (
-        f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors); the share that"
+    found = (
+        f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
+        f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors); "
+        f"the share that is farthest off differs by {float(away.max()):.1f} of these."
     )
-    found += f" is farthest off differs by {float(away.max()):.1f} of these."
     head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "uniform ranks, p"]
-    rows = [
-        [PARAMETERS[str(name)]]
-        + [
-            percent(one[kind].sel(level=level)) if np.isfinite(one[kind].sel(level=level)) else "–"
-            for kind in ("coverage", "coverage_by_least_squares")
-            for level in LEVELS
-        ]
-        + [number(one["rank_p_value"], 2)]
-        for name, one in ((name, study.sel(parameter=name)) for name in study["parameter"].values)
-    ]
+    rows = []
+    for name, one in models(study, "parameter"):
+        shares = [one[f"coverage{kind}"].sel(level=level) for kind in ("", "_by_least_squares") for level in LEVELS]
+        shown = [percent(value) if np.isfinite(value) else "–" for value in shares]
+        rows.append([PARAMETERS[name], *shown, number(one["rank_p_value"], 2)])
     return f"{found}\n\n{table(head, rows)}"
 
 
@@ -346,24 +360,9 @@ def support(data: Data) -> str:
     return f"{table(head, rows)}\n\n{told}"
 
 
-TABLES: dict[str, Callable[[Data], str]] = {
-    function.__name__: function
-    for function in (
-        solver,
-        ratios,
-        fits,
-        tabulated,
-        rotations,
-        energy,
-        earthquakes,
-        checks,
-        orders,
-        response_length,
-        coverage,
-        support,
-        verdicts,
-    )
-}
+_FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
+_LAST = (response_length, coverage, support, verdicts)
+TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 
 def written(page: str, data: Data) -> str:
@@ -379,10 +378,9 @@ def written(page: str, data: Data) -> str:
 
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
-    names = ("accuracy", "comparison", "natural/check", "natural/orders", "population/check", "equivalence", "windows")
-    names += tuple(f"match/{study}" for study in STUDIES)
+    names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
     if (results / f"{IDENTIFICATION}.nc").exists():
-        names += (IDENTIFICATION,)
+        names.append(IDENTIFICATION)
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
@@ -392,7 +390,7 @@ if __name__ == "__main__":
         sys.exit("usage: measured_tables.py [FOLDER OF THE RESULTS]")
     results = Path(sys.argv[1]) if len(sys.argv) > 1 else RESULTS
     opened = read(results)
-    for page in (ROOT / name for name in PAGES):
+    for page in map(ROOT.joinpath, PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
         if IDENTIFICATION in opened or "identification" not in picture.name:

@@ -59,12 +59,14 @@ def made_up():
         .assign_coords(stratum=list(STRATA)[:count])
         for name, count in (("natural", 5), ("population", 4))
     }
-    earthquakes = {"comparison": made_up_earthquakes.comparison(), **checks}
+    compared = made_up_earthquakes.comparison()
+    earthquakes = {"comparison": compared, "recommendation": made_up_earthquakes.recommendation(compared), **checks}
     return {
         "accuracy": accuracy,
         **earthquakes,
         "natural/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
+        "pulses": made_up_studies.pulses(),
         "windows": windows,
         measured_tables.IDENTIFICATION: identification_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
@@ -175,8 +177,8 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
 
 def test_the_damper_to_use_is_the_one_of_the_report(made_up):
     assert "**Use CDR, with ξ of the polynomials.**" in measured_tables.earthquakes(made_up)
-    compared = made_up["comparison"].assign(log_error=made_up["comparison"]["log_error"] * np.nan)
-    assert "No damper errs least" in measured_tables.earthquakes({"comparison": compared})
+    none = made_up["recommendation"].assign(recommended=0 * made_up["recommendation"]["recommended"])
+    assert "No damper errs least" in measured_tables.earthquakes({**made_up, "recommendation": none})
     cells = numbers(row("earthquakes", "SDR", made_up))
     assert cells[:3] == pytest.approx([0.9, 0.855, 0.945])
 

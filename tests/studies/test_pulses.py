@@ -2,6 +2,7 @@
 
 import copy
 
+import measured_tables
 import numpy as np
 import pytest
 import xarray as xr
@@ -130,7 +131,7 @@ def made_up():
 
 
 def test_ratios_false_safes_and_false_collapses_are_counted_as_they_are_defined():
-    one = pulses.compare(made_up(), np.array([0.1, 0.3, 1.0])).squeeze()
+    one = pulses.statistics(made_up(), np.array([0.1, 0.3, 1.0])).squeeze()
     assert float(one["median_ratio"][0]) == pytest.approx(1.0)  # of 0.5 and 2, in the logarithm
     assert float(one["log_dispersion"][0]) == pytest.approx(np.log(2))
     assert list(one["pairs"].values) == [2, 0]  # a collapse of either is no pair
@@ -145,7 +146,7 @@ def test_one_pulse_of_many_moves_no_median():
     data = made_up()
     data["collapsed"][:] = 0
     data["peak_ratio"][:] = data["reference_peak"] * np.array([[1.0, 1.0], [8.0, 1.0]])[:, :, None]
-    one = pulses.compare(data, np.array([0.1, 1.0])).squeeze()
+    one = pulses.statistics(data, np.array([0.1, 1.0])).squeeze()
     for name in ("median_ratio", "median_ratio_all"):
         assert float(one[name]) == pytest.approx(1.0)
     assert float(one["log_dispersion_all"]) == pytest.approx(np.log(8) * np.sqrt(2) / 3)  # of 0, 0 and ln 8
@@ -158,7 +159,8 @@ def test_the_dataset_is_what_the_registry_says(found):
 
 def test_the_table_and_the_words_of_the_page_are_those_of_the_study(found):
     text = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
-    assert "\n".join(pulses.table(found.sel(damping_model=[*PAPER_MODELS, "ECD", RECOMMENDED]))) in text
+    shown = found.sel(damping_model=[*PAPER_MODELS, "ECD", RECOMMENDED])
+    assert measured_tables.pulses({"pulses": shown}) in text
     every = found.sel(damping_ratio_source="closed form", restitution=0.85)
     one = every.sel(damping_model=[*PAPER_MODELS, "ECD"])
     medians = one["median_ratio_all"]

@@ -5,7 +5,9 @@ import xarray as xr
 from scipy.special import ndtr
 
 from rockdamp.storage import dataset
+from rockdamp.studies import recommendation as recommending
 from rockdamp.vocabulary import MODELS as ALL_MODELS
+from rockdamp.vocabulary import STUDIES
 
 
 def by_model(models, other, **known):
@@ -34,11 +36,12 @@ COORDS = {
 }
 
 
-def _complete(data, kind):
-    """Add zeros for what the registry has and no figure shows, and check all against it."""
-    for name, entry in dataset.variables(kind).items():
+def complete(data, kind):
+    """Add zeros for what the registry has and no figure shows, and check the rest against it."""
+    parameter = next((str(dim) for dim in STUDIES.values() if dim in data.dims), None)
+    for name, entry in dataset.variables(kind, parameter).items():
         if name not in data.variables and not entry.get("optional"):
-            data[name] = (entry["dims"], np.zeros([data.sizes[dim] for dim in entry["dims"]]))
+            data[name] = (entry["dims"], np.zeros([data.sizes.get(dim, 3) for dim in entry["dims"]]))
     dataset.check(data, kind)
     return data
 
@@ -61,7 +64,7 @@ def natural(records=6):
             "station": ("record", [f"far-field/{i}" for i in range(records)]),
         },
     )
-    return _complete(data, "natural")
+    return complete(data, "natural")
 
 
 def comparison():
@@ -113,7 +116,12 @@ def comparison():
             "band_end": ("band", np.r_[EDGES[-1], EDGES[1:]]),
         },
     )
-    return _complete(with_excess(data), "comparison")
+    return complete(with_excess(data), "comparison")
+
+
+def recommendation(compared):
+    """What the comparison recommends, without the studies of pulses and orders."""
+    return recommending.under_earthquakes(compared)
 
 
 def with_excess(data):
@@ -155,7 +163,7 @@ def walls():
         },
         coords={name: COORDS[name] for name in ("wall", "restitution", "damping_model", "damping_ratio_source")},
     )
-    return _complete(data, "natural_walls")
+    return complete(data, "natural_walls")
 
 
 def population():
@@ -184,4 +192,4 @@ def population():
             "wall": np.arange(40),
         },
     )
-    return _complete(data, "population")
+    return complete(data, "population")

@@ -5,25 +5,14 @@ from functools import cache
 import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
-from made_up_earthquakes import by_model
+from made_up_earthquakes import by_model, complete
 
-from rockdamp.storage import dataset
 from rockdamp.studies.amplitude_dispersion import DAMPERS
-from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
 E = np.linspace(0.7, 0.98, 15)
 STEPS = 3200  # k of the made-up matches
-
-
-def complete(data, kind):
-    """Add zeros for what the registry has and no figure shows, and check the rest against it."""
-    parameter = next((str(dim) for dim in STUDIES.values() if dim in data.dims), None)
-    for name, entry in dataset.variables(kind, parameter).items():
-        if name not in data.variables and not entry.get("optional"):
-            data[name] = (entry["dims"], np.zeros([data.sizes.get(dim, 3) for dim in entry["dims"]]))
-    dataset.check(data, kind)
-    return data
 
 
 def mechanism():

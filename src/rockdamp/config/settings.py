@@ -237,6 +237,12 @@ class PulseSettings(Settings):
 
 
 @dataclass(frozen=True)
+class RecommendationSettings(Settings):
+    curve: Curve
+    release_amplitude: float
+
+
+@dataclass(frozen=True)
 class ConvergenceSettings(Settings):
     convergence: Convergence
 

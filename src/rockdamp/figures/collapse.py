@@ -58,7 +58,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `earthquakes.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
+        As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
     walls : xarray.Dataset
         As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
     """
@@ -175,7 +175,7 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `earthquakes.comparison.compare` returns it; curves at the middle e, with the damping ratios of least error.
+        As `comparison.compare_dampers` returns it; curves at the middle e, with the damping ratios of least error.
     walls : xarray.Dataset
         As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
     """

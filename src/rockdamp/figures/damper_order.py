@@ -43,7 +43,7 @@ def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure
     damper_order : xarray.Dataset
         As `rockdamp.studies.damper_order.damper_order` returns it.
     earthquake_orders : xarray.Dataset
-        As `rockdamp.studies.earthquakes.orders.compare` returns it.
+        As `rockdamp.studies.earthquakes.orders.compare_orders` returns it.
     """
     figure = new_figure(DOUBLE_COLUMN, 135.0)
     grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])

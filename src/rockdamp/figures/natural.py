@@ -80,7 +80,7 @@ def fig_natural(natural: xr.Dataset, comparison: xr.Dataset) -> Figure:
     natural : xarray.Dataset
         As `earthquakes.incremental.gather` returns it; drawn at the middle e, with the damping ratios of least error.
     comparison : xarray.Dataset
-        As `rockdamp.studies.earthquakes.comparison.compare` returns it: which walls are taken together, and the bands.
+        As `comparison.compare_dampers` returns it: which walls are taken together, and the bands.
     """
     histories = middle(natural).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
     models = dampers(histories)
@@ -182,7 +182,7 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
     Parameters
     ----------
     comparison : xarray.Dataset
-        As `earthquakes.comparison.compare` returns it; drawn at the middle e, with the damping ratios of least error.
+        As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
     """
     given = middle(comparison).sel(damping_ratio_source=SOURCE)
     figure = new_figure(DOUBLE_COLUMN, 92.0)

@@ -8,64 +8,47 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
-from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.figures.damper_order import at_shown
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import kinds
 from rockdamp.report import interactive
 from rockdamp.report.earthquake_captions import DASH, fraction
 from rockdamp.report.numbers import percent, plain
 from rockdamp.storage.dataset import Datasets
+from rockdamp.studies.recommendation import EXACT_SOURCE
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
 
-SOURCE = "closed form"  # of the recommended damper's ratio: exact
-NEEDED = ("comparison", "natural/orders", "damper_order", "pulses", "loops")
 
-
-def answer(data: Datasets, curve: TrilinearCurve) -> dict[str, Any] | None:
-    """Return what the first screen says, or nothing where a dataset of `NEEDED` was not built.
-
-    Parameters
-    ----------
-    data : dict of str to xarray.Dataset
-        Of the report.
-    curve : TrilinearCurve
-        The study's.
-    """
-    if any(name not in data for name in NEEDED):
+def answer(data: Datasets) -> dict[str, Any] | None:
+    """Return what the first screen says, or nothing where the dataset ``recommendation`` was not built."""
+    if "recommendation" not in data:
         return None
-    compared, orders, by_order, pulses = (data[name] for name in NEEDED[:4])
-    release = float(data["loops"]["release_amplitude"])
-    middle = compared.isel(restitution=compared.sizes["restitution"] // 2)
-    e = float(middle["restitution"])
-    error = middle["log_error"].isel(band=0)
-    papers = error.sel(damping_model=list(PAPER_MODELS)).min("damping_ratio_source")
+    whole = data["recommendation"]
+    middle = whole.isel(restitution=whole.sizes["restitution"] // 2)
+    papers = middle["log_error"].sel(damping_model=list(PAPER_MODELS)).min("damping_ratio_source")
     nearest_of_paper = PAPER_MODELS[int(np.argmin(papers.values))]
-    own = middle["varied_log_error"].sel(variation=["lower e", "higher e"])
-    shown = at_shown(by_order).sel(order=RECOMMENDED_ORDER, method="nearest")
-    cell = middle.sel(damping_model=RECOMMENDED, damping_ratio_source=SOURCE)
-    found = float(orders["recommended_order"])
+    cell = middle.sel(damping_model=RECOMMENDED, damping_ratio_source=EXACT_SOURCE)
+    enough = float(whole["recommended_order"])
     return {
         "model": RECOMMENDED,
         "title": kinds()[RECOMMENDED].title,
-        "e": plain(e),
-        "ratios": ratios(curve, e, release),
-        "release": plain(release),
-        "records": int(orders["records"]),
-        "error": off(cell["log_error"].isel(band=0)),
-        "own": off(own.isel(band=0).max()),
-        "within": float(cell["log_error"].isel(band=0)) <= float(own.isel(band=0).max()),
-        "large": plain(compared["band_start"][-1]),
-        "large_error": off(cell["log_error"].isel(band=-1)),
-        "large_own": off(own.isel(band=-1).max()),
-        "change": plain(orders["restitution_change"]),
+        "e": plain(middle["restitution"]),
+        "ratios": ratios(middle["damping_ratio_energy"]),
+        "release": plain(whole["release_amplitude"]),
+        "records": int(whole["records"]),
+        "error": off(cell["log_error"]),
+        "own": off(cell["sensitivity_to_restitution"]),
+        "within": float(cell["log_error"]) <= float(cell["sensitivity_to_restitution"]),
+        "large": plain(whole["near_collapse_start"]),
+        "large_error": off(cell["near_collapse_log_error"]),
+        "large_own": off(cell["near_collapse_sensitivity_to_restitution"]),
+        "change": plain(whole["restitution_change"]),
         "paper_model": nearest_of_paper,
         "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
         "safe": fraction(cell["false_safe_rate"]),
-        "before": off(shown["pulse_before_impact_log_error"]),
-        **under_pulses(pulses),
-        "found": plain(found) if np.isfinite(found) else None,
-        "agrees": found == RECOMMENDED_ORDER,
+        "before": off(whole["before_impact_log_error"]),
+        "slow": off(cell["slow_pulse_log_error"]),
+        "quick": off(cell["quick_pulse_log_error"]),
+        "found": plain(enough) if np.isfinite(enough) else None,
+        "agrees": enough == RECOMMENDED_ORDER,
         "order": RECOMMENDED_ORDER,
     }
 
@@ -76,8 +59,8 @@ def off(log_error: Any) -> Markup:
     return percent(np.expm1(value)) if np.isfinite(value) else DASH
 
 
-def ratios(curve: TrilinearCurve, e: float, release: float) -> list[dict[str, Any]]:
-    """Return each damper with its ratio at e for a curve and a release, the recommended one first."""
+def ratios(damping_ratio: xr.DataArray) -> list[dict[str, Any]]:
+    """Return each damper with its ratio at one e, the recommended one first."""
     exact = interactive.exact_dampers()
     models = [RECOMMENDED, *(model for model in reversed(VISCOUS_MODELS) if model != RECOMMENDED)]
     return [
@@ -85,19 +68,7 @@ def ratios(curve: TrilinearCurve, e: float, release: float) -> list[dict[str, An
             "model": model,
             "title": kinds()[model].title,
             "exact": model in exact,
-            "ratio": f"{100 * float(damping_ratio_energy(curve, model, e, release)):.2f}",
+            "ratio": f"{100 * float(damping_ratio.sel(damping_model=model)):.2f}",
         }
         for model in models
     ]
-
-
-def under_pulses(pulses: xr.Dataset) -> dict[str, Markup]:
-    """Return how far the recommended damper's peaks are off under the slowest and under the quickest pulses."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(
-        damping_model=RECOMMENDED, damping_ratio_source=SOURCE
-    )
-    stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
-    ratio = at_e["peak_ratio"] / at_e["reference_peak"]
-    squares = ratio.copy(data=np.log(ratio.values) ** 2).where(stand).sortby("pulse_frequency")
-    error = np.sqrt(squares.mean(["pulse", "load_ratio"]).values)
-    return {"slow": off(error[0]), "quick": off(error[-1])}

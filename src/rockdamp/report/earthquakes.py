@@ -20,7 +20,7 @@ from rockdamp.report import earthquake_histories as histories
 from rockdamp.report.earthquake_captions import fraction, known, span
 from rockdamp.report.numbers import listed, plain
 from rockdamp.storage.dataset import Datasets
-from rockdamp.studies.earthquakes.comparison import best
+from rockdamp.studies.recommendation import EXACT_SOURCE, MULTIPLE, TOLERANCE
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
@@ -31,11 +31,6 @@ VARIATIONS = {
     "higher e": "e higher by {}",
 }
 
-# ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
-# could tell, or where it is a tenth, finer than what is known of any wall.
-MULTIPLE = 2.0  # of CR's own sensitivity
-TOLERANCE = 0.10
-
 
 class Choice(NamedTuple):
     """A damper and the source of its damping ratio."""
@@ -45,10 +40,10 @@ class Choice(NamedTuple):
 
 
 def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
-    """Return the section as HTML, none without its datasets ``comparison`` and ``natural/walls``."""
-    if "comparison" not in data or "natural/walls" not in data:
+    """Return the section as HTML, none without its datasets."""
+    if any(name not in data for name in ("comparison", "recommendation", "natural/walls")):
         return None
-    compared, walls = data["comparison"], data["natural/walls"]
+    compared, advice, walls = (data[name] for name in ("comparison", "recommendation", "natural/walls"))
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     change = plain(config["natural"]["restitution_change"])
@@ -56,15 +51,17 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         **histories.run(compared, walls),
         "checks": [(text, histories.check(data.get(name))) for name, text in histories.CHECKS.items()],
         "exceptions": histories.exceptions(data.get("natural"), SOURCES),
-        **_sensitivity(compared, change),
-        **_recommendation(compared),
+        **_sensitivity(compared, advice, change),
+        **_recommendation(compared, advice),
         **_walls(compared, walls),
         "change": change,
         "fit_plateau": plain(config["curve"]["plateau_ratio"]),
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
-        "steps": [_at(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])],
+        "steps": [
+            _at(*(each.isel(restitution=e) for each in (compared, advice))) for e in range(advice.sizes["restitution"])
+        ],
     }
     return Markup(environment.from_string(text).render(values))
 
@@ -97,6 +94,17 @@ def _choices(statistics: xr.Dataset) -> list[Choice]:
     ]
 
 
+def marked(advice: xr.Dataset, name: str) -> list[Choice]:
+    """Return the choices at which a variable of the recommendation is 1."""
+    return [choice for choice in _choices(advice) if int(_cell(advice, choice)[name]) == 1]
+
+
+def recommended(advice: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
+    """Return the damper and source to use, and those that are as good; none where no damper is recommended."""
+    use = marked(advice, "recommended")
+    return (use[0], marked(advice, "as_good")) if use else None
+
+
 def grouped(choices: Sequence[Choice]) -> Markup:
     """Name dampers with the sources of their ratios: "CDR (polynomials, closed form)"."""
     by_model: dict[str, list[str]] = {}
@@ -108,32 +116,10 @@ def grouped(choices: Sequence[Choice]) -> Markup:
 # --- what was run, and each e -----------------------------------------------------------------------------------------
 
 
-def tied(at_e: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
-    """Return the choice of least error over all bands, and those that are not told apart from it; none without errors.
-
-    Told apart is where the interval of the difference of both errors, over the same histories, lies above zero. That
-    the intervals of both errors overlap says nothing: the dampers share the records.
-
-    Parameters
-    ----------
-    at_e : xarray.Dataset
-        The comparison at one e.
-    """
-    if not np.isfinite(at_e["log_error"].isel(band=0).sel(damping_model=dampers(at_e)).values).any():
-        return None
-    least = Choice(*best(at_e.expand_dims("restitution"), float(at_e["restitution"])))
-    near = [
-        choice
-        for choice in _choices(at_e)
-        if choice != least and float(_cell(at_e, choice)["log_error_excess_interval"].sel(bound="lower")) <= 0
-    ]
-    return least, near
-
-
-def _at(at_e: xr.Dataset) -> dict[str, Any]:
+def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     """The table of one e, and which damper errs least there."""
-    judged = tied(at_e)
-    marks = {judged[0]: "least"} | dict.fromkeys(judged[1], "not told apart") if judged else {}
+    least, near = (marked(advice, name) for name in ("least_error", "not_told_apart"))
+    marks = dict.fromkeys(near, "not told apart") | dict.fromkeys(least, "least")
     rows = []
     for choice in _choices(at_e):
         cell, whole = _cell(at_e, choice), _cell(at_e, choice).isel(band=0)
@@ -152,22 +138,17 @@ def _at(at_e: xr.Dataset) -> dict[str, Any]:
             }
         )
     table: dict[str, Any] = {"e": _e(at_e), "rows": rows, "least": None}
-    if judged:
-        table["least"] = grouped([judged[0]])
-        table["least_error"] = with_interval(_cell(at_e, judged[0]).isel(band=0), "log_error")
-        table["near"] = grouped(judged[1])
+    if least:
+        table["least"] = grouped(least)
+        table["least_error"] = with_interval(_cell(advice, least[0]), "log_error")
+        table["near"] = grouped([choice for choice in near if choice not in least])
     return table
 
 
 # --- CR's own sensitivity ---------------------------------------------------------------------------------------------
 
 
-def own_sensitivity(compared: xr.Dataset) -> xr.DataArray:
-    """Return the largest error of CR's own peaks after the small changes, (restitution, band)."""
-    return compared["varied_log_error"].max("variation")
-
-
-def _sensitivity(compared: xr.Dataset, change: str) -> dict[str, Any]:
+def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[str, Any]:
     rows = []
     for name in map(str, compared["variation"].values):
         changed = compared.sel(variation=name)
@@ -187,8 +168,8 @@ def _sensitivity(compared: xr.Dataset, change: str) -> dict[str, Any]:
         )
     return {
         "sensitivity_rows": rows,
-        "sensitivity_all": span(own_sensitivity(compared).isel(band=0)),
-        "sensitivity_last": span(own_sensitivity(compared).isel(band=-1)),
+        "sensitivity_all": span(advice["sensitivity"].isel(band=0)),
+        "sensitivity_last": span(advice["sensitivity"].isel(band=-1)),
         "last_band": _band(compared, -1),
     }
 
@@ -200,39 +181,15 @@ def _band(compared: xr.Dataset, index: int) -> str:
 # --- which damper -----------------------------------------------------------------------------------------------------
 
 
-def recommended(compared: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
-    """Return the damper and source to use, and those that serve as well: at no e told apart from the least error.
-
-    Of several the one with the least error over all e is named first; if its damper has an exact ratio, with that.
-    """
-    per_e = [tied(compared.isel(restitution=index)) for index in range(compared.sizes["restitution"])]
-    if not all(per_e):
-        return None
-    sets = [{judged[0], *judged[1]} for judged in per_e if judged]
-    common = [choice for choice in _choices(compared) if all(choice in choices for choices in sets)]
-    if not common:
-        return None
-    errors = [float((_cell(compared, choice)["log_error"].isel(band=0) ** 2).mean()) for choice in common]
-    first = common[int(np.argmin(errors))]
-    exact = Choice(first.model, "closed form")
-    if first.model in Damping.exact_models() and exact in common:
-        first = exact
-    return first, [choice for choice in common if choice != first]
-
-
-def holds(error: Any, own: Any) -> bool:
-    """Whether an error is within the multiple of CR's own sensitivity, or the tolerance; an unknown one is not."""
-    return bool(float(error) <= max(MULTIPLE * float(own), TOLERANCE))
-
-
-def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
-    recommendation = recommended(compared)
+def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
+    recommendation = recommended(advice)
     if recommendation is None:
         return {"use": None}
     first, others = recommendation
-    cell, own = _cell(compared, first), own_sensitivity(compared)
+    cell, own = _cell(compared, first), advice["sensitivity"]
     at_e = range(compared.sizes["restitution"])
-    amplitudes = [_amplitude(compared, cell, own, band) for band in range(1, compared.sizes["band"])]
+    well = _cell(advice, first)["holds"]
+    amplitudes = [_amplitude(cell, own, well, band) for band in range(1, compared.sizes["band"])]
     over = (cell["log_error"] / own).isel(band=0)
     same = [choice.source for choice in (first, *others) if choice.model == first.model]
     return {
@@ -240,8 +197,8 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
         "source": SOURCES.get(first.source, first.source),
         "from_fit": first.source == "fit",
         "others": grouped(others),
-        "closed_form": "closed form" in same,
-        "exact": first.source == "closed form" and first.model in Damping.exact_models(),
+        "closed_form": EXACT_SOURCE in same,
+        "exact": first.source == EXACT_SOURCE and first.model in Damping.exact_models(),
         "times": span(over),
         "within": bool((over <= MULTIPLE).all()),
         "amplitudes": amplitudes,
@@ -253,26 +210,26 @@ def _recommendation(compared: xr.Dataset) -> dict[str, Any]:
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: known(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], fraction),
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
-        "refused": _refused(compared, own),
+        "refused": _refused(compared, advice),
         "odd_walls": _odd_walls(compared, first),
     }
 
 
-def _amplitude(compared: xr.Dataset, cell: xr.Dataset, own: xr.DataArray, band: int) -> dict[str, Any]:
+def _amplitude(cell: xr.Dataset, own: xr.DataArray, well: xr.DataArray, band: int) -> dict[str, Any]:
     """Error and CR's own sensitivity of a band at every e, and whether the damper holds there."""
     cells = []
-    for index in range(compared.sizes["restitution"]):
+    for index in range(cell.sizes["restitution"]):
         error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], own))
         cells.append(
             {
                 "error": known(error, 2),
                 "sensitivity": known(least, 2),
                 "known": bool(np.isfinite(error)),
-                "holds": holds(error, least),
+                "holds": bool(well.isel(restitution=index, band=band)),
                 "by_multiple": float(error) <= MULTIPLE * float(least),
             }
         )
-    return {"band": _band(compared, band), "cells": cells}
+    return {"band": _band(cell, band), "cells": cells}
 
 
 def _fragility(cell: xr.Dataset) -> dict[str, Any]:
@@ -288,18 +245,19 @@ def _fragility(cell: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _refused(compared: xr.Dataset, own: xr.DataArray) -> list[dict[str, Any]]:
-    """Dampers that err, from whatever source their ratio is, more than the multiple of CR's own at some e."""
+def _refused(compared: xr.Dataset, advice: xr.Dataset) -> list[dict[str, Any]]:
+    """Dampers that hold at some e from no source of their ratio."""
     refused = []
     for model in dampers(compared):
-        error = compared["log_error"].sel(damping_model=model).isel(band=0).min("damping_ratio_source")
-        beyond = ~np.array([holds(*pair) for pair in zip(error.values, own.isel(band=0).values, strict=True)])
+        at_all = advice.sel(damping_model=model)
+        error, own = at_all["log_error"].min("damping_ratio_source"), advice["sensitivity"].isel(band=0)
+        beyond = ~at_all["holds"].isel(band=0).any("damping_ratio_source").values
         if beyond.any():
             refused.append(
                 {
                     "model": model,
                     "at": listed(plain(e) for e in compared["restitution"].values[beyond]),
-                    "times": span((error / own.isel(band=0))[beyond]),
+                    "times": span((error / own)[beyond]),
                 }
             )
     return refused

@@ -96,7 +96,7 @@ def build(content: Content) -> str:
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         figures=list(pictures.values()),
-        answer=answer(content.datasets, curve),
+        answer=answer(content.datasets),
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],

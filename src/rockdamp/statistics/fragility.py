@@ -119,7 +119,7 @@ def fit_resampled(
 
 
 def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
-    """Whether a wall collapses at a lower stripe than one at which a wall stands."""
+    """Tell which curves have a collapse at a lower stripe than a survival."""
     stripes = np.arange(k.shape[-1])
     lowest = np.where(k > 0, stripes, k.shape[-1]).min(axis=-1)
     highest = np.where(n > k, stripes, -1).max(axis=-1)

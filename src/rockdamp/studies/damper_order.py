@@ -1,7 +1,7 @@
-"""From viscous damping to restitution: ECD of order m against CR by its order, in free decay and under load.
+"""Compare ECD of order m with CR by its order, in free decay and under load: from viscous damping to restitution.
 
-Its damping ratio is exact and nothing is fitted. Beside it stand the dampers of `VISCOUS_MODELS`, which are fitted by
-Eq. (17), and what a change of e makes of CR itself: a damper that is nearer to CR than that is restitution for any use.
+The damping ratio of ECD is exact, nothing is fitted. Beside it stand the dampers of `VISCOUS_MODELS`, which are fitted
+by Eq. (17), and CR itself after a small change of e: a damper that is nearer to CR than that is as good as CR.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Reference
+from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_outcomes, of_pairs
 from rockdamp.studies.amplitude_dispersion import Group, groups
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.pulses import PULSES, Run, pulse
+from rockdamp.studies.pulses import CELLS, PULSES, Run, pulse
 from rockdamp.vocabulary import VISCOUS_MODELS
 
-VARIATIONS = ("lower e", "higher e")
-PULSE_DIMS = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+PULSE_DIMS = (*CELLS, "restitution")
 MEASURES = ("rms_error", "peak_error", "duration_error")
 
 R = TypeVar("R")
@@ -55,20 +55,26 @@ def damper_order(config: Config, record: Record) -> xr.Dataset:
         In free decay ``rms_error``, ``peak_error`` and ``duration_error`` (order, case, release_share, restitution) on
         the curves of the dispersion, and the same on the reference curve (``curve_...``); beside them those of the
         fitted dampers (``fitted_rms_error``) and of CR with another e (``varied_...``). Under load ``pulse_ratio``, the
-        peak over CR's, ``pulse_ratio_before_impact``, the same up to CR's first impact, with what `compare` makes of
-        them, and ``record_peak``. Histories of one decay (``shown_...``).
+        peak over CR's, ``pulse_ratio_before_impact``, the same up to CR's first impact, with their
+        `pulse_statistics`, and ``record_peak``. Histories of one decay (``shown_...``).
     """
-    given = DamperOrderSettings.of(config)
-    asked = groups(given.dispersion, float(given.curve.plateau_ratio), given.plateau_ratio_beyond)
-    parts = [_on_group(group, given) for group in asked]
+    settings = DamperOrderSettings.of(config)
+    asked = groups(settings.dispersion, float(settings.curve.plateau_ratio), settings.plateau_ratio_beyond)
+    parts = [_on_group(group, settings) for group in asked]
     curves = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
-    parts = [_on_curve(given), _fitted(given), _shown(given), _under_pulses(given), _under_record(given, record)]
+    parts = [
+        _on_curve(settings),
+        _fitted(settings),
+        _shown(settings),
+        _under_pulses(settings),
+        _under_record(settings, record),
+    ]
     return xr.merge([curves, *parts], join="exact", compat="no_conflicts").assign_attrs(record_attributes(record))
 
 
 @dataclass(frozen=True)
 class Dampers:
-    """What is compared with CR at each e: ECD of each order, then CR at an e a little lower and a little higher."""
+    """Dampers that are compared with CR at each e: ECD of each order, then CR at an e a little lower and higher."""
 
     order: Array
     restitution: Array
@@ -90,11 +96,16 @@ class Dampers:
 
     @property
     def coords(self) -> dict[str, list[object]]:
-        return {"order": list(self.order), "variation": list(VARIATIONS)}
+        return {"order": list(self.order), "variation": list(CHANGES_OF_E)}
 
 
-def _dampers(given: DamperOrderSettings, restitution: Array) -> Dampers:
-    return Dampers(given.damper_order.order, restitution, given.damper_order.restitution_change)
+def _dampers(settings: DamperOrderSettings, restitution: Array) -> Dampers:
+    return Dampers(settings.damper_order.order, restitution, settings.damper_order.restitution_change)
+
+
+def _at(settings: DamperOrderSettings) -> dict[str, Any]:
+    """Return length, step and scheme of the decays."""
+    return {"window": settings.matching.window, "step": settings.solver.step, "scheme": settings.solver.scheme}
 
 
 # --- free decay ------------------------------------------------------------------------------------------------------
@@ -117,7 +128,7 @@ def measured(
     reference = Reference(restitution.displacement, np.arange(release_amplitude.size), [steps])
     expected = turns(restitution.displacement, restitution.velocity, step)
 
-    def compare(damping: Damping) -> tuple[Array, Array, Array]:
+    def differences(damping: Damping) -> tuple[Array, Array, Array]:
         run = solve(curve, damping, reference=reference, store_every=1, **start)
         peaks, elapsed = turns(run.displacement, run.velocity, step)
         most = min(peaks.shape[1], expected[0].shape[1])
@@ -128,7 +139,7 @@ def measured(
             _largest(lasting / lasted - 1),
         )
 
-    return dict(zip(MEASURES, map(np.stack, zip(*dampers.each(compare), strict=True)), strict=True))
+    return dict(zip(MEASURES, map(np.stack, zip(*dampers.each(differences), strict=True)), strict=True))
 
 
 def _largest(difference: Array) -> Array:
@@ -136,40 +147,27 @@ def _largest(difference: Array) -> Array:
     return np.fmax.reduce(np.abs(difference), axis=-1, initial=np.nan)
 
 
-def _on_group(group: Group, given: DamperOrderSettings) -> xr.Dataset:
-    share, e = given.damper_order.release_share, given.damper_order.restitution
+def _on_group(group: Group, settings: DamperOrderSettings) -> xr.Dataset:
+    share, e = settings.damper_order.release_share, settings.damper_order.restitution
     shape = (len(group.name), share.size, e.size)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
     ultimate = np.asarray(group.curve.ultimate_ratio)
-    dampers = _dampers(given, e[e_at])
-    found = measured(
-        group.curve.map(lambda p: p[case]),
-        share[share_at] * ultimate[case],
-        dampers,
-        window=given.matching.window,
-        step=given.solver.step,
-        scheme=given.solver.scheme,
-    )
-    shaped = {name: values.reshape(-1, *shape) for name, values in found.items()}
+    dampers = _dampers(settings, e[e_at])
+    curve, release_amplitude = group.curve.map(lambda p: p[case]), share[share_at] * ultimate[case]
+    errors = measured(curve, release_amplitude, dampers, **_at(settings))
+    shaped = {name: values.reshape(-1, *shape) for name, values in errors.items()}
     return xr.Dataset(
         dampers.split(shaped, "case", "release_share", "restitution"),
         coords={**dampers.coords, "case": group.name, "release_share": share, "restitution": e},
     )
 
 
-def _on_curve(given: DamperOrderSettings) -> xr.Dataset:
+def _on_curve(settings: DamperOrderSettings) -> xr.Dataset:
     """On the reference curve, with the damping ratios."""
-    e = given.damper_order.restitution
-    dampers = _dampers(given, e)
-    found = measured(
-        given.curve,
-        np.full(e.size, given.release_amplitude),
-        dampers,
-        window=given.matching.window,
-        step=given.solver.step,
-        scheme=given.solver.scheme,
-    )
-    variables = dampers.split({f"curve_{name}": values for name, values in found.items()}, "restitution")
+    e = settings.damper_order.restitution
+    dampers = _dampers(settings, e)
+    errors = measured(settings.curve, np.full(e.size, settings.release_amplitude), dampers, **_at(settings))
+    variables = dampers.split({f"curve_{name}": values for name, values in errors.items()}, "restitution")
     ratio = [Damping.of_restitution(e, order=m).damping_ratio for m in dampers.order]
     return xr.Dataset(
         {**variables, "damping_ratio": (("order", "restitution"), np.stack(ratio))},
@@ -177,55 +175,57 @@ def _on_curve(given: DamperOrderSettings) -> xr.Dataset:
             **dampers.coords,
             "restitution": e,
             "restitution_change": dampers.change,
-            "release_amplitude": given.release_amplitude,
-            "window": given.matching.window,
+            "release_amplitude": settings.release_amplitude,
+            "window": settings.matching.window,
         },
     )
 
 
-def _fitted(given: DamperOrderSettings) -> xr.Dataset:
+def _fitted(settings: DamperOrderSettings) -> xr.Dataset:
     """The dampers of least Err on the reference curve, by the protocol of all published damping ratios."""
-    e = given.damper_order.restitution
+    e = settings.damper_order.restitution
     matched = match_decays(
-        given.curve.map(lambda p: np.full(e.size, p)),
-        np.full(e.size, given.release_amplitude),
+        settings.curve.map(lambda p: np.full(e.size, p)),
+        np.full(e.size, settings.release_amplitude),
         e,
         VISCOUS_MODELS,
-        given.matching,
-        step=given.solver.step,
-        scheme=given.solver.scheme,
+        settings.matching,
+        step=settings.solver.step,
+        scheme=settings.solver.scheme,
         description="fitted dampers",
     )
+    fitted = matched.values()
+    values = {
+        "fitted_damping_ratio": [match.damping_ratio for match in fitted],
+        "fitted_damping_ratio_uncertainty": [match.uncertainty for match in fitted],
+        "fitted_rms_error": [match.rms_error for match in fitted],
+    }
     dims = ("damping_model", "restitution")
     return xr.Dataset(
-        {
-            "fitted_damping_ratio": (dims, np.stack([of.damping_ratio for of in matched.values()])),
-            "fitted_damping_ratio_uncertainty": (dims, np.stack([of.uncertainty for of in matched.values()])),
-            "fitted_rms_error": (dims, np.stack([of.rms_error for of in matched.values()])),
-        },
+        {name: (dims, np.stack(rows)) for name, rows in values.items()},
         coords={"damping_model": list(matched), "restitution": e},
     )
 
 
-def _shown(given: DamperOrderSettings) -> xr.Dataset:
+def _shown(settings: DamperOrderSettings) -> xr.Dataset:
     """Histories under CR and each order, of the decay on the reference curve at the e of the loops."""
-    e, step, order = given.shown_restitution, given.solver.step, given.damper_order.order
-    steps = step_count(given.matching.window, step)
+    e, step, order = settings.shown_restitution, settings.solver.step, settings.damper_order.order
+    steps = step_count(settings.matching.window, step)
     dampings = [Damping.cr(e), *(Damping.of_restitution(e, order=m) for m in order)]
     impact, *runs = [
         solve(
-            given.curve,
+            settings.curve,
             damping,
-            release_amplitude=given.release_amplitude,
+            release_amplitude=settings.release_amplitude,
             step=step,
             steps=steps,
             store_every=1,
-            scheme=given.solver.scheme,
+            scheme=settings.solver.scheme,
         )
         for damping in dampings
     ]
     force = [
-        damping.coefficient(given.curve, run.displacement, run.velocity) * run.velocity
+        damping.coefficient(settings.curve, run.displacement, run.velocity) * run.velocity
         for damping, run in zip(dampings[1:], runs, strict=True)
     ]
     return xr.Dataset(
@@ -243,16 +243,16 @@ def _shown(given: DamperOrderSettings) -> xr.Dataset:
 # --- under load ------------------------------------------------------------------------------------------------------
 
 
-def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
-    section, e = given.damper_order.pulses, given.damper_order.restitution
-    dampers = _dampers(given, e)
+def _under_pulses(settings: DamperOrderSettings) -> xr.Dataset:
+    section, e = settings.damper_order.pulses, settings.damper_order.restitution
+    dampers = _dampers(settings, e)
     shape = (len(PULSES), section.frequency.size, section.load.size, e.size)
-    rows = dampers.order.size + len(VARIATIONS)
+    rows = dampers.order.size + len(CHANGES_OF_E)
     fell, before, peak = np.empty((rows, *shape), dtype=bool), np.empty((rows, *shape)), np.empty((rows, *shape))
     reference_fell = np.empty(shape, dtype=bool)
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(section.frequency, f"{name} pulses by order")):
-            run = Run(given.curve, pulse(name, float(w), section.step), section.load, section.step, section.tail)
+            run = Run(settings.curve, pulse(name, float(w), section.step), section.load, section.step, section.tail)
             impact = run.histories(Damping.cr(e))
             histories = dampers.each(run.histories)
             reference_fell[i, j] = impact.outcome == COLLAPSED
@@ -264,7 +264,7 @@ def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
     return xr.Dataset(
         {
             **dampers.split({"pulse_ratio": ratio, "pulse_ratio_before_impact": before}, *PULSE_DIMS),
-            **dampers.split(compare(ratio, before, fell, reference_fell), "restitution"),
+            **dampers.split(pulse_statistics(ratio, before, fell, reference_fell), "restitution"),
             "pulse_collapses": ("restitution", reference_fell.sum((0, 1, 2))),
             "pulse_survivals": ("restitution", (~reference_fell).sum((0, 1, 2))),
         },
@@ -278,12 +278,10 @@ def _under_pulses(given: DamperOrderSettings) -> xr.Dataset:
     )
 
 
-def compare(
+def pulse_statistics(
     ratio: Array, before: Array, fell: NDArray[np.bool_], reference_fell: NDArray[np.bool_]
 ) -> dict[str, NDArray[Any]]:
-    """Median and error of ratios of peaks at each e, the last axis, and the collapses that only one of both has.
-
-    The error is the root mean square of the logarithm. NaN where there is no ratio.
+    """Return statistics over all pulses of each damper against CR, of shape (dampers, e); NaN where there is no ratio.
 
     Parameters
     ----------
@@ -292,15 +290,12 @@ def compare(
     reference_fell : ndarray, shape (pulses, frequencies, loads, e)
         Whether CR's does.
     """
-    cells = (1, 2, 3)
-    measures: dict[str, NDArray[Any]] = {
-        "pulse_false_safe": (reference_fell & ~fell).sum(cells),
-        "pulse_false_collapse": (~reference_fell & fell).sum(cells),
-    }
+    dims = ("damper", *PULSE_DIMS)
+    counts = of_outcomes(xr.DataArray(fell, dims=dims), xr.DataArray(reference_fell, dims=PULSE_DIMS), CELLS)
+    measures = {f"pulse_{name}": values.transpose("damper", ...).to_numpy() for name, values in counts.items()}
     for name, values in {"pulse": ratio, "pulse_before_impact": before}.items():
-        logarithm = xr.DataArray(np.log(values), dims=("damper", *PULSE_DIMS))
-        measures[f"{name}_median_ratio"] = np.exp(logarithm.median(PULSE_DIMS[:-1]).to_numpy())
-        measures[f"{name}_log_error"] = np.sqrt((logarithm**2).mean(PULSE_DIMS[:-1]).to_numpy())
+        pairs = of_pairs(xr.DataArray(values, dims=dims), CELLS)
+        measures |= {f"{name}_{statistic}": pairs[statistic].to_numpy() for statistic in ("median_ratio", "log_error")}
     return measures
 
 
@@ -318,13 +313,13 @@ def ratio_before_impact(reference: Array, displacement: Array) -> Array:
     return np.asarray(peak / expected)
 
 
-def _under_record(given: DamperOrderSettings, record: Record) -> xr.Dataset:
+def _under_record(settings: DamperOrderSettings, record: Record) -> xr.Dataset:
     """The tested wall under the record's motion: the largest displacement. [m]"""
-    wall, e = given.tested_wall, np.asarray(given.tested_restitution)
-    dampers = _dampers(given, e)
+    wall, e = settings.tested_wall, np.asarray(settings.tested_restitution)
+    dampers = _dampers(settings, e)
 
     def run(damping: Damping) -> Histories:
-        return computed_response(record, wall, given.tested_curve, damping, given.tested_step)
+        return computed_response(record, wall, settings.tested_curve, damping, settings.tested_step)
 
     impact, histories = run(Damping.cr(e)), dampers.each(run)
     u_ins = float(wall.instability_displacement)

@@ -1,4 +1,4 @@
-"""Does a damper that is equivalent in free decay hold under pulses? CR against every viscous model, a first answer.
+"""Compare every viscous damper with CR under pulses: does what is equivalent in free decay hold there?
 
 A pulse of angular frequency w is the load l b1 s(w t): s has the peak 1, so that l = 1 is what the plateau just
 stands when it is applied slowly. Everything is dimensionless: w over p, time as tau = p t.
@@ -6,9 +6,7 @@ stands when it is applied slowly. Everything is dimensionless: w over p, time as
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -27,11 +25,13 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
+from rockdamp.statistics.against_restitution import in_bands, of_outcomes, of_pairs
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSES = ("Ricker", "sine")
+CELLS = ("pulse", "pulse_frequency", "load_ratio")
 SOURCES = ("closed form", "error")
 RICKER_HALF_LENGTH = 1.5  # periods before and after the peak, where the wavelet is 1e-8 of it
 
@@ -72,7 +72,7 @@ def pulses(config: Config) -> xr.Dataset:
     -------
     xarray.Dataset
         ``peak_ratio`` and ``collapsed`` of CR (``reference_...``) and of each model (source, damping_model,
-        pulse, pulse_frequency, load_ratio, restitution), and what `compare` makes of them.
+        pulse, pulse_frequency, load_ratio, restitution), and their `statistics`.
     """
     given = PulseSettings.of(config)
     frequency, load, e = given.pulses.frequency, given.pulses.load, given.pulses.restitution
@@ -90,7 +90,7 @@ def pulses(config: Config) -> xr.Dataset:
             for row, model in enumerate(VISCOUS_MODELS):
                 response = run(Damping(model, xi[:, row, None, :]))
                 by_damper[0, :, row, i, j], by_damper[1, :, row, i, j] = response.peak, response.outcome == COLLAPSED
-    dims = ("pulse", "pulse_frequency", "load_ratio", "restitution")
+    dims = (*CELLS, "restitution")
     by_model = ("damping_ratio_source", "damping_model")
     dataset = xr.Dataset(
         {
@@ -110,7 +110,9 @@ def pulses(config: Config) -> xr.Dataset:
             "restitution": e,
         },
     )
-    return dataset.merge(compare(dataset, given.pulses.bands)).assign_coords(release_amplitude=given.release_amplitude)
+    return dataset.merge(statistics(dataset, given.pulses.bands)).assign_coords(
+        release_amplitude=given.release_amplitude
+    )
 
 
 @dataclass(frozen=True)
@@ -142,11 +144,11 @@ def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:
     return (impacts & before).sum(axis=-1)
 
 
-# --- what it says ----------------------------------------------------------------------------------------------------
+# --- statistics -------------------------------------------------------------------------------------------------------
 
 
-def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
-    """Peaks over CR's where neither collapses, by band of CR's peak; and the collapses that only one of both has.
+def statistics(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
+    """Compare the peaks and collapses of each model with CR's, over all pulses and by band of CR's peak.
 
     Parameters
     ----------
@@ -158,63 +160,28 @@ def compare(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``median_ratio``, ``log_dispersion`` (standard deviation of the logarithm) and ``pairs`` (source, model, e,
-        band), the first two over all bands as well; ``median_ratio_before_impact`` and ``pairs_before_impact`` of
-        CR's peaks in any band that no impact comes before; ``false_safe`` (CR collapses, the model does not),
-        ``false_collapse``, and how often CR collapses and survives (source, model, e).
+        ``median_ratio``, ``log_dispersion`` and ``pairs`` (source, model, e, band), the first two over all bands as
+        well; ``median_ratio_before_impact`` and ``pairs_before_impact`` of CR's peaks in any band that no impact comes
+        before; ``false_safe`` (CR collapses, the model does not), ``false_collapse``, and how often CR collapses and
+        survives (source, model, e).
     """
-    cells = ("pulse", "pulse_frequency", "load_ratio")
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
     ratio = (dataset["peak_ratio"] / peak).where(~fell & ~reference)
-    logarithm = xr.apply_ufunc(np.log, ratio)
-    in_bands = [logarithm.where((peak >= low) & (peak < high)) for low, high in pairwise(edges)]
-    by_band = xr.concat(in_bands, "band").assign_coords(
-        band=np.arange(edges.size - 1), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
-    )
-    inside = (peak >= edges[0]) & (peak < edges[-1])
-    before_impact = logarithm.where(inside & (dataset["impacts_before_peak"] == 0))
-    in_all = logarithm.where(inside)
-    compared = xr.Dataset(
-        {
-            "median_ratio_all": np.exp(in_all.median(cells)),
-            "log_dispersion_all": in_all.std(cells),
-            "median_ratio": np.exp(by_band.median(cells)),
-            "log_dispersion": by_band.std(cells),
-            "pairs": by_band.count(cells),
-            "median_ratio_before_impact": np.exp(before_impact.median(cells)),
-            "pairs_before_impact": before_impact.count(cells),
-            "false_safe": (reference & ~fell).sum(cells),
-            "false_collapse": (~reference & fell).sum(cells),
-            "reference_collapses": reference.sum(cells),
-            "reference_survivals": (~reference).sum(cells),
-        }
+    inside = ratio.where((peak >= edges[0]) & (peak < edges[-1]))
+    over_all = of_pairs(inside, CELLS)
+    before_impact = of_pairs(inside.where(dataset["impacts_before_peak"] == 0), CELLS)
+    compared = (
+        of_pairs(in_bands(ratio, peak, edges), CELLS)
+        .drop_vars("log_error")
+        .merge(of_outcomes(fell, reference, CELLS))
+        .assign(
+            median_ratio_all=over_all["median_ratio"],
+            log_dispersion_all=over_all["log_dispersion"],
+            median_ratio_before_impact=before_impact["median_ratio"],
+            pairs_before_impact=before_impact["pairs"],
+            reference_collapses=reference.sum(CELLS),
+            reference_survivals=(~reference).sum(CELLS),
+        )
+        .assign_coords(band=np.arange(edges.size - 1), band_start=("band", edges[:-1]), band_end=("band", edges[1:]))
     )
     return compared.transpose("damping_ratio_source", "damping_model", "restitution", "band")
-
-
-def table(dataset: xr.Dataset) -> list[str]:
-    """Return the comparison at the middle e, damping ratios from the closed form, as a table in Markdown."""
-    e = dataset["restitution"].values
-    shown = dataset.isel(damping_ratio_source=0, restitution=e.size // 2)
-    bands = [
-        f"{start:g}-{end:g}" for start, end in zip(shown["band_start"].values, shown["band_end"].values, strict=True)
-    ]
-    head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
-    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for model in shown["damping_model"].values:
-        row = shown.sel(damping_model=model)
-        medians = [row["median_ratio_all"].values, *row["median_ratio"].values]
-        scatters = [row["log_dispersion_all"].values, *row["log_dispersion"].values]
-        ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters, strict=True)]
-        before = f"{float(row['median_ratio_before_impact']):.2f}"
-        false = [f"{int(row['false_safe'])} of {int(row['reference_collapses'])}"]
-        false.append(f"{int(row['false_collapse'])} of {int(row['reference_survivals'])}")
-        lines.append(
-            "| " + " | ".join([str(model), f"{float(row['damping_ratio']):.4f}", *ratios, before, *false]) + " |"
-        )
-    return lines
-
-
-if __name__ == "__main__":
-    with xr.open_dataset(sys.argv[1]) as opened:
-        print("\n".join(table(opened)))

@@ -103,8 +103,8 @@ def share():
 
 
 STUDIES = {
-    "comparison": (study, lambda data: comparison.compare(config(), data)),
-    "orders": (shares, lambda data: orders.compare(config(), data)),
+    "comparison": (study, lambda data: comparison.compare_dampers(config(), data)),
+    "orders": (shares, lambda data: orders.compare_orders(config(), data)),
     "population": (share, lambda data: population.gather(config(), walls(), data)),
 }
 
@@ -127,7 +127,7 @@ def test_each_replicate_is_the_study_of_the_records_that_it_draws(name):
 
 def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_with_both():
     given = study()
-    found = comparison.compare(config(), given)["log_error_excess"]
+    found = comparison.compare_dampers(config(), given)["log_error_excess"]
     peak, fell = given["peak_ratio"], given["collapsed"]
     for e in (0.8, 0.9):
         cr, cr_fell = (values.sel(restitution=e, damping_model="CR") for values in (peak, fell))
@@ -156,7 +156,7 @@ def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_
     peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak_ratio"])
     peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak_ratio"].dims)
     given = given.assign(peak_ratio=peaks, collapsed=(peaks > 1).astype(np.int8))
-    at = comparison.compare(config(replicates=200), given).sel(damping_ratio_source="fit", restitution=0.8)
+    at = comparison.compare_dampers(config(replicates=200), given).sel(damping_ratio_source="fit", restitution=0.8)
     one, other = (at["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])
     assert float(one.sel(bound="upper")) > float(other.sel(bound="lower"))
     assert float(at["log_error_excess_interval"].sel(damping_model=MODELS[2], bound="lower")) > 0

@@ -43,7 +43,7 @@ def study(peak, fell=None, scale=(1.0,)):
 
 
 def compared(histories):
-    return comparison.compare(CONFIG, histories).squeeze(["wall", "restitution", "damping_ratio_source"])
+    return comparison.compare_dampers(CONFIG, histories).squeeze(["wall", "restitution", "damping_ratio_source"])
 
 
 def test_a_false_safe_is_one_of_the_collapses_and_a_false_collapse_one_of_the_survivals():

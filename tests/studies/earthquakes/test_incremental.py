@@ -71,7 +71,7 @@ def study(config, walls):
 
 @pytest.fixture(scope="module")
 def compared(config, study):
-    return comparison.compare(config, study)
+    return comparison.compare_dampers(config, study)
 
 
 # --- the walls -------------------------------------------------------------------------------------------------------
@@ -245,7 +245,7 @@ def made_up(ratio=1.0):
 
 
 def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config):
-    found = comparison.compare(config, made_up(0.9))
+    found = comparison.compare_dampers(config, made_up(0.9))
     dataset.check(found, "comparison")
     dampers = found.sel(damping_model=list(VISCOUS_MODELS))
     np.testing.assert_allclose(dampers["median_ratio"].isel(band=0), 0.9, rtol=1e-12)
@@ -260,7 +260,7 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config
 
 
 def test_false_answers_are_counted_against_the_answers_under_restitution(config):
-    found, study = comparison.compare(config, made_up(1.2)), made_up(1.2)
+    found, study = comparison.compare_dampers(config, made_up(1.2)), made_up(1.2)
     cr, other = (study["collapsed"].sel(damping_model=m, damping_ratio_source="fit") == 1 for m in ("CR", "SDR"))
     one = found.sel(damping_model="SDR", damping_ratio_source="fit")
     dims = ("record", "scale", "wall")

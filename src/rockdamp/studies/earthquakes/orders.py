@@ -2,14 +2,12 @@
 
 Restitution's own sensitivity is what a small change of e does to its peaks, smaller than any test could tell. Every
 order has the damping ratio that loses what an impact takes (docs/theory.md, section 8): nothing is fitted. Differences
-are taken over the same histories, and bootstrapped over the stations of the records, both components together.
+are taken over the same histories, and bootstrapped over stations: see `statistics.against_restitution`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -28,12 +26,20 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.statistics.fragility import fit_resampled, interval, resample, weighted_quantile
+from rockdamp.statistics.against_restitution import (
+    BOUND,
+    CHANGES_OF_E,
+    HISTORIES,
+    bootstrapped,
+    fragilities,
+    in_bands,
+    of_pairs,
+    root_mean_square,
+)
+from rockdamp.statistics.fragility import interval, resample
 
-VARIATIONS = ("step", "lower e", "higher e")  # of CR: a step twice as long, and e a little lower and higher
-BOUND = ("lower", "upper")
+VARIATIONS = ("step", *CHANGES_OF_E)  # of CR: a step twice as long, and e a little lower and higher
 EVERY_SET = "all"
-HISTORIES = ("record", "scale", "wall", "restitution")
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
@@ -114,10 +120,10 @@ def _of_wall(
     }
 
 
-# --- what they say together -------------------------------------------------------------------------------------------
+# --- comparison -------------------------------------------------------------------------------------------------------
 
 
-def compare(config: Config, *shares: xr.Dataset) -> xr.Dataset:
+def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     """Compare each order with CR, and with CR's own sensitivity, over all records, by set of records and by wall.
 
     Parameters
@@ -130,24 +136,23 @@ def compare(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        For each set of records, the first of them all, each e and each order, over the histories in which neither
-        collapses: ``median_ratio`` of the peak to CR's, ``log_dispersion`` and ``log_error`` (root mean square) of its
-        logarithm, ``pairs``; ``false_safe_rate`` of CR's collapses and ``false_collapse_rate`` of its survivals;
-        ``median_intensity_ratio`` of the fragilities. The same of CR's variations with ``varied_`` before the name.
-        ``excess``: log_error less CR's own sensitivity, which is the smaller of those to a lower and a higher e, over
-        the histories that stand with all of them; ``smallest_order``: from which on the excess is negative, its
-        interval included; NaN where there is none; ``recommended_order``: the smallest that is enough at every e over
-        all records. ``wall_excess`` and ``wall_smallest_order`` by wall, ``band_log_error`` by band of CR's peak.
-        Names with ``_interval`` are 95 % bootstrap intervals over stations.
+        For each set of records, the first of them all, each e and each order: the statistics of
+        `against_restitution.bootstrapped` and ``median_intensity_ratio`` of the fragilities. The same of CR's
+        variations with ``varied_`` before the name. ``excess``: log_error less CR's own sensitivity, which is the
+        smaller of those to a lower and a higher e, over the histories that stand with all of them.
+        ``smallest_order``: from which on the excess is negative, its interval included; NaN where there is none.
+        ``recommended_order``: the smallest that is enough at every e over all records. ``wall_excess`` and
+        ``wall_smallest_order`` by wall, ``band_log_error`` by band of CR's peak. Names with ``_interval`` are 95 %
+        intervals of a paired bootstrap over stations.
     """
     given = OrderComparisonSettings.of(config)
-    histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "variation", "order")
+    histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
-        own = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
-        weights = resample(own["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
-        parts.append(_of_set(own, weights, given.bands))
+        of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
+        weights = resample(of_set["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
+        parts.append(_compare_set(of_set, weights, given.bands))
     compared = xr.concat(parts, "record_set", join="exact")
     return compared.assign_coords(
         record_set=sets,
@@ -167,129 +172,84 @@ def compare(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _of_set(own: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
+def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
     """Every statistic of one set of records."""
-    peak, fell = own["reference_peak"].values, own["reference_collapsed"].values == 1
-    alternatives = {
-        "varied_": (own["varied_peak"].values, own["varied_collapsed"].values == 1, "variation"),
-        "": (own["peak_ratio"].values, own["collapsed"].values == 1, "order"),
-    }
-    scale, found = own["scale"].values, {}
-    for prefix, (peaks, falls, dim) in alternatives.items():
-        cells: dict[str, list[Any]] = {}
-        for at in _each(peaks.shape[3:]):
-            index: Any = (..., *at)
-            pair = _Pair(peak[..., at[0]], fell[..., at[0]], peaks[index], falls[index], weights)
-            for name, value in {**pair.ratios(), **pair.collapses(), **pair.fragility(scale)}.items():
-                cells.setdefault(name, []).append(value)
-        for name, values in cells.items():
-            stacked = np.array(values).reshape(*peaks.shape[3:], *np.shape(values[0]))
-            found[prefix + name] = (("restitution", dim, *(("bound",) if stacked.ndim > 2 else ())), stacked)
-    return xr.Dataset({**found, **_excesses(own, weights), **_by_band(own, bands)})
+    orders = histories.rename(peak_ratio="peak").drop_dims("variation")
+    varied = histories.drop_dims("order").rename(varied_peak="peak", varied_collapsed="collapsed")
+    of_varied = _statistics(varied, weights, bands)
+    statistics = _statistics(orders, weights, bands).assign({f"varied_{name}": of_varied[name] for name in of_varied})
+    return statistics.merge(_excess(histories, weights))
 
 
-def _each(shape: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    return product(*map(range, shape))
+def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
+    """Statistics of the alternatives to CR, which are the last dimension."""
+    statistics = bootstrapped(histories, weights).isel(band=0).drop_vars(["false_safe", "false_collapse"])
+    reference, peak = histories["reference_peak"], histories["peak"]
+    stand = (histories["reference_collapsed"] == 0) & (histories["collapsed"] == 0)
+    by_band = of_pairs(in_bands((peak / reference).where(stand), reference, bands), HISTORIES)
+    return statistics.merge(_intensity_ratio(histories, weights)).assign(
+        band_log_error=by_band["log_error"].transpose(..., "band")
+    )
 
 
-class _Pair:
-    """CR and one alternative at one e; histories of shape (record, scale, wall)."""
-
-    def __init__(
-        self, peak: Array, fell: NDArray[np.bool_], other: Array, other_fell: NDArray[np.bool_], weights: Array
-    ) -> None:
-        self.fell, self.other_fell, self.weights = fell, other_fell, weights
-        stand = ~fell & ~other_fell
-        self.record = np.broadcast_to(np.arange(len(peak))[:, None, None], peak.shape)[stand]
-        self.logarithm = np.log(other[stand] / peak[stand])
-
-    def ratios(self) -> dict[str, Any]:
-        """Statistics of the logarithm of the ratio of the peaks, where both stand."""
-        drawn = self.weights[:, self.record]
-        once = np.ones((1, self.logarithm.size))
-        of_all, of_drawn = (self._moments(weight) for weight in (once, drawn))
-        values = {name: value[0] for name, value in of_all.items()}
-        return {
-            **values,
-            "pairs": self.logarithm.size,
-            **{f"{name}_interval": interval(value) for name, value in of_drawn.items()},
-        }
-
-    def _moments(self, weight: Array) -> dict[str, Array]:
-        mean, square = (_quotient(weight @ self.logarithm**power, weight.sum(axis=1)) for power in (1, 2))
-        return {
-            "median_ratio": np.exp(weighted_quantile(self.logarithm, weight, 0.5)),
-            "log_dispersion": np.sqrt(np.maximum(square - mean**2, 0.0)),
-            "log_error": np.sqrt(square),
-        }
-
-    def collapses(self) -> dict[str, Any]:
-        """Rates of collapses that only one of both has, of CR's collapses and of its survivals."""
-        rates: dict[str, Any] = {}
-        for name, wrong, of in (
-            ("safe", self.fell & ~self.other_fell, self.fell),
-            ("collapse", ~self.fell & self.other_fell, ~self.fell),
-        ):
-            wrongs, runs = (count.sum(axis=(1, 2)).astype(float) for count in (wrong, of))
-            rates[f"false_{name}_rate"] = float(_quotient(wrongs.sum(), runs.sum()))
-            rates[f"false_{name}_rate_interval"] = interval(_quotient(self.weights @ wrongs, self.weights @ runs))
-        return rates
-
-    def fragility(self, scale: Array) -> dict[str, Any]:
-        """Ratio of the median intensity of collapse to CR's, all walls together; its interval by the same draws."""
-        counts = np.stack([falls.sum(axis=2) for falls in (self.other_fell, self.fell)], axis=1)  # (record, 2, scale)
-        whole, drawn = fit_resampled(scale, counts, self.fell.shape[2], self.weights)
-        return {
-            "median_intensity_ratio": float(whole.median[0] / whole.median[1]),
-            "median_intensity_ratio_interval": interval(drawn.median[:, 0] / drawn.median[:, 1]),
-        }
+def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
+    """Ratio of the median intensity of collapse to CR's, all walls together."""
+    fell, other = (histories[name].values == 1 for name in ("reference_collapsed", "collapsed"))
+    scale, walls, dims = histories["scale"].values, histories.sizes["wall"], histories["collapsed"].dims[3:]
+    ratio, bounds = np.empty(other.shape[3:]), np.empty((*other.shape[3:], 2))
+    for e, alternative in np.ndindex(ratio.shape):
+        both = np.stack([other[..., e, alternative].sum(axis=2), fell[..., e].sum(axis=2)], axis=1)
+        fitted = fragilities(scale, both, walls, weights, (..., slice(1, 2)))
+        ratio[e, alternative] = fitted["median_intensity_ratio"][0]
+        bounds[e, alternative] = fitted["median_intensity_ratio_interval"][0]
+    return xr.Dataset(
+        {"median_intensity_ratio": (dims, ratio), "median_intensity_ratio_interval": ((*dims, "bound"), bounds)}
+    )
 
 
-def _excesses(own: xr.Dataset, weights: Array) -> dict[str, Any]:
-    """How much more each order errs than CR with e changed, on the histories that stand with all of them."""
-    shape = (own.sizes["restitution"], own.sizes["order"])
-    walls = own.sizes["wall"]
-    excess, bounds = np.full(shape, np.nan), np.full((*shape, 2), np.nan)
-    of_wall, wall_bounds = np.full((walls, *shape), np.nan), np.full((walls, *shape, 2), np.nan)
-    nearby = [VARIATIONS.index("lower e"), VARIATIONS.index("higher e")]
-    for e, m in _each(shape):
-        peaks = np.stack(
-            [
-                own["peak_ratio"].values[..., e, m],
-                *np.moveaxis(own["varied_peak"].values[..., e, nearby], -1, 0),
-            ]
-        )
-        fell = (
-            own["reference_collapsed"].values[..., e]
-            + own["collapsed"].values[..., e, m]
-            + own["varied_collapsed"].values[..., e, nearby].sum(axis=-1)
-        )
-        reference = own["reference_peak"].values[..., e]
-        square = np.where(fell == 0, np.log(peaks / reference) ** 2, 0.0)  # (alternative, record, scale, wall)
-        sums, counts = square.sum(axis=2), (fell == 0).sum(axis=1).astype(float)  # (3, record, wall), (record, wall)
-        excess[e, m], bounds[e, m] = _excess(sums.sum(axis=-1), counts.sum(axis=-1), weights)
-        for wall in range(walls):
-            of_wall[wall, e, m], wall_bounds[wall, e, m] = _excess(sums[..., wall], counts[:, wall], weights)
-    order = own["order"].values
+def _excess(histories: xr.Dataset, weights: Array) -> xr.Dataset:
+    """How much more each order errs than CR with e changed, on the histories that stand with all; and by wall."""
+    changes = histories.sel(variation=list(CHANGES_OF_E))
+    peak, reference = histories["peak_ratio"].values, histories["reference_peak"].values
+    changed = np.moveaxis(changes["varied_peak"].values, -1, 0)
+    falls = histories["reference_collapsed"] + changes["varied_collapsed"].sum("variation") + histories["collapsed"]
+    walls, shape = histories.sizes["wall"], peak.shape[3:]
+    excess, bounds = np.empty((1 + walls, *shape)), np.empty((1 + walls, *shape, 2))  # all walls first
+    for e, m in np.ndindex(shape):
+        ratio = np.stack([peak[..., e, m], *changed[..., e]]) / reference[..., e]
+        stand = falls.values[..., e, m] == 0
+        square = np.where(stand, np.log(ratio) ** 2, 0.0)
+        sums, counts = square.sum(axis=2), stand.sum(axis=1).astype(float)  # of each record and wall
+        parts = [(sums.sum(axis=-1), counts.sum(axis=-1)), *((sums[..., i], counts[:, i]) for i in range(walls))]
+        for row, (squares, count) in enumerate(parts):
+            excess[row, e, m] = _over_sensitivity(squares, count, np.ones((1, count.size)))[0]
+            bounds[row, e, m] = interval(_over_sensitivity(squares, count, weights))
+    smallest = smallest_order(histories["order"].values, bounds[..., 1])
     by = ("restitution", "order")
-    return {
-        "excess": (by, excess),
-        "excess_interval": ((*by, "bound"), bounds),
-        "smallest_order": (("restitution",), smallest_order(order, bounds[..., 1])),
-        "wall_excess": (("wall", *by), of_wall),
-        "wall_excess_interval": (("wall", *by, "bound"), wall_bounds),
-        "wall_smallest_order": (("wall", "restitution"), smallest_order(order, wall_bounds[..., 1])),
-    }
+    return xr.Dataset(
+        {
+            "excess": (by, excess[0]),
+            "excess_interval": ((*by, "bound"), bounds[0]),
+            "smallest_order": (by[:1], smallest[0]),
+            "wall_excess": (("wall", *by), excess[1:]),
+            "wall_excess_interval": (("wall", *by, "bound"), bounds[1:]),
+            "wall_smallest_order": (("wall", *by[:1]), smallest[1:]),
+        }
+    )
 
 
-def _excess(sums: Array, counts: Array, weights: Array) -> tuple[float, Array]:
-    """Excess from sums of squares, shape (order and the two changes, record), and counts (record,)."""
+def _over_sensitivity(sums: Array, counts: Array, weight: Array) -> Array:
+    """Error of an order less the smaller one of CR with a lower and a higher e, in each replicate.
 
-    def of(weight: Array) -> Array:
-        root = np.sqrt(_quotient(np.einsum("br,ar->ab", weight, sums), (weight @ counts)[None]))
-        return np.asarray(root[0] - np.minimum(root[1], root[2]))
-
-    return float(of(np.ones((1, counts.size)))[0]), interval(of(weights))
+    Parameters
+    ----------
+    sums : ndarray, shape (3, records)
+        Squares of the order, of the lower and of the higher e. The same histories count for all three.
+    counts : ndarray, shape (records,)
+    weight : ndarray, shape (replicates, records)
+    """
+    order, lower, higher = root_mean_square(np.einsum("br,ar->ab", weight, sums), (weight @ counts)[None])
+    return np.asarray(order - np.minimum(lower, higher))
 
 
 def smallest_order(order: Array, upper: Array) -> Array:
@@ -318,27 +278,3 @@ def recommended_order(smallest: Array) -> float:
         `smallest_order` of all records.
     """
     return float(np.max(smallest))
-
-
-def _by_band(own: xr.Dataset, bands: Array) -> dict[str, Any]:
-    """log_error of each order and variation in bands of CR's peak."""
-    peak = own["reference_peak"]
-    results: dict[str, Any] = {}
-    for name, peaks, falls in (
-        ("band_log_error", "peak_ratio", "collapsed"),
-        ("varied_band_log_error", "varied_peak", "varied_collapsed"),
-    ):
-        stand = (own["reference_collapsed"] == 0) & (own[falls] == 0)
-        square = xr.apply_ufunc(np.log, own[peaks] / peak) ** 2
-        errors = [
-            square.where(stand & (peak >= low) & (peak < high)).mean(("record", "scale", "wall")) ** 0.5
-            for low, high in zip(bands[:-1], bands[1:], strict=True)
-        ]
-        results[name] = xr.concat(errors, "band").transpose("restitution", ..., "band").variable
-    return results
-
-
-def _quotient(one: Any, other: Any) -> Any:
-    """Quotient; NaN of nothing."""
-    one, other = np.broadcast_arrays(one, other)
-    return np.divide(one, other, out=np.full(one.shape, np.nan), where=other > 0)

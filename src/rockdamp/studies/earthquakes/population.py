@@ -32,7 +32,8 @@ from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
-from rockdamp.statistics.fragility import fit_resampled, interval, resample
+from rockdamp.statistics.against_restitution import fragilities
+from rockdamp.statistics.fragility import resample
 from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 HARMONICS = 10  # of RBD-FAST, the usual number
@@ -278,7 +279,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     count, intensity = walls.sizes["wall"], first["intensity"].values
     by_model = collapses.transpose("record", "damping_model", "intensity").values.astype(float)
     weights = resample(first["station"].values, bootstrap.replicates, bootstrap.seed)
-    whole, drawn = fit_resampled(intensity, by_model, count, weights)
+    fitted = fragilities(intensity, by_model, count, weights, (..., slice(0, 1)))
     sensitivity, confidence = _sensitivity(walls, vulnerability, bootstrap.seed)
     redrawn = np.concatenate([share["redrawn_vulnerability"].values for share in shares], axis=1)
     total, total_confidence = total_effects(vulnerability[:, MODELS.index(REFERENCE)], redrawn, bootstrap)
@@ -287,12 +288,12 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     return xr.Dataset(
         {
             "collapse_fraction": (("intensity", *model), fraction.values),
-            "median_intensity": (model, whole.median),
-            "median_intensity_interval": ((*model, "bound"), interval(drawn.median)),
-            "dispersion": (model, whole.dispersion),
-            "dispersion_interval": ((*model, "bound"), interval(drawn.dispersion)),
-            "median_intensity_ratio": (model, whole.median / whole.median[0]),
-            "median_intensity_ratio_interval": ((*model, "bound"), interval(drawn.median / drawn.median[..., :1])),
+            "median_intensity": (model, fitted["median"]),
+            "median_intensity_interval": ((*model, "bound"), fitted["median_interval"]),
+            "dispersion": (model, fitted["dispersion"]),
+            "dispersion_interval": ((*model, "bound"), fitted["dispersion_interval"]),
+            "median_intensity_ratio": (model, fitted["median_intensity_ratio"]),
+            "median_intensity_ratio_interval": ((*model, "bound"), fitted["median_intensity_ratio_interval"]),
             "vulnerability": (("wall", *model), vulnerability),
             "sensitivity": (("parameter", *model), sensitivity),
             "sensitivity_confidence": (("parameter", *model), confidence),

@@ -265,9 +265,6 @@ def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Response:
     )
     return solve(
         TrilinearCurve(**curve, softening=first.curve.softening),
-        Damping(
-            damping.model,
-            **{name: lanes(runs.damping.parameters[name] for _, runs in members) for name in damping.parameters},
-        ),
+        Damping(damping.model, **parameters),
         **forcing.newmark(first.substeps * 2**halving),
     )

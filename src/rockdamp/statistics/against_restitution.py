@@ -1,0 +1,209 @@
+"""Compare an alternative with restitution: how far its peaks are off, and which walls it collapses otherwise.
+
+An alternative is a damper, or restitution with a slightly different e. The same walls stand under the same records
+with both, so histories come in pairs. Four numbers describe the pairs:
+
+- median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
+- log error: root mean square of the logarithm of that ratio; log dispersion: its standard deviation;
+- false safe and false collapse: collapses that only restitution, or only the alternative, has;
+- median intensity ratio: the intensity that collapses half of the walls over that under restitution.
+
+`of_pairs` counts all pairs alike. The other functions know the record of each pair and bootstrap over records:
+
+**The paired bootstrap.** The study has some dozens of stations out of all that could have recorded an earthquake; the
+interval says how far another draw of stations would move a number. A replicate draws as many stations as there are,
+with replacement, and each history counts as often as its record was drawn (`weights`, from `fragility.resample`). Both
+components of a station are drawn together, as they saw the same earthquake. The number is computed anew from each
+replicate, and the interval reaches from the 2.5 % to the 97.5 % quantile of the replicates.
+
+It is *paired*: both sides of a ratio, or of a difference, are taken from the same replicate. A record that is hard on
+every wall raises the peaks with the damper and those under restitution alike, and cancels. Two separate bootstraps
+would count such a record as scatter of the damper, and call dampers equal that differ in every single history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.arrays import Array
+from rockdamp.progress import track
+from rockdamp.statistics.fragility import fit_resampled, interval, weighted_quantile
+
+BOUND = ("lower", "upper")
+HISTORIES = ("record", "scale", "wall")
+CHANGES_OF_E = ("lower e", "higher e")  # alternatives too: restitution with another e
+ALL = ((0.0, np.inf),)  # one band that holds every peak
+
+
+# --- without a bootstrap ----------------------------------------------------------------------------------------------
+
+
+def of_pairs(ratio: xr.DataArray, dims: Sequence[Hashable]) -> xr.Dataset:
+    """Return the statistics of ratios of peaks over some dimensions; a ratio that is NaN is no pair."""
+    logarithm = xr.apply_ufunc(np.log, ratio)
+    return xr.Dataset(
+        {
+            "median_ratio": np.exp(logarithm.median(dims)),
+            "log_dispersion": logarithm.std(dims),
+            "log_error": np.sqrt((logarithm**2).mean(dims)),
+            "pairs": logarithm.count(dims),
+        }
+    )
+
+
+def of_outcomes(fell: xr.DataArray, reference_fell: xr.DataArray, dims: Sequence[Hashable]) -> xr.Dataset:
+    """Count the collapses that only one of both has, from booleans."""
+    return xr.Dataset(
+        {
+            "false_safe": (reference_fell & ~fell).sum(dims),
+            "false_collapse": (~reference_fell & fell).sum(dims),
+        }
+    )
+
+
+def in_bands(ratio: xr.DataArray, peak: xr.DataArray, edges: Array) -> xr.DataArray:
+    """Return the ratios with a first dimension ``band``: NaN where the peak is not in it, its lower edge included."""
+    return xr.concat([ratio.where((peak >= low) & (peak < high)) for low, high in pairwise(edges)], "band")
+
+
+# --- with the paired bootstrap ----------------------------------------------------------------------------------------
+
+
+def bootstrapped(
+    histories: xr.Dataset, weights: Array, bands: Sequence[tuple[float, float]] = ALL, description: str = ""
+) -> xr.Dataset:
+    """Return the statistics of each alternative at each e, with their intervals.
+
+    Parameters
+    ----------
+    histories : xarray.Dataset
+        ``reference_peak`` and ``reference_collapsed`` (record, scale, wall, restitution) under restitution; ``peak``
+        and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, standing 0, not run -1.
+    weights : ndarray, shape (replicates, records)
+        How often each record is drawn, as `fragility.resample` returns it.
+    bands : sequence of (low, high)
+        Of the peak under restitution. [u/u_ins]
+    description : str
+        Of the progress bar.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions restitution and those of the alternatives: ``median_ratio``, ``log_dispersion``, ``log_error`` and
+        ``pairs`` (and ``band``); ``false_safe`` and ``false_collapse``, and their rates among the collapses and the
+        survivals under restitution. All but the counts have an ``_interval``, with a last dimension ``bound``.
+    """
+    order = (*HISTORIES, "restitution")
+    other = histories["peak"].transpose(*order, ...)
+    peak, fell = (histories[f"reference_{name}"].transpose(*order).values for name in ("peak", "collapsed"))
+    peaks, falls = other.values, histories["collapsed"].transpose(*other.dims).values
+    shape, dims = other.shape[3:], other.dims[3:]
+    cells: dict[str, list[Any]] = {}
+    for at in track(list(product(*map(range, shape))), description):
+        one: Any = (..., at[0])
+        index: Any = (..., *at)
+        values = {
+            **_ratios(peak[one], fell[one], peaks[index], falls[index], weights, bands),
+            **_outcomes(fell[one] == 1, falls[index], weights),
+        }
+        for name, value in values.items():
+            cells.setdefault(name, []).append(value)
+    return xr.Dataset(
+        {name: ((*dims, *_last(name)), np.reshape(cell, (*shape, *np.shape(cell[0])))) for name, cell in cells.items()}
+    )
+
+
+def _last(name: str) -> tuple[str, ...]:
+    """Return the dimensions of a statistic beside those of the alternatives."""
+    band = () if name.startswith("false") else ("band",)
+    return (*band, "bound") if name.endswith("_interval") else band
+
+
+def _ratios(
+    reference: Array,
+    fell: NDArray[np.int8],
+    other: Array,
+    other_fell: NDArray[np.int8],
+    weights: Array,
+    bands: Sequence[tuple[float, float]],
+) -> dict[str, Array]:
+    """Statistics of the ratio of the peaks where both stand, in each band; histories (record, scale, wall)."""
+    record = np.broadcast_to(np.arange(len(reference))[:, None, None], reference.shape)
+    stand = (fell == 0) & (other_fell == 0)
+    results = []
+    for low, high in bands:
+        part = stand & (reference >= low) & (reference < high)
+        logarithm = np.log(other[part] / reference[part])
+        whole, drawn = (_moments(logarithm, w) for w in (np.ones((1, logarithm.size)), weights[:, record[part]]))
+        of_band: dict[str, Any] = {name: value[0] for name, value in whole.items()}
+        of_band |= {f"{name}_interval": interval(value) for name, value in drawn.items()}
+        results.append({**of_band, "pairs": logarithm.size})
+    return {name: np.array([of_band[name] for of_band in results]) for name in results[0]}
+
+
+def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
+    """Statistics of each replicate from the weight of each pair, shape (replicates, pairs)."""
+    mean, square = (quotient(weight @ logarithm**power, weight.sum(axis=1)) for power in (1, 2))
+    return {
+        "median_ratio": np.exp(weighted_quantile(logarithm, weight, 0.5)),
+        "log_dispersion": np.sqrt(np.maximum(square - mean**2, 0.0)),
+        "log_error": np.sqrt(square),
+    }
+
+
+def _outcomes(fell: NDArray[np.bool_], other: NDArray[np.int8], weights: Array) -> dict[str, Any]:
+    """Collapses that only one of both has, and as rates of the collapses and survivals under restitution."""
+    rates: dict[str, Any] = {}
+    for name, wrong, cases in (("safe", fell & (other == 0), fell), ("collapse", ~fell & (other == 1), ~fell)):
+        # Sums by record: a replicate weighs them by how often it drew the record.
+        wrongs, runs = (count.sum(axis=(1, 2)).astype(float) for count in (wrong, cases))
+        rates[f"false_{name}"] = int(wrongs.sum())
+        rates[f"false_{name}_rate"] = quotient(wrongs.sum(), runs.sum())
+        rates[f"false_{name}_rate_interval"] = interval(quotient(weights @ wrongs, weights @ runs))
+    return rates
+
+
+def fragilities(intensity: Array, collapses: Array, runs: Any, weights: Array, reference: Any) -> dict[str, Array]:
+    """Fit fragility curves, and compare their medians with restitution's.
+
+    Parameters
+    ----------
+    intensity : ndarray, shape (stripes,)
+    collapses, runs : ndarray, shape (records, ..., stripes)
+        Counts of each record; they broadcast. [-]
+    weights : ndarray, shape (replicates, records)
+        As for `bootstrapped`.
+    reference : index
+        Of the curves under restitution: ``median[reference]`` broadcasts with ``median``, of shape (...).
+
+    Returns
+    -------
+    dict of ndarray
+        ``median``, ``dispersion`` and ``median_intensity_ratio``, of shape (...), and the ``_interval`` of each.
+    """
+    whole, drawn = fit_resampled(intensity, collapses, runs, weights)
+    values = {
+        "median": (whole.median, drawn.median),
+        "dispersion": (whole.dispersion, drawn.dispersion),
+        # Paired: each replicate's median is divided by restitution's in the same replicate.
+        "median_intensity_ratio": (whole.median / whole.median[reference], drawn.median / drawn.median[reference]),
+    }
+    estimates = {name: estimate for name, (estimate, _) in values.items()}
+    return estimates | {f"{name}_interval": interval(replicates) for name, (_, replicates) in values.items()}
+
+
+def root_mean_square(squares: Any, count: Any) -> Array:
+    """Return the root of sums of squares over their count; NaN of none."""
+    return np.sqrt(quotient(squares, count))
+
+
+def quotient(part: Any, whole: Any) -> Any:
+    """Return part over whole; NaN of none."""
+    part, whole = np.broadcast_arrays(part, whole)
+    return np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)

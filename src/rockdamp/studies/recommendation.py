@@ -1,0 +1,166 @@
+"""Recommend a damper in place of restitution, from the studies of earthquakes, orders, pulses and decays.
+
+The damper to use is the one that errs least from restitution under earthquakes, or that no test of the study tells
+apart from the least error, at every coefficient of restitution. Beside it stands what a user has to know of it: where
+its error is within what restitution's own answer moves, what it misses, and how far it is off under single pulses.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from rockdamp.config import Config
+from rockdamp.config.settings import RecommendationSettings
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.mechanics.damping import Damping
+from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
+from rockdamp.vocabulary import RECOMMENDED_ORDER, REFERENCE
+
+EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
+
+# ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
+# could tell, or where it is a tenth, finer than what is known of any wall.
+MULTIPLE = 2.0  # of CR's own sensitivity
+TOLERANCE = 0.10
+
+CHOICES = ("damping_model", "damping_ratio_source")
+
+
+def recommend(
+    config: Config, compared: xr.Dataset, orders: xr.Dataset, by_order: xr.Dataset, pulses: xr.Dataset
+) -> xr.Dataset:
+    """Recommend a damper and the source of its damping ratio, and collect the reasons.
+
+    Parameters
+    ----------
+    config : dict
+        Has the keys of `RecommendationSettings`.
+    compared, orders : xarray.Dataset
+        The dampers, and ECD of each order, under earthquakes.
+    by_order, pulses : xarray.Dataset
+        ECD of each order in free decay, and the dampers under pulses.
+
+    Returns
+    -------
+    xarray.Dataset
+        For each e, damper and source of its ratio: ``log_error`` of the peaks, ``excess`` over the least error,
+        ``least_error`` (1 for that one), ``not_told_apart`` (1 where the excess is not certain) and ``holds``; for each
+        damper and source ``recommended`` and ``as_good`` (1 for the others that are not told apart at any e). The
+        remaining variables are stated in the registry.
+    """
+    given = RecommendationSettings.of(config)
+    e, models = compared["restitution"].values, compared["damping_model"].values
+    ratio = [
+        np.full(e.size, np.nan)
+        if model == REFERENCE
+        else damping_ratio_energy(given.curve, str(model), e, given.release_amplitude)
+        for model in models
+    ]
+    advice = under_earthquakes(compared).merge(_under_pulses(pulses, models))
+    return advice.assign(
+        before_impact_log_error=_before_impact(by_order),
+        damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
+        release_amplitude=given.release_amplitude,
+        recommended_order=orders["recommended_order"],
+        restitution_change=orders["restitution_change"],
+        records=orders["records"],
+    )
+
+
+def under_earthquakes(compared: xr.Dataset) -> xr.Dataset:
+    """Return the part of the recommendation that the comparison under earthquakes gives."""
+    whole, largest = (compared.isel(band=band, drop=True) for band in (0, -1))
+    own = compared["varied_log_error"].max("variation")
+    change = compared["varied_log_error"].sel(variation=list(CHANGES_OF_E)).max("variation")
+    return judge(whole).assign(
+        log_error=whole["log_error"],
+        log_error_interval=whole["log_error_interval"],
+        excess=whole["log_error_excess"],
+        excess_interval=whole["log_error_excess_interval"],
+        sensitivity=own,
+        holds=holds(compared["log_error"], own).astype(np.int8),
+        sensitivity_to_restitution=change.isel(band=0, drop=True),
+        near_collapse_start=compared["band_start"].values[-1],
+        near_collapse_log_error=largest["log_error"],
+        near_collapse_sensitivity_to_restitution=change.isel(band=-1, drop=True),
+        false_safe_rate=whole["false_safe_rate"],
+    )
+
+
+# --- which damper -----------------------------------------------------------------------------------------------------
+
+
+def judge(whole: xr.Dataset) -> xr.Dataset:
+    """Mark at each e the least error and those not told apart from it, and over all e what to use.
+
+    Told apart is where the interval of the difference of both errors, over the same histories, lies above zero. That
+    the intervals of both errors overlap says nothing: the dampers share the records.
+
+    Parameters
+    ----------
+    whole : xarray.Dataset
+        The comparison over all bands of amplitude.
+    """
+    ordered = whole.transpose("restitution", *CHOICES, ...)
+    is_damper = (whole["damping_model"] != REFERENCE).values[:, None]
+    error = np.where(is_damper, ordered["log_error"].values, np.nan)
+    known = np.isfinite(error).any(axis=(1, 2), keepdims=True)  # e at which any damper has an error
+    least = np.zeros(error.shape, dtype=bool)
+    for e in np.flatnonzero(known):
+        least[e].flat[np.nanargmin(error[e])] = True
+    lower = ordered["log_error_excess_interval"].sel(bound="lower").values
+    near = least | ((lower <= 0) & is_damper & known)
+    everywhere: NDArray[np.bool_] = near.all(axis=0)
+    use = np.zeros_like(everywhere)
+    if everywhere.any():
+        # Of several the one of least error over all e; if its damper has an exact ratio, with that.
+        square = np.where(everywhere, (error**2).mean(axis=0), np.inf)
+        model, source = divmod(int(np.argmin(square)), square.shape[1])
+        exact = whole["damping_ratio_source"].values.tolist().index(EXACT_SOURCE)
+        if str(whole["damping_model"].values[model]) in Damping.exact_models() and everywhere[model, exact]:
+            source = exact
+        use[model, source] = True
+    by_e = ("restitution", *CHOICES)
+    return xr.Dataset(
+        {
+            "least_error": (by_e, least.astype(np.int8)),
+            "not_told_apart": (by_e, near.astype(np.int8)),
+            "recommended": (CHOICES, use.astype(np.int8)),
+            "as_good": (CHOICES, (everywhere & ~use).astype(np.int8)),
+        },
+        coords={name: whole[name].values for name in (*by_e, "bound")},
+    )
+
+
+# --- when, and when not -----------------------------------------------------------------------------------------------
+
+
+def holds(error: xr.DataArray, own: xr.DataArray) -> xr.DataArray:
+    """Tell where an error is within the multiple of CR's own sensitivity, or the tolerance; an unknown one is not."""
+    return error <= np.maximum(MULTIPLE * own, TOLERANCE)
+
+
+def _before_impact(by_order: xr.Dataset) -> float:
+    """Error up to CR's first impact under pulses at the shown e, of the order nearest to the recommended one."""
+    at_e = by_order["pulse_before_impact_log_error"].sel(restitution=by_order["shown_restitution"], method="nearest")
+    return float(at_e.sel(order=RECOMMENDED_ORDER, method="nearest"))
+
+
+def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
+    """Errors of each damper under the slowest and the quickest pulses, at the middle e of these."""
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=EXACT_SOURCE, drop=True)
+    stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
+    ratio = (at_e["peak_ratio"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
+    error = of_pairs(ratio, ["pulse", "load_ratio"])["log_error"].reindex(damping_model=models)
+    slow, quick = (error.isel(pulse_frequency=end).values for end in (0, -1))
+    return xr.Dataset(
+        {
+            "slow_pulse_log_error": ("damping_model", slow),
+            "quick_pulse_log_error": ("damping_model", quick),
+            "pulse_restitution": float(at_e["restitution"]),
+        }
+    )
