@@ -9,7 +9,7 @@ from snakemake.utils import min_version
 from rockdamp.motions import catalogue
 
 from rockdamp.pipeline import soundness
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.figures import FIGURES, REPORT_MODULES
 from rockdamp.pipeline.stages import STAGES, keys_of, reported
 from rockdamp.config.between_keys import validate, warn
 from rockdamp.config.command_line import values_of

@@ -13,7 +13,7 @@ rule report:
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
         state=state("report"),
-        code=code("rockdamp.report"),
+        code=code(*REPORT_MODULES),
     output:
         f"{RESULTS}/report.html",
     log:
@@ -22,7 +22,7 @@ rule report:
         figures=list(FIGURES),
         datasets=reported(),
         config=config,
-        version=version("rockdamp.report"),
+        version=version(*REPORT_MODULES),
     message:
         "The report: claims, figures, explorer, accuracy and versions on one page"
     script:

@@ -16,7 +16,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.storage import input_file
-from rockdamp.text import number as text_number
+from rockdamp.text import parse_number
 
 NEEDED = ("id", "thickness", "height")
 SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
@@ -180,13 +180,13 @@ def _restitution(text: str) -> float | str:
     if text in RULES:
         return text
     try:
-        return text_number(text)
+        return parse_number(text)
     except ValueError:
         raise InputError(f"restitution is {text!r}; it must be a number, or one of {', '.join(RULES)}") from None
 
 
 def _number(name: str, text: str) -> float:
     try:
-        return text_number(text)
+        return parse_number(text)
     except ValueError:
         raise InputError(f"{name} is {text!r}; it must be a number, in SI units") from None

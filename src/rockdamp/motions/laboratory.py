@@ -19,7 +19,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.motions import units
 from rockdamp.motions.records import Record
 from rockdamp.storage import input_file
-from rockdamp.text import number as text_number
+from rockdamp.text import parse_number
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
 KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
@@ -110,7 +110,7 @@ def _cells(line: str, divider: str | None) -> list[str]:
 
 def _numbers(cells: Sequence[str]) -> list[float] | None:
     try:
-        return [text_number(cell) for cell in cells]
+        return [parse_number(cell) for cell in cells]
     except ValueError:
         return None
 

@@ -19,7 +19,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.motions import units
 from rockdamp.motions.sampling import Place, check_finite, check_time
-from rockdamp.text import number as text_number
+from rockdamp.text import parse_number
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
 ACCELERATIONS = {  # the columns that an acceleration may be read from, and their units, also in m s-2
@@ -221,7 +221,7 @@ def _numbers(cells: Sequence[str], name: str, place: Place) -> Array:
     values = np.empty(len(cells))
     for index, cell in enumerate(cells):
         try:
-            values[index] = text_number(cell)
+            values[index] = parse_number(cell)
         except ValueError:
             shown = cell.strip() if len(cell) < 40 else cell[:40] + "..."
             raise InputError(f"{name} is {shown!r} {place(index)}; it must be a number") from None

@@ -11,14 +11,13 @@ from rockdamp.storage import yaml_file
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """What a figure shows and what is said of it; figures.yaml says what each entry means."""
+    """A figure of the table; figures.yaml says what each entry means."""
 
     name: str
     module: str
     inputs: Sequence[str]
     title: str
     alternative: str
-    caption: str
 
     @property
     def function(self) -> str:
@@ -37,3 +36,6 @@ FIGURES = {
         files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8")
     ).items()
 }
+
+# What the report is made by: the captions stand in the modules of the figures.
+REPORT_MODULES = ("rockdamp.report", *dict.fromkeys(f"rockdamp.figures.{figure.module}" for figure in FIGURES.values()))

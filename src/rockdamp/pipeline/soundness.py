@@ -11,7 +11,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rockdamp.pipeline.figures import FIGURES, Drawing
+from rockdamp.pipeline.figures import FIGURES, REPORT_MODULES, Drawing
 from rockdamp.pipeline.stages import STAGES, Stage
 from rockdamp.progress import track
 from rockdamp.storage import notes
@@ -87,7 +87,7 @@ def results(config: Config, count: Count) -> Iterator[Result]:
     for figure in FIGURES.values():
         files = tuple(f"figures/{figure.name}.{suffix}" for suffix in config["figures"]["formats"])
         yield Result(f"figures/{figure.name}", files, version(*modules_of(figure)), own)
-    yield Result("report", ("report.html",), version("rockdamp.report"), config_digest(config))
+    yield Result("report", ("report.html",), version(*REPORT_MODULES), config_digest(config))
 
 
 def _of_stage(stage: Stage, file: str, part: Config) -> Result:

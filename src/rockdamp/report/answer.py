@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from markupsafe import Markup
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.figures.damper_order import at_shown
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.report import interactive
-from rockdamp.report.earthquake_captions import DASH, fraction
-from rockdamp.report.numbers import percent, plain
 from rockdamp.storage.dataset import Datasets
+from rockdamp.text import percent, plain
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, TITLES, VISCOUS_MODELS
 
 SOURCE = "closed form"  # of the recommended damper's ratio: exact
@@ -60,7 +58,7 @@ def answer(data: Datasets, curve: TrilinearCurve) -> dict[str, Any] | None:
         "change": plain(orders["restitution_change"]),
         "paper_model": nearest_of_paper,
         "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
-        "safe": fraction(cell["false_safe_rate"]),
+        "safe": percent(cell["false_safe_rate"]),
         "before": off(shown["pulse_before_impact_log_error"]),
         **under_pulses(pulses),
         "found": plain(found) if np.isfinite(found) else None,
@@ -69,10 +67,9 @@ def answer(data: Datasets, curve: TrilinearCurve) -> dict[str, Any] | None:
     }
 
 
-def off(log_error: Any) -> Markup:
+def off(log_error: Any) -> str:
     """Return a root mean square of logarithms as the percentage that it stands for."""
-    value = float(log_error)
-    return percent(np.expm1(value)) if np.isfinite(value) else DASH
+    return percent(np.expm1(float(log_error)))
 
 
 def ratios(curve: TrilinearCurve, e: float, release: float) -> list[dict[str, Any]]:
@@ -90,7 +87,7 @@ def ratios(curve: TrilinearCurve, e: float, release: float) -> list[dict[str, An
     ]
 
 
-def under_pulses(pulses: xr.Dataset) -> dict[str, Markup]:
+def under_pulses(pulses: xr.Dataset) -> dict[str, str]:
     """Return how far the recommended damper's peaks are off under the slowest and under the quickest pulses."""
     at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(
         damping_model=RECOMMENDED, damping_ratio_source=SOURCE
