@@ -247,7 +247,6 @@ def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None
         axes.set_xlabel("median of collapse over that of CR [-]")
         axes.tick_params(labelleft=first is None)
         if first is None:
-            axes.set_ylabel("damper [-]")
             first = axes
 
 

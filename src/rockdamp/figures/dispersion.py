@@ -87,14 +87,16 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
         ends.append((float(curves.isel(case=reference)[-1]), model))
     bottom, top = float(relative.min()), float(relative.max())
     axes.set_ylim(max(0.0, bottom - 0.08), top + 0.08)
-    # Names at the lines' ends, apart enough to be read.
+    # Names at the lines' ends, apart enough to be read; models whose lines coincide share a name's place.
     gap, last = 0.055 * (top - bottom + 0.16), -np.inf
+    places: dict[float, list[str]] = {}
     for value, model in sorted(ends):
-        height = max(value, last + gap)
-        last = height
+        places.setdefault(round(value, 3), []).append(model)
+    for value, (model, *others) in places.items():
+        last = max(value, last + gap)
         axes.annotate(
-            name_of(model),
-            (share[-1], height),
+            ", ".join(map(name_of, (model, *others))),
+            (share[-1], last),
             xytext=(4, 0),
             textcoords="offset points",
             color=style_of(model).colour,

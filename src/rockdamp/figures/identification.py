@@ -183,7 +183,6 @@ def _coverage(axes: Axes, identification: xr.Dataset) -> None:
             place + 0.1, at["coverage_by_least_squares"], "x", color=MARK, label="least squares" if first else None
         )
     axes.set_xticks(place, [ALL_SYMBOLS[name] for name in names])
-    axes.set_xlabel("parameter [-]")
     axes.set_ylim(0, 1.3)
     axes.set_yticks([0, 0.5, 0.9])
     axes.set_ylabel("share of intervals that hold the truth [-]")
@@ -214,8 +213,8 @@ def _supported(axes: Axes, identification: xr.Dataset) -> None:
     rows = [f"{maker}; noise × {factor:g}" for maker, factor in table["row"].values]
     axes.set_yticks(np.arange(len(rows)), rows, fontsize=7)
     axes.set_xticks(np.arange(len(models)), models)
-    axes.set_ylabel("record made by [-]")
-    axes.set_xlabel("damping model that explains it [-]")
+    axes.set_ylabel("record made by")
+    axes.set_xlabel("damping model that explains it")
     axes.set_title("(c) mean probability of the models [-]")
 
 

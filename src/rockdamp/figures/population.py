@@ -105,7 +105,6 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
     axes.set_ylim(len(models) - 0.5, -0.5)
     axes.margins(x=0.1)
     axes.set_xlabel("median over that of CR [-]")
-    axes.set_ylabel("damper [-]")
     axes.set_title("median of collapse, 95 %")
 
 
@@ -137,7 +136,6 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xlabel("share of the variance [-]")
-    axes.set_ylabel("parameter [-]")
     axes.set_title("sensitivity")
 
 
