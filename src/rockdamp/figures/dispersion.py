@@ -91,7 +91,7 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
     gap, last = 0.055 * (top - bottom + 0.16), -np.inf
     places: dict[float, list[str]] = {}
     for value, model in sorted(ends):
-        places.setdefault(round(value, 3), []).append(model)
+        places.setdefault(round(value, 2), []).append(model)
     for value, (model, *others) in places.items():
         last = max(value, last + gap)
         axes.annotate(
