@@ -29,9 +29,8 @@ def test_every_axis_has_a_label_with_its_unit(name):
             continue
         for axis in (axes.xaxis, axes.yaxis):
             ticks = [label.get_text() for label in axis.get_ticklabels() if label.get_visible()]
-            has_ticks = any(
-                re.match(r"[\d−]|\$\\mathdefault", tick) for tick in ticks
-            )  # others name categories, which have no unit
+            # Ticks that are no numbers name categories, which have no unit.
+            has_ticks = any(re.match(r"[\d−]|\$\\mathdefault", tick) for tick in ticks)
             label = axis.get_label_text()
             assert not label or not has_ticks or re.search(r"\[.+\]", label), f"{name}: no unit in {label!r}"
             # Of panels that share an axis, one may speak for all.
