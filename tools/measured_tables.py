@@ -22,11 +22,11 @@ from rockdamp.figures.identification import compared
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
-from rockdamp.report.numbers import number
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.studies.recommendation import EXACT_SOURCE
+from rockdamp.text import number
 from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -49,21 +49,22 @@ def test_the_new_stage_computes_its_dataset(tree):
 
 def test_the_new_figure_is_drawn(tree):
     for suffix in ("pdf", "png"):
-        assert (tree.place / RESULTS / f"figures/fig_impacts.{suffix}").stat().st_size > 1000
+        assert (tree.place / RESULTS / f"figures/fig_minima.{suffix}").stat().st_size > 1000
 
 
 def test_all_three_stand_in_the_data_dictionary(dictionary):
     assert "| `hinge` | `hinge_ratio` |" in dictionary
     assert "Period of the undamped reference wall. Used by report." in dictionary
-    assert re.search(r"under a coefficient of restitution\. Used by .*periods.*fig_impacts\.", dictionary)
+    assert re.search(r"under a coefficient of restitution\. Used by .*periods", dictionary)
+    assert re.search(r"Used by .*fig_minima", dictionary)
 
 
 def test_all_three_stand_in_the_report(page):
     assert "<code>periods.nc</code>" in page and "<code>match/hinge.nc</code>" in page
-    (figure,) = re.findall(r'<figure id="fig_impacts">.*?</figure>', page, flags=re.DOTALL)
-    assert "<h3>Impacts in the whole response</h3>" in figure
-    assert "<figcaption>The less an impact takes, the more of them follow.</figcaption>" in figure
-    assert page.index('id="fig_orders"') < page.index('id="fig_impacts"') < page.index('id="fig_dispersion"')
+    (figure,) = re.findall(r'<figure id="fig_minima">.*?</figure>', page, flags=re.DOTALL)
+    assert "<h3>Local minima of the error</h3>" in figure
+    assert re.search(r"<figcaption>Err has at most \S+ \(CDC\), .* local minima\.</figcaption>", figure)
+    assert page.index('id="fig_orders"') < page.index('id="fig_minima"') < page.index('id="fig_dispersion"')
 
 
 def test_the_rule_of_the_report_needs_all_three(tree):
@@ -72,4 +73,4 @@ def test_the_rule_of_the_report_needs_all_three(tree):
     table = (run.stdout + run.stderr).partition("Job stats:")[2].partition("total")[0]
     needed = dict(re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE))
     assert needed["decay_study"] == needed["match_study"] == "5"
-    assert needed["periods"] == needed["fig_impacts"] == "1"
+    assert needed["periods"] == needed["fig_minima"] == "1"

@@ -8,7 +8,7 @@ import matplotlib
 import pytest
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import plain
+from rockdamp.figures.style import literal
 
 HOSTILE = [
     "$\\frac$",
@@ -26,8 +26,8 @@ HOSTILE = [
 @pytest.mark.parametrize("text", HOSTILE)
 def test_a_name_from_outside_is_drawn_letter_by_letter(text):
     figure = Figure()
-    figure.suptitle(plain(text))
-    figure.text(0.5, 0.5, f"{plain(text)}, $\\xi = 0.05$")  # beside a formula of ours
+    figure.suptitle(literal(text))
+    figure.text(0.5, 0.5, f"{literal(text)}, $\\xi = 0.05$")  # beside a formula of ours
     drawn = io.BytesIO()
     with matplotlib.rc_context({"svg.fonttype": "none"}):
         figure.savefig(drawn, format="svg")

@@ -10,6 +10,7 @@ import xarray as xr
 
 from rockdamp import report
 from rockdamp.report import earthquakes
+from rockdamp.text import number
 
 CONFIG = {"natural": {"restitution_change": 0.017}, "curve": {"plateau_ratio": 0.83}}
 
@@ -178,7 +179,7 @@ def test_walls_whose_median_is_told_apart_from_that_of_restitution_are_named():
 def test_every_damper_and_source_has_a_row_at_every_e_with_its_numbers():
     text = told()
     for model, ratio in zip(made_up.MODELS[1:], made_up.FACTOR[1:], strict=True):
-        shown = earthquakes.known(ratio)
+        shown = number(ratio)
         for source in earthquakes.SOURCES.values():
             assert len(re.findall(rf"{model} {source} {re.escape(shown)} \(", text)) == made_up.E.size
     assert text.count("0.100 (0.0890 to 0.111)") == made_up.E.size  # SDR of the polynomials, more than the least

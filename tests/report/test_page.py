@@ -12,9 +12,10 @@ from repository import ROOT
 
 from rockdamp import report
 from rockdamp.mechanics.damping import kinds
-from rockdamp.report import numbers, tables
+from rockdamp.report import tables
 from rockdamp.report.page import BRIDGE
 from rockdamp.storage.provenance import files_of
+from rockdamp.text import number
 
 REFERENCES = ("src", "href", "srcset", "action", "poster", "data", "xlink:href", "background", "cite")
 
@@ -181,7 +182,7 @@ def test_accuracy_tells_every_variable_with_its_units(page, content):
     for name in content.datasets["accuracy"].data_vars:
         assert content.datasets["accuracy"][name].attrs["long_name"] in told
     lost = content.datasets["accuracy"]["energy_lost"]
-    assert f"energy_lost {numbers.number(lost.min())} to {numbers.number(lost.max())} J" in told
+    assert f"energy_lost {number(lost.min())} to {number(lost.max())} J" in told
 
 
 def test_without_an_accuracy_dataset_its_section_and_figures_are_left_out(content):

@@ -6,7 +6,8 @@ import pytest
 
 from rockdamp import report
 from rockdamp.errors import InputError
-from rockdamp.report import numbers, tables
+from rockdamp.report import tables
+from rockdamp.text import number
 
 
 def test_a_table_without_a_column_or_with_a_short_row_is_refused(tmp_path):
@@ -70,7 +71,7 @@ def test_prose_loses_its_title_its_links_into_the_tree_its_comments_and_any_mark
 def test_quantities_are_told_by_model_or_by_their_extremes(content):
     told = {row["name"]: row for row in tables.quantities(content.datasets["accuracy"])}
     share = content.datasets["accuracy"]["share_within_thousandth"]
-    assert told["share_within_thousandth"]["value"].startswith(f"{numbers.number(share[0])} (CDC), ")
+    assert told["share_within_thousandth"]["value"].startswith(f"{number(share[0])} (CDC), ")
     lost = content.datasets["accuracy"]["energy_lost"]
-    assert told["energy_lost"]["value"] == f"{numbers.number(lost.min())} to {numbers.number(lost.max())}"
+    assert told["energy_lost"]["value"] == f"{number(lost.min())} to {number(lost.max())}"
     assert told["energy_lost"]["units"] == "J"

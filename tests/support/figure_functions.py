@@ -1,9 +1,9 @@
-"""What draws each figure of the table, by the figure's name."""
+"""What draws each figure of the table and what writes its caption, by the figure's name."""
 
 from importlib import import_module
 
 from rockdamp.pipeline import figures
 
-FIGURES = {
-    name: getattr(import_module(f"rockdamp.figures.{figure.module}"), name) for name, figure in figures.FIGURES.items()
-}
+MODULES = {name: import_module(f"rockdamp.figures.{figure.module}") for name, figure in figures.FIGURES.items()}
+FIGURES = {name: getattr(module, name) for name, module in MODULES.items()}
+CAPTIONS = {name: getattr(module, f"{name}_caption") for name, module in MODULES.items()}

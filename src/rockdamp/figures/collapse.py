@@ -17,23 +17,24 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
-from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, middle, plain_logarithmic
+from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, at_source, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
     GREY,
     PALE,
+    by_damper,
     columns_of,
     dampers,
     line_of,
+    literal,
     new_figure,
-    plain,
     scaling,
     style_of,
     styled,
-    title_of,
 )
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
+from rockdamp.text import number, percent, plain, span
 from rockdamp.vocabulary import REFERENCE
 
 MOST_COLUMNS = 4
@@ -62,7 +63,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     walls : xarray.Dataset
         As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
     """
-    peaks = with_velocity(middle(comparison).sel(damping_ratio_source=SOURCE), walls)
+    peaks = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(peaks)
     figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
     panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, columns))
@@ -74,15 +75,15 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     panels[0].set_ylim(float(peaks["scale"][0]), 1.1 * float(standing.max(initial=float(peaks["scale"][1]))))
     for axes in panels[::columns]:
         axes.set_ylabel(SCALE)
-    for number, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
+    for place, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
         beside = _velocities(axes, "right", float(unit))
-        if number % columns == 0 or number == len(panels):
+        if place % columns == 0 or place == len(panels):
             beside.set_ylabel(VELOCITY)
     low, centre, high = (f"{100 * value:g}" for value in peaks["probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
         *(
-            Line2D([], [], marker=style_of(model).marker, label=f"{title_of(model)}, {centre} %", **line_of(model))
+            Line2D([], [], marker=style_of(model).marker, label=f"{model}, {centre} %", **line_of(model))
             for model in (REFERENCE, *dampers(peaks))
         ),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
@@ -136,7 +137,7 @@ def _panels(
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[index // columns, index % columns], sharex=first, sharey=first)
         draw(axes, walls.isel(wall=index))
-        axes.set_title(plain(str(walls["wall"].values[index])))
+        axes.set_title(literal(str(walls["wall"].values[index])))
         axes.tick_params(labelleft=index % columns == 0)
         panels.append(axes)
     return panels
@@ -179,7 +180,7 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     walls : xarray.Dataset
         As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
     """
-    fragility = with_velocity(middle(comparison).sel(damping_ratio_source=SOURCE), walls)
+    fragility = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(fragility)
     figure = new_figure(DOUBLE_COLUMN, 82.0 + 58.0 * rows)
     halves = figure.add_gridspec(2, 1, height_ratios=[58.0 * rows, 55.0])
@@ -245,7 +246,6 @@ def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None
         axes.set_xlabel("median of collapse over that of CR [-]")
         axes.tick_params(labelleft=first is None)
         if first is None:
-            axes.set_ylabel("damper [-]")
             first = axes
 
 
@@ -278,8 +278,38 @@ def _handles(fragility: xr.Dataset) -> list[Line2D | Patch]:
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
         Line2D([], [], label="CR, share of the records", **SHARES),
     ]
-    handles += [Line2D([], [], label=title_of(model), **line_of(model)) for model in dampers(fragility)]
+    handles += [Line2D([], [], label=model, **line_of(model)) for model in dampers(fragility)]
     return handles + [
         Line2D([], [], linestyle="none", marker=mark, color=GREY, label=f"below: {SOURCE_NAMES[source]}")
         for source, mark in SOURCE_MARKS.items()
     ]
+
+
+def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    drawn = at_source(comparison)
+    medians = drawn["fractile"].isel(probability=drawn.sizes["probability"] // 2)
+    apart = abs(medians / medians.sel(damping_model=REFERENCE) - 1)
+
+    def median_and_largest(of_damper: xr.Dataset) -> str:
+        off = apart.sel(damping_model=of_damper["damping_model"])
+        return f"{percent(off.median())} and {percent(off.max())}"
+
+    return f"""
+    Where both medians stand, that of the damper differs from that of restitution by (median, and largest)
+    {by_damper(drawn, median_and_largest)}. Fractiles over {int(drawn["records"])} records at {drawn.sizes["scale"]}
+    scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
+    """
+
+
+def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    drawn = at_source(comparison)
+    cr = drawn.sel(damping_model=REFERENCE)
+    return f"""
+    For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
+    the scale under restitution for half of the records to collapse them. Under restitution it takes scales of
+    {span(cr["wall_median_scale"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility curves at
+    e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all curves whose median and
+    dispersion are both within their intervals, and with them at least nine in ten replicates.
+    """

@@ -8,11 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.text import plain
 from rockdamp.vocabulary import PRESETS
 
 RED = "#C1121F"  # the secant, as in the paper
 SECANT_AT = 0.45  # u/u_ins
 TOP = 1.34  # leaves room for the legends
+PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio")  # a1, b1
 FORCE = "$F/F_0$ [-]"
 
 
@@ -115,3 +117,17 @@ def _presets(axes: Axes, mechanism: xr.Dataset) -> None:
         label = f"{name}: $a_1 = {a1:.2f}$, $b_1 = {b1:.2f}$"
         axes.plot(curve["displacement"], curve["force"], color=colour, linestyle=linestyle, label=label)
     axes.legend(loc="upper right")
+
+
+def fig2_caption(mechanism: xr.Dataset) -> str:
+    """Write the caption of Fig. 2, HTML."""
+    curves = {str(name): mechanism.sel(curve_name=name) for name in mechanism["curve_name"].values}
+    a1, b1 = ({name: plain(curve[key]) for name, curve in curves.items()} for key in PARAMETERS)
+    stages = "; ".join(f"{name}: {a1[name]}, {b1[name]}" for name in PRESETS)
+    return f"""
+    (a) The tri-linear curve of the study, a<sub>1</sub>&nbsp;=&nbsp;{a1["tri-linear"]} and
+    b<sub>1</sub>&nbsp;=&nbsp;{b1["tri-linear"]}, under the bi-linear law of rigid bodies. (b) The two variants of a
+    last branch that ends before u<sub>ins</sub>, here at
+    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_ratio"])}. (c) Doherty's stages of degradation
+    (a<sub>1</sub>, b<sub>1</sub>): {stages}.
+    """

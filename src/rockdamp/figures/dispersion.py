@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
     PALE,
+    REFERENCE_RESTITUTION,
+    at_nearest,
     dampers,
     few_ticks,
     nearest,
@@ -26,10 +29,11 @@ from rockdamp.figures.style import (
     texts,
 )
 from rockdamp.mechanics.damping import Damping
+from rockdamp.text import by_name, percent, plain, span
+from rockdamp.vocabulary import PAPER_MODELS
 
 BEST = "POWER"  # as the dataset names the general exponent at its best n
 NAMES = {BEST: "best $n$"}
-REFERENCE_RESTITUTION = 0.85
 REFERENCE = {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85, "ultimate_ratio": 1.0}
 SHARE = r"release amplitude $u_0/u_3$ [-]"
 VARIANTS = {"none": "$a_3 = 1$", "steeper": "steeper", "translated": "translated"}
@@ -58,8 +62,7 @@ def fig_dispersion(dispersion: xr.Dataset) -> Figure:
     dispersion : xarray.Dataset
         ``damping_ratio_peaks`` (damping_model, case, release_share, restitution) and ``spread_peaks``.
     """
-    e = nearest(numbers(dispersion, "restitution"), REFERENCE_RESTITUTION)
-    at_e = dispersion.isel(restitution=e)
+    at_e = at_nearest(dispersion, restitution=REFERENCE_RESTITUTION)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
     _fan(fan, at_e)
@@ -84,14 +87,16 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
         ends.append((float(curves.isel(case=reference)[-1]), model))
     bottom, top = float(relative.min()), float(relative.max())
     axes.set_ylim(max(0.0, bottom - 0.08), top + 0.08)
-    # Names at the lines' ends, apart enough to be read.
+    # Names at the lines' ends, apart enough to be read; models whose lines coincide share a name's place.
     gap, last = 0.055 * (top - bottom + 0.16), -np.inf
+    places: dict[float, list[str]] = {}
     for value, model in sorted(ends):
-        height = max(value, last + gap)
-        last = height
+        places.setdefault(round(value, 2), []).append(model)
+    for value, (model, *others) in places.items():
+        last = max(value, last + gap)
         axes.annotate(
-            name_of(model),
-            (share[-1], height),
+            ", ".join(map(name_of, (model, *others))),
+            (share[-1], last),
             xytext=(4, 0),
             textcoords="offset points",
             color=style_of(model).colour,
@@ -277,3 +282,56 @@ def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str, exa
             if model not in exact:
                 axes.plot(share, middle.isel(case=reference), color=colour, **MIDDLE)
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
+
+
+def by_named_damper(values: xr.DataArray, show: Callable[[xr.DataArray], str]) -> str:
+    """Write a value for each damper, by the name that it has in these figures."""
+    return by_name(
+        {
+            name_of(str(model)).replace("$", ""): show(values.sel(damping_model=model))
+            for model in values["damping_model"].values
+        }
+    )
+
+
+def least_to_most(values: xr.DataArray) -> str:
+    """Write the least and the largest of some fractions."""
+    return span(values, percent)
+
+
+def fig_dispersion_caption(dispersion: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    at_e, share = at_nearest(dispersion, restitution=REFERENCE_RESTITUTION), dispersion["release_share"]
+    return f"""
+    One ξ of ECD serves every amplitude of every curve. The standard deviation of ln&nbsp;ξ over the amplitudes is, over
+    the curves, {by_named_damper(at_e["spread_peaks"], least_to_most)}. ξ is the damping ratio with which the first half
+    cycle ends as at e&nbsp;=&nbsp;{plain(at_e["restitution"])}. It is drawn over that of ECD, for releases from
+    {plain(share.min())} to {plain(share.max())} of u<sub>3</sub> on {dispersion.sizes["case"]} curves.
+    """
+
+
+def fig_exponent_caption(dispersion: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    best, spread, a1 = (dispersion[f"map_{name}"] for name in ("best_exponent", "spread", "cracked_stiffness_ratio"))
+    return f"""
+    In C&nbsp;∝&nbsp;(ω/ω<sub>1</sub>)<sup>n</sup>, the n that makes ξ depend least on the amplitude is between
+    {float(best.min()):.2f} and {float(best.max()):.2f} for a<sub>1</sub> from {plain(a1.min())} to {plain(a1.max())}.
+    With it the standard deviation of ln&nbsp;ξ is at most {percent(spread.sel(damping_model=BEST).max())}; with the
+    paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)), least_to_most)}.
+    """
+
+
+def fig_closed_form_caption(dispersion: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    at_e = at_nearest(dispersion, restitution=REFERENCE_RESTITUTION)
+
+    def largest(measure: str) -> str:
+        away = abs(at_e["damping_ratio_energy"] / at_e[measure] - 1)
+        return by_named_damper(away, lambda of_damper: percent(of_damper.max()))
+
+    return f"""
+    The closed form is off by {largest("damping_ratio_peaks")} at most of the ξ that matches the first peak (above), and
+    by {largest("damping_ratio")} at most of the ξ of least error, Eq.&nbsp;(17) (below), at
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {dispersion.sizes["case"]} curves and all amplitudes. It is of first
+    order in the loss.
+    """

@@ -1,9 +1,8 @@
-"""Figs 5 to 7: the damping ratio that is equivalent to a coefficient of restitution, and the error of the match."""
+"""Figs 5 and 6: the damping ratio that is equivalent to a coefficient of restitution, by amplitude and by wall."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -18,66 +17,58 @@ from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
     PALE,
+    REFERENCE_RESTITUTION,
     RESTITUTION,
-    SINGLE_COLUMN,
-    columns_of,
+    at_nearest,
+    dampers,
     few_ticks,
-    grid_of,
-    is_beyond_paper,
-    line_of,
-    nearest,
     new_figure,
     numbers,
+    papers,
     present,
-    scaling,
     shades,
     style_of,
     styled,
     texts,
-    title_of,
 )
+from rockdamp.text import by_name, number, percent, plain
 
 PAPER_AMPLITUDES = (0.9, 0.5, 0.3)  # u0/u_ins, Fig. 5
-REFERENCE_AMPLITUDE = 0.5  # of all that follows Fig. 5
-REFERENCE_CRACKED_STIFFNESS = 0.04  # a1
-PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
 MARKS = 7  # markers on a curve, about
 MARKERS = "osD^vpX*hd"
 FIXED = "damping_ratio_fixed_seconds"
-SHARED = {
-    "plateau_ratio": "$b_1",
-    "ultimate_ratio": "$a_3",
-    "release_amplitude": r"$u_0/u_\mathrm{ins}",
-}
 CLOSED_FORM: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
-EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
+JUMP = 10.0  # of ln(ξ/δ) over that of e: faster than a minimum moves
 
 
-def models_of(dataset: xr.Dataset) -> list[str]:
-    """Return the viscous models of a dataset, in its order."""
-    return [str(model) for model in dataset["damping_model"].values]
+def title_panel(axes: Axes, model: str) -> None:
+    """Put the model's name over its panel, in its colour."""
+    axes.set_title(model, color=style_of(model).colour, fontweight="bold")
 
 
-def _title(axes: Axes, model: str, lines: int = 1) -> None:
-    axes.set_title(title_of(model, lines), color=style_of(model).colour, fontweight="bold")
-
-
-def _every(e: xr.DataArray) -> int:
+def every(e: xr.DataArray) -> int:
+    """Return at which interval of points a curve has a marker."""
     return max(1, e.size // MARKS)
 
 
-def _note(axes: Axes, text: str) -> None:
+def note(axes: Axes, text: str) -> None:
+    """Write in the lower left corner, below the curves that fall with e."""
     axes.text(0.04, 0.04, text, transform=axes.transAxes, fontsize=7, ha="left", va="bottom")
 
 
-def _window(dataset: xr.Dataset) -> str:
+def window_text(dataset: xr.Dataset) -> str:
+    """Write over which length of the response the ratios are matched."""
     return f"response length $\\tau = {float(dataset['window']):g}$"
 
 
-def _shared(dataset: xr.Dataset) -> list[str]:
-    """What a dataset says of the curve and release that all its values share."""
-    scalars = {name: symbol for name, symbol in SHARED.items() if name in dataset and dataset[name].ndim == 0}
-    return [f"{symbol} = {float(dataset[name]):g}$" for name, symbol in scalars.items()]
+def changes_between(first: xr.Dataset, last: xr.Dataset) -> str:
+    """Write how far the damping ratio of each model changes, for a caption."""
+    return by_name(
+        {
+            model: " to ".join(number(end["damping_ratio"].sel(damping_model=model)) for end in (first, last))
+            for model in dampers(first)
+        }
+    )
 
 
 @styled
@@ -89,33 +80,58 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     amplitude : xarray.Dataset
         ``damping_ratio`` and ``damping_ratio_energy`` (damping_model, release_amplitude, restitution).
     """
-    models = models_of(amplitude)
-    columns = columns_of(len(models), 4)
-    figure = new_figure(DOUBLE_COLUMN, 78.0 * -(-len(models) // columns))
-    panels = grid_of(figure, len(models), columns)
+    amplitude = papers(amplitude)
+    models = dampers(amplitude)
+    figure = new_figure(DOUBLE_COLUMN, 78.0)
+    panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
     values = numbers(amplitude, "release_amplitude")
     chosen = present(values, PAPER_AMPLITUDES)
     for axes, model in zip(panels, models, strict=True):
         for index, colour, marker in zip(chosen, shades(model, len(chosen)), MARKERS[: len(chosen)], strict=True):
             curve = amplitude.sel(damping_model=model).isel(release_amplitude=index)
             e, label = curve["restitution"], f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$"
-            axes.plot(e, curve["damping_ratio"], color=colour, marker=marker, markevery=_every(e), label=label)
+            axes.plot(e, curve["damping_ratio"], color=colour, marker=marker, markevery=every(e), label=label)
             axes.plot(e, curve["damping_ratio_energy"], color=colour, **CLOSED_FORM)
         axes.plot([], [], color=GREY, label="closed form", **CLOSED_FORM)
-        _title(axes, model)
+        title_panel(axes, model)
         axes.legend(loc="upper right")
-    for axes in panels[-columns:]:
         axes.set_xlabel(RESTITUTION)
-    for axes in panels[::columns]:
-        axes.set_ylabel(DAMPING_RATIO)
+    panels[0].set_ylabel(DAMPING_RATIO)
     few_ticks(panels[0], 3)
-    panels[0].set_ylim(0, 1.05 * _largest(amplitude.isel(release_amplitude=chosen)))
-    _note(panels[-1], _window(amplitude))
+    drawn = amplitude[["damping_ratio", "damping_ratio_energy"]].isel(release_amplitude=chosen)
+    panels[0].set_ylim(0, 1.05 * float(drawn.to_array().max()))
+    note(panels[0], window_text(amplitude))
     return figure
 
 
-def _largest(dataset: xr.Dataset) -> float:
-    return float(max(dataset["damping_ratio"].max(), dataset["damping_ratio_energy"].max()))
+def fig5_caption(amplitude: xr.Dataset) -> str:
+    """Write the caption of Fig. 5, HTML."""
+    amplitude = papers(amplitude).sortby("restitution")
+    values = numbers(amplitude, "release_amplitude")
+    chosen = sorted(values[index] for index in present(values, PAPER_AMPLITUDES))
+    at_e = at_nearest(amplitude, restitution=REFERENCE_RESTITUTION)
+    low, high = (at_e.sel(release_amplitude=chosen[end]) for end in (0, -1))
+    # The largest step of ξ/δ from one e to the next would be a jump where another minimum of Err took over.
+    share = amplitude["damping_ratio"] / -np.log(amplitude["restitution"])
+    steps = abs(share.diff("restitution") / share)
+    bends = abs(share.diff("restitution", 2) / share)
+    sharpest = bends.assign_coords(restitution=amplitude["restitution"].values[1:-1]).isel(bends.argmax(...))
+    jumps = float((steps / amplitude["restitution"].diff("restitution")).max()) > JUMP
+    return f"""
+    From a release at {plain(chosen[0])} to one at {plain(chosen[-1])}&nbsp;u<sub>ins</sub>, ξ changes at
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])} from {changes_between(low, high)}. It is the damping ratio of least error
+    over τ&nbsp;=&nbsp;{plain(amplitude["window"])}, with the closed form beside it. From one e to the next ξ/δ changes
+    by {percent(steps.max())} at most:
+    {"another minimum of Err takes over there" if jumps else "one minimum of Err moves, and no other takes over"}. The
+    sharpest bend is that of {sharpest["damping_model"].item()} from
+    {plain(sharpest["release_amplitude"])}&nbsp;u<sub>ins</sub> at e&nbsp;=&nbsp;{plain(sharpest["restitution"])}.
+    """
+
+
+def with_one_plateau(cracked_stiffness: xr.Dataset) -> xr.Dataset:
+    """Keep the a1 whose curves have the first one's b1."""
+    b1 = cracked_stiffness["plateau_ratio"].values
+    return cracked_stiffness.isel(cracked_stiffness_ratio=np.isclose(b1, b1[0]))
 
 
 @styled
@@ -129,14 +145,14 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     cracked_stiffness : xarray.Dataset
         ``damping_ratio`` and ``plateau_ratio``; only the values of a1 with the first one's b1 are drawn.
     """
-    b1 = cracked_stiffness["plateau_ratio"].values
-    cracked_stiffness = cracked_stiffness.isel(cracked_stiffness_ratio=np.isclose(b1, b1[0]))
+    cracked_stiffness = with_one_plateau(cracked_stiffness)
+    b1 = float(cracked_stiffness["plateau_ratio"][0])
     studies = (
-        (slenderness, "slenderness", "$h/t$ [-]"),
-        (overburden, "overburden_ratio", "$O/W$ [-]"),
-        (cracked_stiffness, "cracked_stiffness_ratio", f"$a_1$ [-]\nat $b_1 = {b1[0]:g}$"),
+        (papers(slenderness), "slenderness", "$h/t$ [-]"),
+        (papers(overburden), "overburden_ratio", "$O/W$ [-]"),
+        (papers(cracked_stiffness), "cracked_stiffness_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
     )
-    models = models_of(slenderness)
+    models = dampers(studies[0][0])
     figure = new_figure(DOUBLE_COLUMN, 178.0)
     # A low strip above the first two rows: what a fixed length in seconds changes is too small for the panels.
     ratios = [0.36, 1.0, 0.36, 1.0, 1.0]
@@ -154,23 +170,45 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         panels[0].set_ylim(0, 1.05 * max(float(study["damping_ratio"].max()) for study, _, _ in studies))
         _legend(panels[-1], models, title, numbers(dataset, parameter), strips is not None)
     for axes, model in zip(grid[0], models, strict=True):
-        _title(axes, model, lines=3 if len(models) > 4 else 1)
+        title_panel(axes, model)
     for strip in grid[[0, 2], 0]:
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
-    for axes in grid[-1, :: 1 + (len(models) > 5)]:  # of many panels every second one, so that labels stay apart
-        axes.set_xlabel("restitution $e$ [-]")
+    for axes in grid[-1]:
+        axes.set_xlabel(RESTITUTION)
     few_ticks(grid[0, 0], 3)
     figure.align_ylabels(grid[:, 0])
-    _note(grid[-1, -1], _window(slenderness).replace("length ", "length\n"))
+    note(grid[-1, 0], window_text(slenderness))
     return figure
+
+
+def fig6_caption(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> str:
+    """Write the caption of Fig. 6, HTML."""
+    walls = (papers(slenderness), "slenderness"), (papers(overburden), "overburden_ratio")
+    alike, seconds = (
+        max(float(spread(study[name], dim).max()) for study, dim in walls) for name in ("damping_ratio", FIXED)
+    )
+    (low, high), (least, most) = ([plain(end) for end in (s[dim].min(), s[dim].max())] for s, dim in walls)
+    at_e = at_nearest(papers(with_one_plateau(cracked_stiffness)), restitution=REFERENCE_RESTITUTION)
+    first, last = (at_e.isel(cracked_stiffness_ratio=end) for end in (0, -1))
+    return f"""
+    The cracked stiffness matters: from a<sub>1</sub>&nbsp;=&nbsp;{plain(first["cracked_stiffness_ratio"])} to
+    {plain(last["cracked_stiffness_ratio"])}, ξ changes at e&nbsp;=&nbsp;{plain(at_e["restitution"])} from
+    {changes_between(first, last)}. In dimensionless time, slenderness from {low} to {high} and overburden from {least}
+    to {most} times the weight change ξ by {percent(alike)} at most: their lines coincide. Where the response is
+    compared over the same length in seconds, they change it by {percent(seconds)} at most.
+    """
+
+
+def spread(values: xr.DataArray, dim: str) -> xr.DataArray:
+    """Return the largest less the least value over a dimension, over their mean."""
+    return (values.max(dim) - values.min(dim)) / values.mean(dim)
 
 
 def _study(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
     colours = shades(model, match.sizes[parameter])
     for index, colour in enumerate(colours):
         curve = match.isel({parameter: index})
-        marks = _marks(index, len(colours), match["restitution"].size)
-        axes.plot(match["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9, **marks)
+        axes.plot(match["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9)
         if FIXED in match:
             axes.plot(match["restitution"], curve[FIXED], color=colour, **CLOSED_FORM)
 
@@ -183,20 +221,12 @@ def _change(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
 
 
-def _marks(index: int, count: int, points: int) -> dict[str, Any]:
-    """Markers at different e for each curve, since curves coincide or differ in shade alone."""
-    apart = 2 if points >= 4 * count else 1
-    return {"marker": MARKERS[index % len(MARKERS)], "markevery": (apart * index, apart * count)}
-
-
 def _legend(axes: Axes, models: Sequence[str], title: str, values: Sequence[float], fixed: bool) -> None:
-    """One entry for each value, with its shade for every model."""
+    """Give one entry for each value, with its shade for every model."""
     ramps = [shades(model, len(values)) for model in models]
-    handles: list[Any] = []
-    for index in range(len(values)):
-        entry = [Line2D([], [], color=ramp[index], linewidth=2.5) for ramp in ramps]
-        entry.append(Line2D([], [], color=GREY, linestyle="none", marker=MARKERS[index % len(MARKERS)]))
-        handles.append(tuple(entry))
+    handles: list[Any] = [
+        tuple(Line2D([], [], color=ramp[index], linewidth=2.5) for ramp in ramps) for index in range(len(values))
+    ]
     labels = texts(values)
     if fixed:
         handles.append(Line2D([], [], color=GREY, **CLOSED_FORM))
@@ -210,130 +240,3 @@ def _legend(axes: Axes, models: Sequence[str], title: str, values: Sequence[floa
         alignment="left",
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
     )
-
-
-@styled
-def fig6_error(amplitude: xr.Dataset) -> Figure:
-    """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest.
-
-    Parameters
-    ----------
-    amplitude : xarray.Dataset
-        ``error`` and ``rms_error`` (damping_model, release_amplitude, restitution), ``window`` and ``steps``.
-    """
-    values = numbers(amplitude, "release_amplitude")
-    index = nearest(values, REFERENCE_AMPLITUDE)
-    study = amplitude.isel(release_amplitude=index)
-    e, root, models = study["restitution"], study["error"] ** 0.5, models_of(study)
-    figure = new_figure(SINGLE_COLUMN, 82.0)
-    axes = figure.subplots()
-    for model in models:
-        marker = style_of(model).marker
-        axes.plot(
-            e,
-            root.sel(damping_model=model),
-            marker=marker,
-            markevery=_every(e),
-            label=title_of(model),
-            **line_of(model),
-        )
-    top = 1.35 * float(root.max())
-    axes.set_ylim(0, top)
-    axes.axvspan(*PAPER_RANGE, color="#EDEDED", linewidth=0, zorder=0)
-    low, high = PAPER_RANGE
-    axes.text(
-        (low + high) / 2,
-        0.99 * top,
-        f"paper: CDR lowest,\n${low:.2f} \\leq e \\leq {high:.2f}$",
-        ha="center",
-        va="top",
-        fontsize=7,
-    )
-    _lowest(axes, root.sel(damping_model=[model for model in models if not is_beyond_paper(model)]), 0.8 * top)
-    axes.set_xlabel(RESTITUTION)
-    axes.set_ylabel(r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
-    # Err is a sum over the response: its root over the number of samples does not depend on the step.
-    per_sample = float((study["rms_error"] / root).mean())
-    beside = axes.secondary_yaxis("right", functions=scaling(1000 * per_sample))
-    beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
-    figure.legend(loc="outside upper center", ncols=len(models) if len(models) <= 4 else 2)
-    few_ticks(axes, 6)
-    length = f"$\\tau = {float(study['window']):g}$ in $k = {int(study['steps'])}$ steps"
-    axes.set_title(
-        f"$u_0/u_\\mathrm{{ins}} = {values[index]:g}$, {length},\na length that was inferred from this figure"
-    )
-    return figure
-
-
-def _lowest(axes: Axes, root: xr.DataArray, height: float) -> None:
-    """A row of markers that names the paper's model with the lowest error at each e."""
-    best = root["damping_model"].values[root.argmin("damping_model").values]
-    for model in map(str, root["damping_model"].values):
-        e = root["restitution"].values[best == model]
-        style = style_of(model)
-        axes.plot(e, np.full(e.size, height), linestyle="none", marker=style.marker, color=style.colour)
-    names = ", ".join(map(str, root["damping_model"].values))
-    axes.text(
-        float(root["restitution"][0]), height * 1.02, f" lowest of {names} here:", fontsize=7, ha="left", va="bottom"
-    )
-
-
-@styled
-def fig7(equivalence: xr.Dataset) -> Figure:
-    """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15).
-
-    Parameters
-    ----------
-    equivalence : xarray.Dataset
-        ``damping_ratio`` and ``damping_ratio_fit`` (damping_model, cracked_stiffness_ratio, restitution) and
-        ``giannini_masiani`` (restitution).
-    """
-    models, e = models_of(equivalence), equivalence["restitution"]
-    values = numbers(equivalence, "cracked_stiffness_ratio")
-    names = texts(values)
-    figure = new_figure(DOUBLE_COLUMN, 120.0)
-    columns = -(-len(models) // 2)
-    grid = figure.add_gridspec(2, 1 + columns, width_ratios=[1.75] + [1.0] * columns)
-    together = figure.add_subplot(grid[:, 0])
-    _ranges(together, equivalence)
-    for position, model in enumerate(models):
-        axes = figure.add_subplot(grid[position // columns, 1 + position % columns], sharex=together, sharey=together)
-        keys = []
-        for index, (colour, marker) in enumerate(zip(shades(model, len(values)), cycle(MARKERS), strict=False)):
-            fit = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
-            line: dict[str, Any] = {"color": colour, "linewidth": 0.8, "markersize": 2.6, "markeredgewidth": 0.3}
-            axes.plot(e, fit["damping_ratio_fit"], **line)
-            points = slice(None, None, _every(e))
-            axes.plot(e[points], fit["damping_ratio"][points], marker, **line)
-            keys.append(Line2D([], [], marker=marker, label=names[index], **line))
-        axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
-        _title(axes, model, lines=1 + (columns > 2))
-        if model == models[-1]:
-            _note(axes, "lines: polynomials\nmarkers: matched")
-        axes.legend(handles=keys, title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
-        below = position + columns >= len(models)
-        axes.tick_params(labelleft=position % columns == 0, labelbottom=below)
-        if below:
-            axes.set_xlabel("restitution $e$ [-]")
-    few_ticks(together, 3)  # shared by the narrow panels
-    together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))
-    return figure
-
-
-def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
-    """All models together: the polynomial at the reference a1, and the band that the other a1 fill."""
-    e, values = equivalence["restitution"], numbers(equivalence, "cracked_stiffness_ratio")
-    index = nearest(values, REFERENCE_CRACKED_STIFFNESS)
-    fits = equivalence["damping_ratio_fit"]
-    for model in models_of(equivalence):
-        band = fits.sel(damping_model=model)
-        low, high = band.min("cracked_stiffness_ratio"), band.max("cracked_stiffness_ratio")
-        axes.fill_between(e, low, high, color=style_of(model).colour, alpha=0.18, linewidth=0)
-        axes.plot(e, band.isel(cracked_stiffness_ratio=index), label=title_of(model), **line_of(model))
-    axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)", **EQUATION_15)
-    axes.set_title(f"all models at $a_1 = {values[index]:g}$, bands: ${min(values):g} \\leq a_1 \\leq {max(values):g}$")
-    axes.set_xlabel(RESTITUTION)
-    axes.set_ylabel(DAMPING_RATIO)
-    axes.legend(loc="upper right")
-    fit = float(np.floor(1e4 * equivalence["r_squared"].min()) / 1e4)
-    _note(axes, "\n".join([*_shared(equivalence), _window(equivalence), f"$R^2 \\geq {fit:.4f}$"]))

@@ -13,14 +13,17 @@ from rockdamp.figures.style import (
     GREY,
     PALE,
     TAU,
-    is_beyond_paper,
+    by_model,
+    dampers,
     line_of,
     new_figure,
+    papers,
     scaling,
     style_of,
     styled,
 )
 from rockdamp.histories.half_cycles import excursion_peaks, passes_zero
+from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import REFERENCE
 
 LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
@@ -43,6 +46,7 @@ def fig3(loops: xr.Dataset) -> Figure:
         ``damping_ratio_law`` (viscous_model, frequency_ratio), ``displacement`` and ``damping_force``
         (damping_model, tau), ``damping_ratio`` (damping_model).
     """
+    loops = papers(loops)
     figure = new_figure(DOUBLE_COLUMN, 82.0)
     law, force = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
     _laws(law, loops)
@@ -50,8 +54,20 @@ def fig3(loops: xr.Dataset) -> Figure:
     return figure
 
 
+def fig3_caption(loops: xr.Dataset) -> str:
+    """Write the caption of Fig. 3, HTML."""
+    loops = papers(loops).sel(damping_model=dampers(papers(loops)))
+    forces = by_model(abs(loops["damping_force"]).max("tau"), percent)
+    return f"""
+    In decays from {plain(loops["release_amplitude"])}&nbsp;u<sub>ins</sub> matched to
+    e&nbsp;=&nbsp;{plain(loops["restitution"])} the largest damping force, over the rigid strength F<sub>0</sub>, is
+    {forces}. Left: how the damping ratio of each model changes with the secant frequency. Right: damping force against
+    displacement, with ξ&nbsp;=&nbsp;{by_model(loops["damping_ratio"])}.
+    """
+
+
 def _laws(axes: Axes, loops: xr.Dataset) -> None:
-    for model in _functions_of_frequency(loops):
+    for model in dampers(loops):
         axes.plot(loops["frequency_ratio"], loops["damping_ratio_law"].sel(viscous_model=model), **line_of(model))
     axes.plot(1, 1, "o", color="black", clip_on=False, zorder=5)
     axes.set_xlim(0, 1)
@@ -61,22 +77,13 @@ def _laws(axes: Axes, loops: xr.Dataset) -> None:
     axes.set_title("(a) damping ratio and frequency")
 
 
-def _functions_of_frequency(loops: xr.Dataset) -> list[str]:
-    """The models whose damping ratio the secant frequency alone gives."""
-    law = loops["damping_ratio_law"]
-    return [model for model in map(str, loops["viscous_model"].values) if law.sel(viscous_model=model).notnull().any()]
-
-
 def _loops(axes: Axes, loops: xr.Dataset) -> None:
-    in_both = _functions_of_frequency(loops)
-    for model in map(str, loops["viscous_model"].values):
+    for model in dampers(loops):
         decay = loops.sel(damping_model=model)
         u, force = decay["displacement"].values, decay["damping_force"].values
         end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
         label = f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
-        label += "\n(beyond the paper)" if is_beyond_paper(model) else ""
-        label += "" if model in in_both else "\nnot in (a): no function of $\\omega$"
         axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
@@ -85,7 +92,7 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
     axes.set_xlabel(DISPLACEMENT)
     axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
     axes.set_title(f"(b) decays matched to $e = {float(loops['restitution']):g}$: first cycle, later ones pale")
-    axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), title="(a) and (b)", alignment="left")
+    axes.legend(loc="upper right", title="(a) and (b)", alignment="left")
 
 
 @styled
@@ -104,6 +111,22 @@ def fig4(loops: xr.Dataset) -> Figure:
     _matched(upper, lower, loops)
     right.align_ylabels()
     return figure
+
+
+def fig4_caption(loops: xr.Dataset) -> str:
+    """Write the caption of Fig. 4, HTML."""
+    rocking, both = loops["rocking_displacement"], loops["displacement"].sel(damping_model=["CR", "CDR"])
+    difference = ((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau") ** 0.5
+    slender, large = (number(difference.sel(rocking_model=name), 2) for name in ("slender", "large rotation"))
+    apart = number((both.diff("damping_model") ** 2).mean() ** 0.5, 2)
+    return f"""
+    CDR matched to CR follows it within {apart} of u<sub>ins</sub> (root mean square), and its velocity has no jump:
+    right, at e&nbsp;=&nbsp;{plain(loops["restitution"])} and with
+    ξ&nbsp;=&nbsp;{number(loops["damping_ratio"].sel(damping_model="CDR"))}. Left: the nearly rigid tri-linear wall at
+    e&nbsp;=&nbsp;{plain(loops["rocking_restitution"])} differs by {slender} of u<sub>ins</sub> from the slender limit,
+    and by {large} from rigid bodies without approximation (root mean square over
+    τ&nbsp;=&nbsp;{plain(loops["tau"].max())}).
+    """
 
 
 def _rocking(axes: Axes, loops: xr.Dataset) -> None:

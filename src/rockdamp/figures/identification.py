@@ -10,9 +10,11 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 from scipy.stats import kstwo
 
+from rockdamp.figures.ladder import measured_name
 from rockdamp.figures.single import TIME, record_title
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, new_figure, styled
-from rockdamp.figures.validation import MILLIMETRES, measured_name
+from rockdamp.figures.validation import MILLIMETRES
+from rockdamp.text import by_name, listed, number, percent, span
 from rockdamp.vocabulary import CANDIDATES
 
 SYMBOLS = {
@@ -181,7 +183,6 @@ def _coverage(axes: Axes, identification: xr.Dataset) -> None:
             place + 0.1, at["coverage_by_least_squares"], "x", color=MARK, label="least squares" if first else None
         )
     axes.set_xticks(place, [ALL_SYMBOLS[name] for name in names])
-    axes.set_xlabel("parameter [-]")
     axes.set_ylim(0, 1.3)
     axes.set_yticks([0, 0.5, 0.9])
     axes.set_ylabel("share of intervals that hold the truth [-]")
@@ -212,6 +213,26 @@ def _supported(axes: Axes, identification: xr.Dataset) -> None:
     rows = [f"{maker}; noise × {factor:g}" for maker, factor in table["row"].values]
     axes.set_yticks(np.arange(len(rows)), rows, fontsize=7)
     axes.set_xticks(np.arange(len(models)), models)
-    axes.set_ylabel("record made by [-]")
-    axes.set_xlabel("damping model that explains it [-]")
+    axes.set_ylabel("record made by")
+    axes.set_xlabel("damping model that explains it")
     axes.set_title("(c) mean probability of the models [-]")
+
+
+def fig_identification_caption(identification: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    identified, draws = int(identification["identified_records"]), identification.sizes["draw"]
+    held = [
+        f"{span(at['coverage'], percent)} ± {percent(at['coverage_error'])} (of {percent(at['level'])})"
+        for at in (identification.sel(level=level) for level in identification["level"].values)
+    ]
+    true_model = {
+        str(maker): number(shares.sel(damping_model=maker).mean(), 2)
+        for maker, shares in confusion(identification).groupby("record_made_by")
+        if maker in identification["damping_model"].values
+    }
+    return f"""
+    Of {identified} simulated records, posterior intervals hold the truth in {listed(held)} (least to most of the
+    parameters, ± the standard error that so many records leave). {draws - identified} of {draws} records were refused.
+    Below: the model that made a record of the ladder has a mean probability of {by_name(true_model)}. A ladder with a
+    curve that degrades is made by none of the models.
+    """

@@ -1,40 +1,36 @@
-"""Fig. 8 of several records: each model on the rungs of a ladder, and what is right of it at which amplitude."""
+"""What is right of each damping model at which amplitude, against a ladder of test records."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from textwrap import fill
-from typing import Any
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from rockdamp.arrays import Array
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
-    GREY,
-    PALE,
+    columns_of,
     line_of,
+    literal,
     new_figure,
-    plain,
     style_of,
-    title_of,
+    styled,
 )
+from rockdamp.text import listed, percent
+from rockdamp.vocabulary import REFERENCE
 
-MEASURED: dict[str, Any] = {"color": "#9A9A9A", "linewidth": 2.0}
-MOST_RUNGS = 4  # whose histories are drawn
-RIGHT = 0.1  # of the measured value: as far as a model may be off to be called right
-SHOWN_FROM, MARGIN = 0.05, 0.05  # of the motion's peak; of what is shown
-SHORTEST_ROW, TALLEST = 15.0, 236.0  # [mm]
+RIGHT = 0.1  # of the record's value: as far as a model may be off to be called right
+BAND = "#E8E8E8"
 
 
 def amplitudes(validation: xr.Dataset) -> Array:
-    """Largest measured displacement of each record, u/u_ins. [-]"""
+    """Return the largest displacement of each record, u/u_ins. [-]"""
     peaks: Array = (validation["measured_peak_displacement"] / validation["instability_displacement"]).values
     return peaks
 
@@ -44,8 +40,8 @@ def ladders(validation: xr.Dataset) -> dict[str, xr.Dataset]:
     makers = [str(maker) for maker in validation["record_made_by"].values]
     rungs = {maker: [i for i, other in enumerate(makers) if other == maker] for maker in dict.fromkeys(makers)}
     return {
-        maker: validation.isel(record=sorted(of_maker, key=lambda i: amplitudes(validation)[i]))
-        for maker, of_maker in rungs.items()
+        maker: validation.isel(record=sorted(indices, key=lambda i: amplitudes(validation)[i]))
+        for maker, indices in rungs.items()
     }
 
 
@@ -56,100 +52,56 @@ def off(validation: xr.Dataset, quantity: str) -> xr.DataArray:
     return validation["log_decrement"] / validation["measured_log_decrement"]
 
 
-def draw_ladder(validation: xr.Dataset, heading: str, measured_name: str) -> Figure:
-    """Draw the first ladder's histories, a row for each model, and below, for each ladder, what is right of them.
+def is_synthetic(validation: xr.Dataset) -> bool:
+    """Say whether the record was computed: only one that says it was not counts as a test."""
+    return str(validation.attrs.get("record_synthetic", "yes")) != "no"
+
+
+def heading(validation: xr.Dataset) -> str:
+    """Return the heading of a figure of records: their kind and specimen."""
+    kind = "SYNTHETIC records" if is_synthetic(validation) else "Records"
+    return fill(literal(f"{kind}: {validation.attrs.get('record_specimen', 'specimen not stated')}"), 120)
+
+
+def measured_name(validation: xr.Dataset) -> str:
+    """Return what the record's displacement is called: a synthetic one was not measured."""
+    return "SYNTHETIC record" if is_synthetic(validation) else "measured"
+
+
+@styled
+def fig_ladder(validation: xr.Dataset) -> Figure:
+    """Draw peak and decrement of every model over those of the record, against the amplitude, for each ladder.
 
     Parameters
     ----------
     validation : xarray.Dataset
-        As `fig8` takes it, of several records.
-    heading, measured_name : str
-        Of the figure; what the measured line is called.
+        ``peak_ratio_to_measured``, ``log_decrement`` and ``collapsed`` (record, damping_model),
+        ``measured_log_decrement``, ``measured_peak_displacement`` and ``record_made_by`` (record).
     """
     models = [str(model) for model in validation["damping_model"].values]
     by_maker = ladders(validation)
-    (maker, first), *_ = by_maker.items()
-    rungs = first.isel(record=np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_RUNGS).astype(int)))
-    columns = max(rungs.sizes["record"], len(by_maker))
-    rows = [1.0, *[1.0] * len(models), 1.9, 1.9]
-    figure = new_figure(DOUBLE_COLUMN, min(TALLEST, 30 + SHORTEST_ROW * sum(rows)))
-    grid = figure.add_gridspec(len(rows), columns, height_ratios=rows)
-    corner: Axes | None = None
-    for column in range(rungs.sizes["record"]):
-        rung = rungs.isel(record=column)
-        above = figure.add_subplot(grid[0, column], sharex=corner, sharey=figure.axes[0] if column else None)
-        _motion(above, rung, first_column=not column)
-        corner = corner or above
-        for row, model in enumerate(models, start=1):
-            shared = figure.axes[1] if len(figure.axes) > 1 else None
-            axes = figure.add_subplot(grid[row, column], sharex=corner, sharey=shared)
-            _history(axes, rung.sel(damping_model=model), model)
-            axes.tick_params(labelleft=not column, labelbottom=row == len(models))
-            if not column and row == (len(models) + 1) // 2:
-                axes.set_ylabel("$u$ over the largest measured [-]")
-            if row == len(models):
-                axes.set_xlabel("time $t$ [s]")
-    figure.axes[0].set_xlim(*_shown(rungs))
-    figure.axes[1].set_ylim(-1.35, 1.35)
-    left: list[Axes] = []
-    for column, (name, ladder) in enumerate(by_maker.items()):
-        for row, quantity in enumerate(("peak", "decrement")):
-            axes = figure.add_subplot(grid[len(models) + 1 + row, column], sharey=left[row] if column else None)
+    figure = new_figure(DOUBLE_COLUMN, 105.0)
+    grid = figure.subplots(2, len(by_maker), sharex=True, sharey="row", squeeze=False)
+    for panels, (maker, ladder) in zip(grid.T, by_maker.items(), strict=True):
+        for axes, quantity in zip(panels, ("peak", "decrement"), strict=True):
             _right(axes, ladder, quantity, models)
-            if not column:
-                axes.set_ylabel(f"{quantity} over\nmeasured [-]")
-                left.append(axes)
-            axes.tick_params(labelleft=not column, labelbottom=bool(row))
-            if row:
-                axes.set_xlabel(f"measured peak {DISPLACEMENT}")
-            else:
-                axes.set_title(plain("measured" if name == "measured" else f"made by {name}"))
-    for axes in left:
+        panels[0].set_title(literal("a test" if maker == "measured" else f"made by {maker}"))
+        panels[1].set_xlabel(f"peak of the record\n{DISPLACEMENT}")
+    for axes, quantity in zip(grid[:, 0], ("peak", "decrement"), strict=True):
+        axes.set_ylabel(f"{quantity} over\nthat of the record [-]")
         axes.set_ylim(0, 1.75)
-    figure.suptitle(fill(plain(f"{heading}; above, those made by {maker}"), 120), fontsize=8)
-    _legend(figure, models, measured_name)
+    handles: list[Line2D | Patch] = [
+        Line2D([], [], label=model, marker=style_of(model).marker, markersize=3.5, **line_of(model)) for model in models
+    ]
+    handles.append(Patch(facecolor=BAND, label=f"within {percent(RIGHT)} of the record"))
+    figure.suptitle(heading(validation), fontsize=8)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns_of(len(handles), 7))
     return figure
 
 
-def _shown(rungs: xr.Dataset) -> tuple[float, float]:
-    """First and last time drawn: the motion and the decays. [s]"""
-    motion, elapsed = np.abs(rungs["ground_acceleration"].values), rungs["elapsed"].values
-    moving = np.nanmax(motion >= SHOWN_FROM * np.nanmax(motion, axis=1, keepdims=True), axis=0)
-    start, end = elapsed[np.argmax(moving)], float(rungs["measured_decay_peak_elapsed"].max())
-    margin = MARGIN * (end - start)
-    return max(float(elapsed[0]), start - margin), min(float(elapsed[-1]), end + margin)
-
-
-def _motion(axes: Axes, rung: xr.Dataset, *, first_column: bool) -> None:
-    axes.plot(rung["elapsed"], rung["ground_acceleration"], color="black", linewidth=0.8)
-    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    peak = float(rung["measured_peak_displacement"] / rung["instability_displacement"])
-    axes.set_title(f"peak {peak:.2f} $u_\\mathrm{{ins}}$")
-    axes.tick_params(labelleft=first_column, labelbottom=False)
-    axes.yaxis.set_major_locator(MaxNLocator(2))
-    if first_column:
-        axes.set_ylabel("$\\ddot u_g$\n[m s$^{-2}$]")
-
-
-def _history(axes: Axes, of_model: xr.Dataset, model: str) -> None:
-    """One model on one rung, over the largest measured displacement."""
-    largest = float(of_model["measured_peak_displacement"])
-    axes.plot(of_model["elapsed"], of_model["measured"] / largest, label="measured", zorder=1, **MEASURED)
-    axes.plot(of_model["elapsed"], of_model["displacement"] / largest, label=model, zorder=2, **line_of(model))
-    axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    start = float(of_model["free_phase_start"])
-    if np.isfinite(start):
-        axes.axvline(start, color=GREY, linewidth=0.6, linestyle="dotted", zorder=0)
-    fell = bool(of_model["collapsed"])
-    said = "collapsed" if fell else f"{float(of_model['peak_ratio_to_measured']):.2f}"
-    colour = style_of(model).colour
-    axes.text(0.02, 0.96, model, transform=axes.transAxes, va="top", fontsize=7, color=colour, weight="bold")
-    axes.text(0.98, 0.04, said, transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
-
-
-def _right(axes: Axes, ladder: xr.Dataset, quantity: str, models: Sequence[str]) -> None:
-    """Draw a quantity of every model over the measured one, against the amplitude of the rungs."""
-    axes.axhspan(1 - RIGHT, 1 + RIGHT, color="#E8E8E8", zorder=0, linewidth=0)
+def _right(axes: Axes, ladder: xr.Dataset, quantity: str, models: list[str]) -> None:
+    """Draw a quantity of every model over that of the record, against the amplitude of the rungs."""
+    axes.axhspan(1 - RIGHT, 1 + RIGHT, color=BAND, zorder=0, linewidth=0)
     values = off(ladder, quantity)
     for model in models:
         style = {"marker": style_of(model).marker, "markersize": 3.5, **line_of(model)}
@@ -158,10 +110,30 @@ def _right(axes: Axes, ladder: xr.Dataset, quantity: str, models: Sequence[str])
     axes.xaxis.set_major_locator(MaxNLocator(4))
 
 
-def _legend(figure: Figure, models: Sequence[str], measured_name: str) -> None:
-    handles = [Line2D([], [], label=measured_name, **MEASURED)]
-    handles += [
-        Line2D([], [], label=title_of(model), marker=style_of(model).marker, markersize=3.5, **line_of(model))
-        for model in models
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+def fig_ladder_caption(validation: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    by_maker = ladders(validation)
+    (maker, first), *_ = by_maker.items()
+    peaks = {name: off(rungs, "peak").sel(damping_model=REFERENCE) for name, rungs in by_maker.items()}
+    reference = [f"{value:.2f}" for value in peaks.pop(maker).values]
+    others = listed(f"{float(ratio.min()):.2f} to {float(ratio.max()):.2f} ({name})" for name, ratio in peaks.items())
+    near = (
+        f"The models' curve and e are near those that made the records, and not the same: this alone leaves "
+        f"{REFERENCE} at {reference[0]} of the record's peak on the lowest rung."
+    )
+    return f"""
+    Against the records made by {maker} the peak is right within {percent(RIGHT)} under {_right_at(first, "peak")}; the
+    decrement of the free decay, under {_right_at(first, "decrement")}. Both depend on the pulse and on what made the
+    record: the peaks of {REFERENCE} itself are {listed(reference)} times those of the records, rung by
+    rung{f", and on the other ladders {others}" if others else ""}. {near if maker == REFERENCE else ""}
+    """
+
+
+def _right_at(rungs: xr.Dataset, quantity: str) -> str:
+    """Name each model with the amplitudes at which a quantity of it is right: "CR at 0.50 and 0.88, CDC at none"."""
+    near = abs(off(rungs, quantity) - 1) <= RIGHT
+    reached = amplitudes(rungs)
+    return ", ".join(
+        f"{model} at {listed(f'{value:.2f}' for value in reached[near.sel(damping_model=model)]) or 'none'}"
+        for model in near["damping_model"].values
+    )

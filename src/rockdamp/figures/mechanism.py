@@ -12,6 +12,7 @@ from matplotlib.patches import Arc, Polygon, Rectangle
 
 from rockdamp.arrays import Array
 from rockdamp.figures.style import GREY, SINGLE_COLUMN, new_figure, styled
+from rockdamp.text import number, plain
 
 # Drawn stouter than the wall and displaced far, so that angles and gaps can be seen.
 DRAWN_SLENDERNESS = 5.0
@@ -219,3 +220,14 @@ def _dimension(
 
 def _arrow(axes: Axes, start: Array, end: Array) -> None:
     axes.annotate("", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": "black", **FORCE_ARROW})
+
+
+def fig1_caption(mechanism: xr.Dataset) -> str:
+    """Write the caption of Fig. 1, HTML."""
+    t, h, hinge_ratio = (plain(mechanism[name]) for name in ("thickness", "height", "hinge_ratio"))
+    return f"""
+    The wall at rest and displaced. The study's wall is {t}&nbsp;m thick and {h}&nbsp;m high with its hinge at
+    h<sub>1</sub>/h&nbsp;=&nbsp;{hinge_ratio}. It is unstable from
+    u<sub>ins</sub>&nbsp;=&nbsp;{number(1000 * mechanism["instability_displacement"])}&nbsp;mm on. It is drawn stockier
+    than it is, to show its rotations.
+    """

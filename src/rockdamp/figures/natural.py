@@ -20,6 +20,7 @@ from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
     PALE,
+    by_damper,
     dampers,
     grid_of,
     line_of,
@@ -27,8 +28,8 @@ from rockdamp.figures.style import (
     ramp,
     style_of,
     styled,
-    title_of,
 )
+from rockdamp.text import number, percent, plain, span
 from rockdamp.vocabulary import REFERENCE
 
 SOURCE = "error"  # of the damping ratio, where a figure shows one: the least error at that wall
@@ -157,7 +158,7 @@ def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogN
     axes.set_aspect("equal")
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
     axes.set_title(
-        f"{title_of(model)}\nfalse safe {missed.sum()} of {fell.sum()} collapses\n"
+        f"{model}\nfalse safe {missed.sum()} of {fell.sum()} collapses\n"
         f"false collapse {only.sum()} of {(~fell).sum()} survivals",
         color=colour,
         fontsize=7,
@@ -184,7 +185,7 @@ def fig_natural_ratio(comparison: xr.Dataset) -> Figure:
     comparison : xarray.Dataset
         As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
     """
-    given = middle(comparison).sel(damping_ratio_source=SOURCE)
+    given = at_source(comparison)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     ratios, errors, misfits = figure.subplots(1, 3)
     _by_band(ratios, given, "median_ratio")
@@ -290,8 +291,7 @@ def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
 
 def _handles(statistics: xr.Dataset) -> list[Line2D]:
     handles = [
-        Line2D([], [], marker=style_of(model).marker, label=title_of(model), **line_of(model))
-        for model in dampers(statistics)
+        Line2D([], [], marker=style_of(model).marker, label=model, **line_of(model)) for model in dampers(statistics)
     ]
     return (
         handles
@@ -309,3 +309,40 @@ def _handles(statistics: xr.Dataset) -> list[Line2D]:
         ]
         + [Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that stands")]
     )
+
+
+def at_source(comparison: xr.Dataset) -> xr.Dataset:
+    """Return what the figures draw: the middle e, the damping ratios of least error."""
+    return middle(comparison).sel(damping_ratio_source=SOURCE)
+
+
+def fig_natural_caption(natural: xr.Dataset, comparison: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    drawn = at_source(comparison)
+    medians = by_damper(
+        drawn.isel(band=0), lambda at: f"{number(at['median_ratio'])} ± {number(at['log_dispersion'], 2)}"
+    )
+    return f"""
+    Where neither collapses, the peak over that under restitution is {medians} (median, ± standard deviation of its
+    logarithm). Of the collapses under restitution the dampers miss
+    {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
+    {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses. At the margins are the histories
+    that only one of the two survives. {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
+    {drawn.sizes["scale"]} scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error at each wall.
+    """
+
+
+def fig_natural_ratio_caption(comparison: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    drawn = at_source(comparison).isel(band=0)
+    stand = standing(drawn).sortby("scale")
+    return f"""
+    Over all peaks the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean square of the
+    logarithm of the peak over that under restitution). Small changes of CR itself cause
+    {span(drawn["varied_log_error"])}. The bands are of the peak under restitution, at
+    e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
+    the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that
+    section compares them in pairs. Right: the difference after the strong motion, of the histories that stand, and the
+    share of histories that stand under restitution. It falls from {percent(stand[0])} at the lowest scale to
+    {percent(stand[-1])} at the highest, so the last points are of survivors only.
+    """

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
+from rockdamp.text import plain
 
 SCHEMES = {"newmark": "explicit Newmark, located impacts", "paper": "linear acceleration, as printed"}
 
@@ -63,3 +64,20 @@ def _slopes(axes: Axes, errors: xr.Dataset) -> None:
         axes.plot(step, line, color=GREY, linewidth=0.6, zorder=0)
         left = np.argmin(step)
         axes.text(step[left] / 1.08, line[left], f"slope {slope}", fontsize=7, color=GREY, ha="right", va="center")
+
+
+def fig_orders_caption(orders: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+
+    def least_to_most(order: xr.DataArray) -> str:
+        return f"{float(order.min()):.2f} to {float(order.max()):.2f}"
+
+    newmark, printed = orders["order"].sel(scheme="newmark"), orders["finest_order"].sel(scheme="paper")
+    constant = printed["damping_model"] == "CDC"
+    return f"""
+    Explicit Newmark with located impacts has order {least_to_most(newmark)}. The scheme as printed has order
+    {least_to_most(printed.where(constant))} at the finest steps for a constant coefficient, and
+    {least_to_most(printed.sel(damping_model=["CR", "CDR", "SDR", "ECD"]))} for the other models, whose coefficient it
+    freezes over the step. The panels show the error of u/u<sub>ins</sub> against the step, down to
+    {plain(orders["step"].min())} in τ.
+    """

@@ -14,7 +14,8 @@ from scipy.special import ndtr
 
 from rockdamp.figures.collapse import BAND, SHARES, envelope
 from rockdamp.figures.natural import plain_logarithmic
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, dampers, line_of, new_figure, style_of, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, dampers, line_of, new_figure, style_of, styled
+from rockdamp.text import number
 from rockdamp.vocabulary import REFERENCE
 
 NAMES = {  # of the parameters, as the axes show them
@@ -52,7 +53,7 @@ def fig_population(population: xr.Dataset) -> Figure:
         Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
         Patch(facecolor=BAND, label="CR, at least 90 % band"),
         *(
-            Line2D([], [], label=title_of(model), marker=style_of(model).marker, markersize=3.5, **line_of(model))
+            Line2D([], [], label=model, marker=style_of(model).marker, markersize=3.5, **line_of(model))
             for model in dampers(population)
         ),
         Line2D([], [], label="CR, share of the runs", **SHARES),
@@ -104,7 +105,6 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
     axes.set_ylim(len(models) - 0.5, -0.5)
     axes.margins(x=0.1)
     axes.set_xlabel("median over that of CR [-]")
-    axes.set_ylabel("damper [-]")
     axes.set_title("median of collapse, 95 %")
 
 
@@ -136,5 +136,27 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xlabel("share of the variance [-]")
-    axes.set_ylabel("parameter [-]")
     axes.set_title("sensitivity")
+
+
+def fig_population_caption(population: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    cr = population.sel(damping_model=REFERENCE)
+    index, total = cr["sensitivity"].values, population["total_sensitivity"].values
+    most = ", ".join(
+        f"{str(population['parameter'].values[i]).replace('_', ' ')} ({number(index[i], 2)}, {number(total[i], 2)})"
+        for i in np.argsort(-np.nan_to_num(index))[:3]
+    )
+
+    def with_interval(of_damper: xr.Dataset) -> str:
+        low, high = map(number, of_damper["median_intensity_ratio_interval"].values)
+        return f"{number(of_damper['median_intensity_ratio'])} ({low} to {high})"
+
+    return f"""
+    The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
+    {by_damper(population, with_interval)}. Collapse depends most on these parameters: {most} (first-order index, then
+    total effect; of a correlated parameter the first includes what it shares with others, and the second leaves it
+    out). With restitution half of the runs collapse at {number(cr["median_intensity"])}&nbsp;m/s (dispersion
+    {number(cr["dispersion"], 2)}). {population.sizes["wall"]} walls, a Latin hypercube over the distributions of the
+    config, under {int(population["records"])} records at {population.sizes["intensity"]} intensities each.
+    """

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.figures.natural import plain_logarithmic
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, new_figure, style_of, styled, title_of
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, by_model, new_figure, style_of, styled
+from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import REFERENCE
 
 COLLAPSED = "#262626"
@@ -81,7 +82,7 @@ def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
         panels[-len(models)].set_ylabel(f"{NAMES.get(shape, shape)}\nload over plateau [-]")
     for axes, model in zip(panels, models, strict=False):
         ratio = "" if model == REFERENCE else f"\n$\\xi = {float(at_e['damping_ratio'].sel(damping_model=model)):.3f}$"
-        axes.set_title(f"{title_of(model, lines=3)}{ratio}", color=style_of(model).colour, fontsize=7)
+        axes.set_title(f"{model}{ratio}", color=style_of(model).colour, fontsize=7)
     for axes in panels[-len(models) :]:
         axes.set_xlabel(r"$\omega/p$ [-]")
     _bar(figure, panels, levels)
@@ -190,3 +191,25 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
         color=style.colour,
         fontsize=7,
     )
+
+
+def fig_pulses_caption(pulses: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
+    each = ("pulse", "pulse_frequency")
+    fell = at_e["reference_collapsed"] == 1
+    otherwise = ((at_e["collapsed"] == 1) != fell).mean((*each, "load_ratio"))
+    collapses, survivals = (int(at_e[f"reference_{name}"]) for name in ("collapses", "survivals"))
+    medians = by_damper(at_e, lambda at: f"{float(at['median_ratio_all']):.2f} ± {float(at['log_dispersion_all']):.2f}")
+    false_safe, false_collapse = (
+        by_model(at_e[name], lambda count: str(int(count))) for name in ("false_safe", "false_collapse")
+    )
+    return f"""
+    Under pulses the peak over that under restitution is {medians} (median, ± standard deviation of its logarithm), and
+    {by_model(otherwise, percent)} of the outcomes differ. Of {collapses} collapses under restitution the dampers miss
+    {false_safe}; of {survivals} survivals they turn {false_collapse} into collapses. Under restitution the wall
+    overturns from {number(at_e["load_ratio"].where(fell.any(each)).min())} times the plateau on. The maps show the peak
+    under a Ricker pulse and one cycle of a sine over frequency and load, {collapses + survivals} pulses at
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])}, with ξ of the closed form at
+    {plain(at_e["release_amplitude"])}&nbsp;u<sub>ins</sub>.
+    """

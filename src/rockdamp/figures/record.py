@@ -7,7 +7,7 @@ from textwrap import fill
 from matplotlib.figure import Figure
 
 from rockdamp.figures.single import ACCELERATION, TIME
-from rockdamp.figures.style import DOUBLE_COLUMN, PALE, new_figure, plain, styled
+from rockdamp.figures.style import DOUBLE_COLUMN, PALE, literal, new_figure, styled
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.motions.records import Record
 
@@ -32,5 +32,5 @@ def record_figure(record: Record) -> Figure:
     panels[-1].set_xlabel(TIME)
     figure.align_ylabels(panels)
     kind = "SYNTHETIC record" if record.synthetic else "Record"
-    figure.suptitle(fill(plain(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
+    figure.suptitle(fill(literal(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
     return figure

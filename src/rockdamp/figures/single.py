@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.figures.ladder import measured_name
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
@@ -16,14 +17,13 @@ from rockdamp.figures.style import (
     PALE,
     TAU,
     line_of,
+    literal,
     new_figure,
-    plain,
     scaling,
     style_of,
     styled,
-    title_of,
 )
-from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
+from rockdamp.figures.validation import MEASURED, MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
@@ -40,7 +40,7 @@ def label_of(history: xr.Dataset, model: str) -> str:
     of_model = history.sel(damping_model=model)
     if model == REFERENCE:
         return f"CR, $e = {float(of_model['restitution']):g}$"
-    return f"{title_of(model)}, $\\xi = {float(of_model['damping_ratio']):.4f}$"
+    return f"{model}, $\\xi = {float(of_model['damping_ratio']):.4f}$"
 
 
 @styled
@@ -109,7 +109,7 @@ def record_title(dataset: xr.Dataset) -> str:
     specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
     name = specimen if specimen not in ("none", "not stated") else source
     factor = f" (times {float(dataset['scale']):g})" if float(dataset.get("scale", 1.0)) != 1 else ""
-    return fill(plain(f"{kind}: {name}{factor}"), 120, max_lines=2)
+    return fill(literal(f"{kind}: {name}{factor}"), 120, max_lines=2)
 
 
 def _history(axes: Axes, response: xr.Dataset, model: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.style
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
@@ -17,10 +18,13 @@ from matplotlib.ticker import MaxNLocator
 
 from rockdamp.errors import printable
 from rockdamp.mechanics.damping import kinds
+from rockdamp.text import by_name, number
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
+# The paper's reference case, nearest to which a figure or its caption shows one e, u0/u_ins or a1.
+REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS = 0.85, 0.5, 0.04
 INCH = 25.4  # [mm]
 Colour = tuple[float, float, float]
 
@@ -108,9 +112,11 @@ def style_of(model: str) -> ModelStyle:
     return ModelStyle(colour, SPARE_LINES[index % lines], SPARE_MARKERS[index % markers])
 
 
-def is_beyond_paper(model: str) -> bool:
-    """Whether a model is none of the paper's."""
-    return model not in (REFERENCE, *PAPER_MODELS)
+def papers(dataset: xr.Dataset) -> xr.Dataset:
+    """Keep the paper's models of a dataset: its figures show no others."""
+    for dim in {"damping_model", "viscous_model"} & set(dataset.dims):
+        dataset = dataset.sel({dim: np.isin(dataset[dim].values, (REFERENCE, *PAPER_MODELS))})
+    return dataset
 
 
 def dampers(data: xr.Dataset) -> list[str]:
@@ -118,15 +124,17 @@ def dampers(data: xr.Dataset) -> list[str]:
     return [str(model) for model in data["damping_model"].values if model != REFERENCE]
 
 
-def title_of(model: str, lines: int = 1) -> str:
-    """Return a model's name, marked where it is not the paper's; over a narrow panel on two or three lines."""
-    if not is_beyond_paper(model):
-        return model
-    name_end, mark_break = ("\n" if lines > 1 else " "), ("\n" if lines > 2 else " ")
-    return f"{model}{name_end}(beyond{mark_break}the paper)"
+def by_model(values: xr.DataArray, show: Callable[[Any], str] = number, dim: str = "damping_model") -> str:
+    """Write a value for each model, for a caption: "0.029 (CDC) and 0.045 (CDR)"."""
+    return by_name({str(model): show(values.sel({dim: model})) for model in values[dim].values})
 
 
-def plain(text: str) -> str:
+def by_damper(statistics: xr.Dataset, show: Callable[[xr.Dataset], str]) -> str:
+    """Write for each damper, for a caption, what `show` writes of its part of the dataset."""
+    return by_name({model: show(statistics.sel(damping_model=model)) for model in dampers(statistics)})
+
+
+def literal(text: str) -> str:
     """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
     return printable(" ".join(text.split())).replace("$", r"\$")
 
@@ -175,6 +183,11 @@ def texts(values: Sequence[float]) -> list[str]:
     """Return numbers as text, all with the decimals that the longest of them needs."""
     decimals = max(len(f"{value:g}".partition(".")[2]) for value in values)
     return [f"{value:.{decimals}f}" for value in values]
+
+
+def at_nearest(dataset: xr.Dataset, **wanted: float) -> xr.Dataset:
+    """Select along each coordinate the value nearest to the one wanted."""
+    return dataset.isel({name: nearest(numbers(dataset, name), value) for name, value in wanted.items()})
 
 
 def scaling(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:

@@ -18,7 +18,6 @@ class Drawing:
     inputs: Sequence[str]
     title: str
     alternative: str
-    caption: str
 
     @property
     def function(self) -> str:
@@ -42,3 +41,6 @@ FIGURES = {
         files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8")
     ).items()
 }
+
+# What the report is made by: the captions stand in the modules of the figures.
+REPORT_MODULES = ("rockdamp.report", *dict.fromkeys(f"rockdamp.figures.{figure.module}" for figure in FIGURES.values()))

@@ -15,7 +15,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.figures import FIGURES, REPORT_MODULES
 from rockdamp.pipeline.stages import STAGES
 from rockdamp.progress import track
 from rockdamp.storage.atomic import replacing
@@ -24,7 +24,7 @@ from rockdamp.vocabulary import STUDIES
 
 CHECKSUMS = "checksums.csv"  # in the folder of the results
 COLUMNS = ("file", "sha256", "config_sha256", "code_version")
-REPORT = ("rockdamp.report", "rockdamp.storage.dataset")  # modules that the report depends on
+REPORT = (*REPORT_MODULES, "rockdamp.storage.dataset")  # modules that the report depends on
 
 _version = cache(code_version)
 

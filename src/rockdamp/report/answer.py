@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from markupsafe import Markup
 
 from rockdamp.mechanics.damping import kinds
 from rockdamp.report import interactive
-from rockdamp.report.earthquake_captions import DASH, fraction
-from rockdamp.report.numbers import percent, plain
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE
+from rockdamp.text import percent, plain
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
 
 
@@ -43,7 +41,7 @@ def answer(data: Datasets) -> dict[str, Any] | None:
         "change": plain(whole["restitution_change"]),
         "paper_model": nearest_of_paper,
         "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
-        "safe": fraction(cell["false_safe_rate"]),
+        "safe": percent(cell["false_safe_rate"]),
         "before": off(whole["before_impact_log_error"]),
         "slow": off(cell["slow_pulse_log_error"]),
         "quick": off(cell["quick_pulse_log_error"]),
@@ -53,10 +51,9 @@ def answer(data: Datasets) -> dict[str, Any] | None:
     }
 
 
-def off(log_error: Any) -> Markup:
+def off(log_error: Any) -> str:
     """Return a root mean square of logarithms as the percentage that it stands for."""
-    value = float(log_error)
-    return percent(np.expm1(value)) if np.isfinite(value) else DASH
+    return percent(np.expm1(float(log_error)))
 
 
 def ratios(damping_ratio: xr.DataArray) -> list[dict[str, Any]]:

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.report.earthquake_captions import DASH, fraction, known
-from rockdamp.report.numbers import listed, percent, plain
+from rockdamp.text import DASH, listed, number, percent, plain
 from rockdamp.vocabulary import REFERENCE
 
 ENOUGH_STATIONS = 10  # intervals over fewer mean nothing
@@ -32,7 +31,7 @@ def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "histories": f"{int(compared['records']) * compared.sizes['scale'] * each:,}".replace(",", "\u202f"),
         "settled": f"{100 * float(compared['settled_share']):.2f}",
         "uncertainty": [
-            (percent(part, 3), fraction(value))
+            (percent(part, 3), percent(value))
             for part, value in zip(uncertainty["share"], uncertainty, strict=True)
             if part < 1
         ],
@@ -61,10 +60,10 @@ def check(sample: xr.Dataset | None) -> list[dict[str, Any]]:
             "stratum": STRATA[str(part["stratum"].values)],
             "study": f"{int(part['study_count']):,}".replace(",", "\u202f"),
             "checked": int(part["checked_count"]),
-            "otherwise": fraction(part["otherwise_share"]),
-            "beyond": fraction(part["beyond_bound_share"]) if "beyond_bound_share" in part else DASH,
-            "median": fraction(part["median_difference"]),
-            "largest": fraction(part["largest_difference"]),
+            "otherwise": percent(part["otherwise_share"]),
+            "beyond": percent(part["beyond_bound_share"]) if "beyond_bound_share" in part else DASH,
+            "median": percent(part["median_difference"]),
+            "largest": percent(part["largest_difference"]),
         }
         for part in (sample.isel(stratum=place) for place in range(sample.sizes["stratum"]))
         if int(part["checked_count"])
@@ -90,12 +89,12 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
             {
                 "record": str(at["record"]),
                 "wall": str(at["wall"]),
-                "scale": known(at["scale"]),
+                "scale": number(at["scale"]),
                 "restitution": plain(at["restitution"]),
                 "model": model,
                 "source": DASH if model == REFERENCE else names.get(source, source),
-                "peak": known(peak.values[tuple(index)], 2),
-                "bound": known(bound, 2),
+                "peak": number(peak.values[tuple(index)], 2),
+                "bound": number(bound, 2),
                 "order": -bound,
             }
         )

@@ -17,10 +17,9 @@ from markupsafe import Markup
 from rockdamp.figures.style import dampers
 from rockdamp.mechanics.damping import Damping
 from rockdamp.report import earthquake_histories as histories
-from rockdamp.report.earthquake_captions import fraction, known, span
-from rockdamp.report.numbers import listed, plain
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE, MULTIPLE, TOLERANCE
+from rockdamp.text import listed, number, percent, plain, span
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
@@ -69,9 +68,9 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
 # --- numbers ----------------------------------------------------------------------------------------------------------
 
 
-def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> Markup:
+def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> str:
     """Return a statistic and its interval: "0.149 (0.138 to 0.160)"."""
-    show = fraction if rate else known
+    show = percent if rate else number
     bounds = cell[f"{name}_interval"].values
     if not np.isfinite(bounds).all():
         return show(cell[name])
@@ -105,12 +104,12 @@ def recommended(advice: xr.Dataset) -> tuple[Choice, list[Choice]] | None:
     return (use[0], marked(advice, "as_good")) if use else None
 
 
-def grouped(choices: Sequence[Choice]) -> Markup:
+def grouped(choices: Sequence[Choice]) -> str:
     """Name dampers with the sources of their ratios: "CDR (polynomials, closed form)"."""
     by_model: dict[str, list[str]] = {}
     for model, source in choices:
         by_model.setdefault(model, []).append(SOURCES.get(source, source))
-    return listed(Markup("{} (ξ: {})").format(model, ", ".join(sources)) for model, sources in by_model.items())
+    return listed(f"{model} (ξ: {', '.join(sources)})" for model, sources in by_model.items())
 
 
 # --- what was run, and each e -----------------------------------------------------------------------------------------
@@ -129,7 +128,7 @@ def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
                 "source": SOURCES.get(choice.source, choice.source),
                 "mark": marks.get(choice, ""),
                 "median": with_interval(whole, "median_ratio"),
-                "dispersion": known(whole["log_dispersion"]),
+                "dispersion": number(whole["log_dispersion"]),
                 "error": with_interval(whole, "log_error"),
                 "excess": with_interval(cell, "log_error_excess"),
                 "safe": with_interval(cell, "false_safe_rate", rate=True),
@@ -157,10 +156,10 @@ def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[
                 "name": VARIATIONS.get(name, name).format(change),
                 "cells": [
                     {
-                        "error": known(at_e["varied_log_error"].isel(band=0), 2),
-                        "last": known(at_e["varied_log_error"].isel(band=-1), 2),
-                        "safe": fraction(at_e["varied_false_safe_rate"]),
-                        "collapse": fraction(at_e["varied_false_collapse_rate"]),
+                        "error": number(at_e["varied_log_error"].isel(band=0), 2),
+                        "last": number(at_e["varied_log_error"].isel(band=-1), 2),
+                        "safe": percent(at_e["varied_false_safe_rate"]),
+                        "collapse": percent(at_e["varied_false_collapse_rate"]),
                     }
                     for at_e in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
                 ],
@@ -207,8 +206,8 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
             row["band"] for row in amplitudes if 0 < sum(entry["holds"] for entry in row["cells"]) < len(at_e)
         ),
         "everywhere": listed(row["band"] for row in amplitudes if all(entry["holds"] for entry in row["cells"])),
-        "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: known(np.exp(value), 2)),
-        "missed": span(cell["false_safe_rate"], fraction),
+        "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: number(np.exp(value), 2)),
+        "missed": span(cell["false_safe_rate"], percent),
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
         "refused": _refused(compared, advice),
         "odd_walls": _odd_walls(compared, first),
@@ -222,8 +221,8 @@ def _amplitude(cell: xr.Dataset, own: xr.DataArray, well: xr.DataArray, band: in
         error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], own))
         cells.append(
             {
-                "error": known(error, 2),
-                "sensitivity": known(least, 2),
+                "error": number(error, 2),
+                "sensitivity": number(least, 2),
                 "known": bool(np.isfinite(error)),
                 "holds": bool(well.isel(restitution=index, band=band)),
                 "by_multiple": float(error) <= MULTIPLE * float(least),
@@ -241,7 +240,7 @@ def _fragility(cell: xr.Dataset) -> dict[str, Any]:
         "e": _e(cell),
         "sign": sign if judged else "unknown",
         "ratio": with_interval(cell, "median_intensity_ratio"),
-        "by": fraction(abs(cell["median_intensity_ratio"] - 1)),
+        "by": percent(abs(cell["median_intensity_ratio"] - 1)),
     }
 
 
@@ -263,12 +262,12 @@ def _refused(compared: xr.Dataset, advice: xr.Dataset) -> list[dict[str, Any]]:
     return refused
 
 
-def _odd_walls(compared: xr.Dataset, choice: Choice) -> Markup:
+def _odd_walls(compared: xr.Dataset, choice: Choice) -> str:
     """Walls and e at which the interval of the ratio of the damper's median of collapse to CR's does not hold 1."""
     bounds = _cell(compared, choice)["wall_median_intensity_ratio_interval"]
     outside = (bounds.sel(bound="lower") > 1) | (bounds.sel(bound="upper") < 1)
     return listed(
-        Markup("{} (e = {})").format(wall, ", ".join(plain(e) for e in compared["restitution"].values[at]))
+        f"{wall} (e = {', '.join(plain(e) for e in compared['restitution'].values[at])})"
         for wall in compared["wall"].values
         if (at := outside.sel(wall=wall).transpose("restitution").values).any()
     )
@@ -291,10 +290,10 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
                 for key in ("thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")
             ],
             "derived": [
-                known(wall[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")
+                number(wall[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")
             ],
             "ratios": [
-                [known(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
+                [number(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
                 for model in dampers(walls)
             ],
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import importlib
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -22,7 +23,6 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer
-from rockdamp.report.captions import caption
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
@@ -148,10 +148,19 @@ def _figures(content: Content) -> list[dict[str, Any]]:
             "width": sizes[name][0],
             "height": sizes[name][1],
             "share": round(sizes[name][0] / widest, 3),
-            "caption": caption(name, content.datasets),
+            "title": FIGURES[name].title,
+            "alternative": FIGURES[name].alternative,
+            "caption": Markup(caption(name, content.datasets)),
         }
         for name, png in content.figures.items()
     ]
+
+
+def caption(name: str, datasets: Datasets) -> str:
+    """Return a figure's caption, HTML, which stands with the function that draws it."""
+    figure = FIGURES[name]
+    write_caption = getattr(importlib.import_module(f"rockdamp.figures.{figure.module}"), f"{name}_caption")
+    return " ".join(write_caption(*(datasets[source] for source in figure.inputs)).split())
 
 
 def _size(name: str, png: bytes) -> tuple[int, int]:

@@ -17,8 +17,8 @@ from markdown_it.token import Token
 from markupsafe import Markup, escape
 
 from rockdamp.errors import InputError
-from rockdamp.report.numbers import number, of_models
 from rockdamp.storage import yaml_file
+from rockdamp.text import by_name, number, span
 
 ERRATA = ("id", "where", "printed", "used", "evidence")
 
@@ -135,12 +135,11 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
     return described
 
 
-def _told(variable: xr.DataArray) -> Markup:
+def _told(variable: xr.DataArray) -> str:
     if variable.dims in (("damping_model",), ("viscous_model",)):
         models = variable[variable.dims[0]].values
-        return of_models({str(model): number(value) for model, value in zip(models, variable.values, strict=True)})
-    low, high = number(np.nanmin(variable.values)), number(np.nanmax(variable.values))
-    return high if low == high else Markup("{} to {}").format(low, high)
+        return by_name({str(model): number(value) for model, value in zip(models, variable.values, strict=True)})
+    return span(variable, number)
 
 
 def prose(markdown: str) -> str:

@@ -33,8 +33,8 @@ from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
-from rockdamp.report.numbers import number, percent, plain
 from rockdamp.storage.atomic import replacing
+from rockdamp.text import DASH, number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY, VISCOUS_MODELS
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
@@ -226,7 +226,7 @@ def _share(of_model: xr.Dataset) -> Mapping[str, Any]:
     return {
         "collapses": int(of_model["collapses"]),
         "share": percent(float(of_model["collapse_probability"])),
-        "interval": Markup("{} to {}").format(percent(low), percent(high)),
+        "interval": f"{percent(low)} to {percent(high)}",
     }
 
 
@@ -247,8 +247,8 @@ def _fragility(answer: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def _span(bounds: Array) -> Markup:
-    return Markup("{} to {}").format(*map(number, bounds)) if np.isfinite(bounds).all() else Markup("not defined")
+def _span(bounds: Array) -> str:
+    return " to ".join(map(number, bounds)) if np.isfinite(bounds).all() else DASH
 
 
 def _headline(answer: xr.Dataset) -> dict[str, Any]:

@@ -1,0 +1,69 @@
+"""Numbers in words, and words that are numbers; it imports next to nothing, so that `--help` is quick.
+
+Numbers are written in Unicode, with no-break spaces: the same text serves HTML, Markdown and figures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, SupportsFloat
+
+DASH = "–"  # where a study is too small to define a number
+LEAST = 1e-4  # a smaller fraction is written as less than that
+SMALL, LARGE = 1e-3, 1e5  # beyond these a power of ten is shorter to read
+MINUS = str.maketrans("-", "−")
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value: SupportsFloat, digits: int = 3) -> str:
+    """Write a number with some significant digits; a dash where it is not finite."""
+    x = float(value)
+    if not math.isfinite(x):
+        return DASH
+    mantissa, exponent = f"{x:.{digits - 1}e}".split("e")
+    if x != 0 and not SMALL <= abs(x) < LARGE:
+        return f"{mantissa.translate(MINUS)}\u00a0×\u00a010{str(int(exponent)).translate(RAISED)}"
+    decimals = 0 if x == int(x) else max(digits - 1 - int(exponent), 0)
+    return f"{x:.{decimals}f}".translate(MINUS)
+
+
+def plain(value: SupportsFloat) -> str:
+    """Write a parameter as it was chosen: 0.5, not 0.500."""
+    return f"{float(value):.6g}".translate(MINUS)
+
+
+def percent(value: SupportsFloat, digits: int = 2) -> str:
+    """Write a fraction, not negative, as a percentage; a dash where it is not finite."""
+    fraction = float(value)
+    if not math.isfinite(fraction):
+        return DASH
+    return f"less than {percent(LEAST, 1)}" if 0 < fraction < LEAST else f"{number(100 * fraction, digits)}\u00a0%"
+
+
+def span(values: Any, show: Callable[[Any], str] = lambda value: number(value, 2)) -> str:
+    """Write the least and the greatest value of an array, or the one value where both read the same."""
+    low, high = show(values.min()), show(values.max())
+    return low if low == high else f"{low} to {high}"
+
+
+def listed(parts: Iterable[str]) -> str:
+    """Join with commas, the last with "and"."""
+    *first, last = list(parts) or [""]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def by_name(values: Mapping[str, str]) -> str:
+    """Name the model of each value: "0.029 (CDC) and 0.045 (CDR)"."""
+    return listed(f"{value} ({name})" for name, value in values.items())
+
+
+def ranges(values: Sequence[float], holds: Sequence[bool]) -> str:
+    """Say at which of ascending values something holds: "0.80 to 0.91 and 0.95"; "none" where nowhere."""
+    runs: list[list[float]] = []
+    before = False
+    for value, now in zip(values, holds, strict=True):
+        if now:
+            runs = [*runs[:-1], [*runs[-1], value]] if before else [*runs, [value]]
+        before = bool(now)
+    return listed(f"{run[0]:.2f}" if len(run) == 1 else f"{run[0]:.2f} to {run[-1]:.2f}" for run in runs) or "none"
