@@ -16,13 +16,12 @@ import xarray as xr
 
 from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
+from rockdamp.identification.evidence import weighted_draws
+from rockdamp.identification.posterior import Sampler, draw
+from rockdamp.identification.problem import Problem
+from rockdamp.identification.simulated import Draws, gathered
 from rockdamp.progress import track, without_bars
-from rockdamp.studies.identification.evidence import weighted_draws
-from rockdamp.studies.identification.posterior import Sampler, draw
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.identification.settings import IdentificationSettings
-from rockdamp.studies.identification.simulated import Draws, gathered
-from rockdamp.studies.identification.stage import maker_of
+from rockdamp.studies.identification import IdentificationSettings, maker_of
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 CONFIG = Path(__file__).resolve().parents[1] / "config/default.yaml"

@@ -43,7 +43,7 @@ _HOME = {
     "Fragility": "statistics.fragility",
     "fit_fragility": "statistics.fragility",
     "assess": "assessment.one_wall",
-    "calibrate": "studies.calibration",
+    "calibrate": "identification.calibration",
     "InputError": "errors",
     "InputWarning": "errors",
 }

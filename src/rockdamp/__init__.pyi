@@ -13,6 +13,7 @@ from rockdamp.errors import InputError as InputError
 from rockdamp.errors import InputWarning as InputWarning
 from rockdamp.histories.labelled import free_decay as free_decay
 from rockdamp.histories.labelled import respond as respond
+from rockdamp.identification.calibration import calibrate as calibrate
 from rockdamp.mechanics.curve import TrilinearCurve as TrilinearCurve
 from rockdamp.mechanics.damping import Damping as Damping
 from rockdamp.mechanics.wall import Parapet as Parapet
@@ -34,6 +35,5 @@ from rockdamp.solvers.response import Reference as Reference
 from rockdamp.solvers.response import Response as Response
 from rockdamp.statistics.fragility import Fragility as Fragility
 from rockdamp.statistics.fragility import fit_fragility as fit_fragility
-from rockdamp.studies.calibration import calibrate as calibrate
 
 __version__: str

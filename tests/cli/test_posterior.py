@@ -9,9 +9,9 @@ from made_up_posterior import PARAMETERS, made_up_posterior
 
 import rockdamp as rd
 from rockdamp.cli import main
+from rockdamp.identification import identify
+from rockdamp.identification.prior import Interval
 from rockdamp.storage import dataset
-from rockdamp.studies.identification import identify
-from rockdamp.studies.identification.prior import Interval
 from rockdamp.vocabulary import CANDIDATES
 
 WALL = ["--thickness", "0.102", "--height", "2.754"]

@@ -7,7 +7,7 @@ from rockdamp.config.between_keys import problems
 from rockdamp.config.identification import ALLOWED
 from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
-from rockdamp.studies.identification.prior import Prior
+from rockdamp.identification.prior import Prior
 
 
 @pytest.fixture

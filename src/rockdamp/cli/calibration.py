@@ -71,14 +71,14 @@ def calibrate(
         )
         return
     refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
+    from rockdamp.identification.calibration import calibrate as compute
     from rockdamp.motions.records import read_record
-    from rockdamp.studies.calibration import calibrate as compute
 
     measured = read_record(record)
     with concerning(record):
         fit = compute(measured, wall, ultimate_ratio=a3, softening=softening)
     if output is not None:
-        write_dataset(fit, output, "calibration", "rockdamp.studies.calibration", record=measured.digest)
+        write_dataset(fit, output, "calibration", "rockdamp.identification.calibration", record=measured.digest)
     if plot is not None:
         from rockdamp.figures.single import calibration_figure
 
@@ -103,11 +103,11 @@ def _posterior(
     plot: Path | None,
     as_json: bool,
 ) -> None:
+    from rockdamp.identification import identify
+    from rockdamp.identification.posterior import Sampler
+    from rockdamp.identification.prior import Prior
     from rockdamp.motions.records import read_record
     from rockdamp.storage import yaml_file
-    from rockdamp.studies.identification import identify
-    from rockdamp.studies.identification.posterior import Sampler
-    from rockdamp.studies.identification.prior import Prior
 
     prior = Prior()
     if priors is not None:
@@ -126,7 +126,7 @@ def _posterior(
             sampler=Sampler(seed=seed),
         )
     if output is not None:
-        write_dataset(found, output, "posterior", "rockdamp.studies.identification.identify", record=measured.digest)
+        write_dataset(found, output, "posterior", "rockdamp.identification.identify", record=measured.digest)
     if plot is not None:
         from rockdamp.figures.identification import posterior_figure
 

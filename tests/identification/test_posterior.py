@@ -8,16 +8,16 @@ import pytest
 from repository import ROOT
 
 from rockdamp.errors import InputError
+from rockdamp.identification import importance, problem
+from rockdamp.identification import posterior as sampling
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.identify import posterior, require_good
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.posterior import Draws, Sampler, diagnosed
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
 from rockdamp.motions.experimental_style import WALL
 from rockdamp.motions.records import read_record
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification import importance, problem
-from rockdamp.studies.identification import posterior as sampling
-from rockdamp.studies.identification.identify import posterior, require_good
-from rockdamp.studies.identification.posterior import Draws, Sampler, diagnosed
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import Fit
 from rockdamp.vocabulary import ANY_ORDER
 
 SHORT = Sampler(ensembles=4, walkers=32, burn_in=100, steps=100, rounds=3, effective=200, seed=7)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rockdamp.studies.identification.modes import _derivatives, _offsets, climb, triangular
+from rockdamp.identification.modes import _derivatives, _offsets, climb, triangular
 
 CENTRE = np.array([1.0, -2.0, 0.5])
 LOWER = np.array([[0.1, 0.0, 0.0], [0.3, 0.02, 0.0], [0.0, 0.01, 1.0]])

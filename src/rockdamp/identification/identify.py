@@ -11,18 +11,18 @@ from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import record_attributes
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.evidence import UNDETERMINED, evidence_of, probabilities, weighted_draws
+from rockdamp.identification.importance import Evidence
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.noise import correlated
+from rockdamp.identification.posterior import HIGHEST_R_HAT, Draws, Sampler, draw
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn
 from rockdamp.progress import track
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities, weighted_draws
-from rockdamp.studies.identification.importance import Evidence
-from rockdamp.studies.identification.noise import correlated
-from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Sampler, draw
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import Fit
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 SENSOR = "sensor_deviation"  # the one sampled parameter that has a unit

@@ -12,8 +12,8 @@ from scipy.special import logsumexp
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.studies.identification.mixture import Mixture
-from rockdamp.studies.identification.modes import Mode
+from rockdamp.identification.mixture import Mixture
+from rockdamp.identification.modes import Mode
 
 COMPONENTS = 6  # of the mixture, at least: the posterior may be bent
 SPREAD = 1.3  # of the components over the scale about the modes

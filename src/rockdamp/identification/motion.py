@@ -19,9 +19,9 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
+from rockdamp.identification.noise import Noise
 from rockdamp.motions.records import Record
-from rockdamp.studies.identification.noise import Noise
-from rockdamp.studies.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
 
 MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
 NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from rockdamp.studies.identification.importance import Weighted, explore
-from rockdamp.studies.identification.mixture import Mixture
-from rockdamp.studies.identification.modes import Mode
+from rockdamp.identification.importance import Weighted, explore
+from rockdamp.identification.mixture import Mixture
+from rockdamp.identification.modes import Mode
 
 CENTRE = np.array([1.0, -2.0])
 COVARIANCE = np.array([[2.0, 0.9], [0.9, 1.0]])

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from rockdamp.arrays import Array
-from rockdamp.studies.identification.importance import Weighted, array_statistics, needed
-from rockdamp.studies.identification.mixture import Mixture
-from rockdamp.studies.identification.problem import Problem
+from rockdamp.identification.importance import Weighted, array_statistics, needed
+from rockdamp.identification.mixture import Mixture
+from rockdamp.identification.problem import Problem
 
 TAILS = (0.05, 0.95)  # quantiles whose effective sample sizes count beside that of the bulk
 # What is asked of the draws, by Vehtari et al. (2021, doi:10.1214/20-BA1221); r-hat is that of many short chains,

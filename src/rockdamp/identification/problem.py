@@ -13,12 +13,12 @@ from scipy.stats import chi2
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import rest_samples
-from rockdamp.studies.candidates import SEARCHED_ORDER
-from rockdamp.studies.identification.modes import Mode, climb, triangular
-from rockdamp.studies.identification.motion import MotionNoise, noise_directions
-from rockdamp.studies.identification.noise import Noise
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.least_squares import EXPLAINED, LOST, Fit, Solution
+from rockdamp.identification.candidates import SEARCHED_ORDER
+from rockdamp.identification.least_squares import EXPLAINED, LOST, Fit, Solution
+from rockdamp.identification.modes import Mode, climb, triangular
+from rockdamp.identification.motion import MotionNoise, noise_directions
+from rockdamp.identification.noise import Noise
+from rockdamp.identification.prior import Prior
 
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation")  # standard deviation of the noise, and from sample to sample
 NEAREST = 1e-3  # to an end of the prior, of its width, at the start

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_t
 
-from rockdamp.studies.identification.mixture import HEAVY, Mixture
+from rockdamp.identification.mixture import HEAVY, Mixture
 
 CENTRES = np.array([[0.0, 0.0], [6.0, 1.0]])
 LOWER = np.array([[[1.0, 0.0], [0.5, 0.8]], [[0.6, 0.0], [-0.2, 0.4]]])

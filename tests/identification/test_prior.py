@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
-from rockdamp.studies.identification.prior import Interval, Prior
+from rockdamp.identification.prior import Interval, Prior
 
 
 def test_coordinates_lead_back_to_values_and_a_logarithm_is_where_it_is_asked_for():

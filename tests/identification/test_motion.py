@@ -6,14 +6,14 @@ from repository import ROOT
 from scipy.linalg import eigh
 
 from rockdamp.errors import InputError
+from rockdamp.identification import problem
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.motion import MotionNoise, main_directions
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
 from rockdamp.motions.experimental_style import WALL
 from rockdamp.motions.records import read_record
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification import problem
-from rockdamp.studies.identification.motion import MotionNoise, main_directions
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import Fit
 
 MADE = np.array([0.0305, 0.798, 0.84])
 SENSOR = (1.5e-4, 0.1)

@@ -17,18 +17,49 @@ from scipy.stats import kstest
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.evidence import weighted_draws
+from rockdamp.identification.least_squares import LOST, Fit, Solution
+from rockdamp.identification.noise import correlated
+from rockdamp.identification.prior import Interval, Prior
+from rockdamp.identification.problem import INSTRUMENTS, Problem
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.experimental_style import table_pulse
 from rockdamp.motions.records import Record
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import weighted_draws
-from rockdamp.studies.identification.noise import correlated
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import INSTRUMENTS, Problem
-from rockdamp.studies.identification.settings import Simulated
-from rockdamp.studies.least_squares import LOST, Fit, Solution
 
 LEVELS = np.array([0.5, 0.9])
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """Records that are made with parameters drawn from the prior, and then identified.
+
+    Parameters
+    ----------
+    draws, seed : int
+        Number of the records; of their random numbers.
+    damping_model : str
+        That makes them, and by which they are identified.
+    duration, sampling, pulse_at : float
+        Of a record [s], of its samples [Hz], and where the table's pulse peaks. [s]
+    pulse_peak : Interval
+        [m s-2]
+    motion_noise : float
+        Standard deviation of the accelerometer's noise. [m s-2]
+    sensor_deviation, sensor_correlation : Interval
+        In place of the prior's.
+    """
+
+    draws: int
+    seed: int
+    damping_model: str
+    duration: float
+    sampling: float
+    pulse_at: float
+    pulse_peak: Interval
+    motion_noise: float
+    sensor_deviation: Interval
+    sensor_correlation: Interval
 
 
 Draws = tuple[Array, Array]  # coordinates, shape (draws, parameters), and weights whose sum is 1

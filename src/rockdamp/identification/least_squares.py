@@ -16,6 +16,7 @@ from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.under_a_record import QUIET, measured_displacement, rest_samples
+from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -23,7 +24,6 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.tangent import derivatives
-from rockdamp.studies.candidates import GRID, RANGE, Candidate
 from rockdamp.vocabulary import SOFTENING
 
 SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan

@@ -8,10 +8,10 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.studies.identification.importance import Evidence, Weighted, explore
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import Fit
+from rockdamp.identification.importance import Evidence, Weighted, explore
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
 
 CHECKED, CHECKED_SEED = 32, 0  # draws at which the response to the noise of the motion must be linear
 UNDETERMINED = Evidence(np.nan, np.nan, np.nan)

@@ -8,11 +8,9 @@ from repository import ROOT
 
 from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
+from rockdamp.identification.simulated import Judged, gathered
 from rockdamp.motions.records import read_record
-from rockdamp.studies.identification.ladder import noisier, supported
-from rockdamp.studies.identification.settings import IdentificationSettings
-from rockdamp.studies.identification.simulated import Judged, gathered
-from rockdamp.studies.identification.stage import maker_of
+from rockdamp.studies.identification import IdentificationSettings, maker_of, noisier, supported
 
 NAMES = ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 
