@@ -78,7 +78,8 @@ def made(noise):
 
 
 def test_a_response_that_is_not_linear_in_the_noise_is_refused(monkeypatch, made):
-    draws = made.modes[0].centre + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made.modes[0].lower.T
+    draws = made.mode + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made._neighbourhood().lower.T
+    draws = np.clip(draws, 1e-3, 1 - 1e-3)
     monkeypatch.setattr(problem, "LINEAR", 10.0)
     made.require_linear(draws)
     monkeypatch.setattr(problem, "LINEAR", 1e-6)

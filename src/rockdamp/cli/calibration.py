@@ -39,7 +39,9 @@ if TYPE_CHECKING:
 @click.option(
     "--priors", type=click.Path(path_type=Path), help="With --posterior, a YAML file of priors other than the usual."
 )
-@click.option("--seed", type=click.IntRange(0, 2**31), default=2017, show_default=True, help="Of --posterior.")
+@click.option(
+    "--seed", type=click.IntRange(0, 2**31), default=2017, show_default=True, help="Random seed of --posterior."
+)
 @click.option("--output", type=OutputFile(".nc"), help="What was found, and both histories, as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="A picture: measured against fitted.")
 @json_option
@@ -60,7 +62,7 @@ def calibrate(
     """Fit a1, b1 and e to a measured record.
 
     By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
-    with the sensors' zero, drift and noise as unknowns. A posterior is refused where its walkers do not agree. The
+    with the sensors' zero, drift and noise as unknowns. A posterior is refused where it cannot be drawn from. The
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
     taken as known.
     """
@@ -104,7 +106,6 @@ def _posterior(
     as_json: bool,
 ) -> None:
     from rockdamp.identification import identify
-    from rockdamp.identification.posterior import Sampler
     from rockdamp.identification.prior import Prior
     from rockdamp.motions.records import read_record
     from rockdamp.storage import yaml_file
@@ -123,7 +124,7 @@ def _posterior(
             ultimate_ratio=a3,
             softening=softening,
             prior=prior,
-            sampler=Sampler(seed=seed),
+            seed=seed,
         )
     if output is not None:
         write_dataset(found, output, "posterior", "rockdamp.identification.identify", record=measured.digest)
@@ -137,7 +138,8 @@ def _posterior(
         log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
         print_json({"damping_model": damping_model, "parameters": rows, "evidence": log_evidence})
         return
-    click.echo(f"{damping_model}; {float(found['share_inside']):.1%} of the record in its band of 90 %\n")
+    effective = f"{float(found['effective_draws']):.0f} effective draws"
+    click.echo(f"{damping_model}; {float(found['share_inside']):.1%} of the record in its band of 90 %; {effective}\n")
     plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
     print_table(_without_unknown(plain))
     if compared:
@@ -152,8 +154,6 @@ def _posterior_row(found: xr.Dataset) -> dict[str, Any]:
         "mean": float(found["mean"]),
         "standard_deviation": float(found["standard_deviation"]),
         "interval_90": [float(bound) for bound in found["interval"].sel(level=0.9).values],
-        "r_hat": float(found["r_hat"]),
-        "effective_draws": float(found["effective_draws"]),
         "true_value": None if math.isnan(true) else true,
     }
 

@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.importance import Evidence, Weighted, explore
 from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 
-CHECKED, CHECKED_SEED = 32, 0  # draws at which the response to the noise of the motion must be linear
-UNDETERMINED = Evidence(np.nan, np.nan, np.nan)
+EFFECTIVE = 500.0  # draws, at least: the logarithm of the evidence is then known to 0.05
 
 
-def weighted_draws(problem: Problem, random: np.random.RandomState) -> Weighted:
-    """Draw from the posterior of a problem.
+@dataclass(frozen=True)
+class Evidence:
+    """The logarithm of the evidence and its standard error; NaN where it could not be determined."""
 
-    Raises
-    ------
-    InputError
-        If the response to the noise of the motion is not linear there.
-    """
-    found = explore(problem, random)
-    problem.require_linear(found.resampled(CHECKED, np.random.RandomState(CHECKED_SEED)))
-    return found
+    logarithm: float = np.nan
+    standard_error: float = np.nan
 
 
 def evidence_of(fit: Fit, prior: Prior, seed: int) -> Evidence:
-    """Return the evidence of a model; NaN where its posterior is not found, or its weights are not to be relied on."""
+    """Return the evidence of a model; undetermined where its posterior is refused."""
     try:
-        found = weighted_draws(Problem.of(fit, prior), np.random.RandomState(seed))
+        _, drawn = Problem.of(fit, prior).drawn(EFFECTIVE, seed)
     except InputError:
-        return UNDETERMINED
-    return found.evidence if found.good else replace(UNDETERMINED, k_hat=found.evidence.k_hat)
+        return Evidence()
+    return Evidence(drawn.log_evidence, drawn.error)
 
 
 def probabilities(log_evidence: Array) -> Array:

@@ -40,8 +40,8 @@ class MotionNoise:
         Under the measured motion and the noise :math:`z_0`.
     directions : ndarray, shape (directions, samples)
         Of the noise. [m s-2]
-    parameters : ndarray, shape (3,)
-        :math:`\theta_0`.
+    parameters : ndarray, shape (3 or more,)
+        :math:`\theta_0`, of which the noise follows the first three.
     about : ndarray, shape (directions,)
         :math:`z_0`. [-]
     effect : ndarray, shape (directions, samples)
@@ -68,7 +68,7 @@ class MotionNoise:
 
     @classmethod
     def at(
-        cls, measured: Fit, parameters: Array, about: Array, trend: Array, sensor: tuple[float, float]
+        cls, measured: Fit, parameters: Array, about: Array, trend: Array, sensor: Array | tuple[float, float]
     ) -> MotionNoise:
         """Linearise the response of a fit that has the measured motion.
 
@@ -107,7 +107,7 @@ class MotionNoise:
 
     def _followed(self, parameters: Array) -> Array:
         """Return how far the noise follows parameters, shape (batch, 3)."""
-        away = parameters[:, :3] - self.parameters
+        away = parameters[:, :3] - self.parameters[:3]
         square = np.einsum("bp,pq,bq->b", away, self.precision, away)
         return np.asarray(away * np.exp(-0.5 * square / NEAR**2)[:, None])
 

@@ -2,51 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import rest_samples
-from rockdamp.identification.candidates import SEARCHED_ORDER
 from rockdamp.identification.least_squares import EXPLAINED, LOST, Fit, Solution
-from rockdamp.identification.modes import Mode, climb, triangular
 from rockdamp.identification.motion import MotionNoise, noise_directions
 from rockdamp.identification.noise import Noise
 from rockdamp.identification.prior import Prior
+from rockdamp.identification.sampler import Draws, Neighbourhood, sample
 
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation")  # standard deviation of the noise, and from sample to sample
-NEAREST = 1e-3  # to an end of the prior, of its width, at the start
-ROUNDS = 16  # of linearising the response to the noise of the motion, each about what the one before explains best
-LINEAR = 0.3  # of the sensor's deviation: what the response may differ from a linear one, a tenth of the variance
-PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the way there, of which the best is taken
-GAINED = 0.1  # in the logarithm of the density of parameters and noise: below it the noise is found
-STARTS = 4  # local minima of the scan from which modes are looked for, beside the least squares
 # A poor model leaves what correlated noise explains better than white: its mode may be another minimum's.
-WIDER = 5.0  # the scale about those, as they are no more than points of a grid
-NOISE_SCALE = (0.1, 0.05)  # of the noise's deviation, in its logarithm, and of its correlation
-BELOW = 20.0  # the highest mode, in the logarithm of the density: what is lower is no part of the posterior
+STARTS = 4  # local minima of the scan from which the mode is looked for, beside the least squares
+ORDERS = (1.0, 4.0, 16.0)  # from which it is looked for where the order is free
+NEAREST = 1e-3  # to an end of the prior, of its width
+SHIFT = 1e-4  # of the prior's width: half of the differences' width
+STEPS = 25  # of the search for the mode, at most
+ROUNDS = 16  # of linearising the response to the noise of the motion, each about what the one before explains best
+CORRELATION = (0.01, 0.995)  # of what a model leaves, as it is taken in the search
+PARTS = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a step, of which the best is taken
+GAINED = 0.1  # in the logarithm of the density: below it the mode is found
+LINEAR = 0.3  # of the sensor's deviation: what the response may differ from a linear one, a tenth of the variance
+AGAIN = 2  # times at most that draws start about another mode
+HIGHER = 2.0  # in the logarithm of the density: a mode that was missed, and not a draw near the mode
+CHECKED, CHECKED_SEED = 32, 0  # draws at which it must be that linear
 RARELY = 1000  # so that the noise of a short rest is not taken for that of the sensor
-ORDERS = 8  # of the damper of any order, at each of which the mode of the other parameters is looked for
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A record, a candidate and a prior."""
+    """A record, a candidate and a prior, with what is known of the posterior before it is drawn from.
+
+    Parameters
+    ----------
+    prior : Prior
+    motion : MotionNoise
+        The response, linearised in the noise of the motion about the mode.
+    mode : ndarray, shape (parameters,)
+        The point of the unit cube where the density is greatest, nearly. The cube's coordinates are the prior's
+        probabilities of each parameter.
+    """
 
     prior: Prior
-    solution: Solution  # of least squares, or what another point has in its place
-    motion: MotionNoise  # about that point
-    found: tuple[Mode, ...] = ()  # modes of the posterior; where the order is free, those at the order of the search
+    motion: MotionNoise
+    mode: Array
 
     @classmethod
     def about(cls, solution: Solution, prior: Prior) -> Problem:
-        """Climb from the least squares and from other minima to the highest mode, and say what surrounds it.
+        """Search the mode and linearise the response there.
+
+        The response is linearised about the least squares first. The search then alternates: the mode of this
+        linear problem, and a new linearisation about it and the noise that it asks for, as far as that explains the
+        record better in truth.
 
         Raises
         ------
@@ -54,22 +66,14 @@ class Problem:
             If the wall is so near to collapse that the noise of the measured motion decides on it, or if it does not
             rock where the record is explained best.
         """
-        nothing = np.zeros(len(noise_directions(solution.fit.record)))
-        problem = cls._about(solution, prior, solution.estimate, nothing)
-        problem = problem._with_modes_from(problem._starts())
-        for _ in range(ROUNDS):
-            nearer = problem._nearer()
-            if nearer is None:
-                break
-            there = cls._about(solution, prior, *nearer)
-            problem = there._with_modes_from((mode.centre, mode.lower) for mode in problem.found)
-        return problem
-
-    @property
-    def _sensor(self) -> tuple[float, float]:
-        """Deviation and correlation of the sensor's noise at the highest mode."""
-        deviation, phi = self.values(self.found[0].centre[None])[0, -2:]
-        return float(deviation), float(phi)
+        fit = solution.fit
+        starts = np.array([solution.estimate, *solution.local_minima[:STARTS]])
+        if "order" in fit.candidate.parameters:
+            starts = np.array([[*start, order] for start in starts for order in ORDERS])
+        residual = fit.without_trend(fit.measured - fit.computed(starts[:1])[0])
+        sensor = np.stack(_deviation_and_correlation(residual[None]), axis=1)[0]
+        nothing = np.zeros(len(noise_directions(fit.record)))
+        return cls._at(fit, prior, starts[0], nothing, sensor)._at_mode(starts)._nearest()
 
     @classmethod
     def of(cls, fit: Fit, prior: Prior) -> Problem:
@@ -77,40 +81,11 @@ class Problem:
         return cls.about(fit.solution(), prior)
 
     @classmethod
-    def _about(
-        cls, solution: Solution, prior: Prior, estimate: Array, noise: Array, sensor: tuple[float, float] | None = None
-    ) -> Problem:
-        """Linearise the response to the noise of the motion about parameters and a noise."""
-        fit = solution.fit
-        if sensor is None:
-            sensor = _deviation_and_correlation(fit.without_trend(fit.measured - fit.computed(estimate[None])[0]))
+    def _at(cls, fit: Fit, prior: Prior, estimate: Array, noise: Array, sensor: Array) -> Problem:
+        """Linearise the response about parameters of wall and damper, a noise and the sensor's; without a mode."""
         trend = fit.trend.T * np.array([[prior.sensor_zero], [prior.sensor_drift]])
         motion = MotionNoise.at(fit, estimate, noise, trend, sensor)
-        return cls(prior, replace(solution, fit=motion.fit).about(estimate), motion)
-
-    def _with_modes_from(self, starts: Iterable[tuple[Array, Array]]) -> Problem:
-        modes = self._distinct(self._climb(centre, lower, self._told) for centre, lower in starts)
-        return replace(self, found=tuple(modes))
-
-    def _nearer(self) -> tuple[Array, Array, tuple[float, float]] | None:
-        """Return parameters, a noise of the motion and the sensor's, that explain the record better than those here.
-
-        Those of the highest mode do so in as far as the response is linear; None if nothing better is found.
-        """
-        values = self.values(self.found[0].centre[None])
-        deviation, phi = values[:, -2], values[:, -1]
-        noise = self.motion.mean(self.residuals(values, self.computed(values)), deviation, phi)[0]
-        trend_alone = Noise(self.motion.noise.rows[:2])
-
-        def explained(part: float) -> tuple[float, Array, Array]:
-            estimate = self.solution.estimate + part * (values[0, :3] - self.solution.estimate)
-            z = self.motion.about + part * (noise - self.motion.about)
-            left = self.fit.measured - self.motion.under(z).computed(estimate[None])
-            return float(trend_alone.log_likelihood(left, deviation, phi)[0] - 0.5 * z @ z), estimate, z
-
-        here = explained(0.0)[0]
-        best, estimate, z = max((explained(part) for part in PARTS), key=lambda found: found[0])
-        return (estimate, z, self._sensor) if best > here + GAINED else None
+        return cls(prior, motion, np.empty(0))
 
     @property
     def noise(self) -> Noise:
@@ -127,14 +102,9 @@ class Problem:
         """The sampled parameters."""
         return (*self.fit.candidate.parameters, *INSTRUMENTS)
 
-    @cached_property
-    def bounds(self) -> tuple[Array, Array]:
-        """The box of the prior, in coordinates."""
-        return self.prior.bounds(self.names)
-
-    def values(self, coordinates: Array) -> Array:
-        """From coordinates, shape (batch, parameters), to values."""
-        return self.prior.values(self.names, coordinates)
+    def values(self, points: Array) -> Array:
+        """From points of the unit cube, shape (batch, parameters), to values."""
+        return self.prior.values(self.names, points)
 
     def computed(self, values: Array) -> Array:
         """Displacement for rows of values, under the noise of the motion that the record asks for. [m]"""
@@ -144,18 +114,18 @@ class Problem:
         """What is left of the measured displacement for the instruments' errors. [m]"""
         return self.motion.residuals(values[:, : -len(INSTRUMENTS)], computed)
 
-    def log_density(self, coordinates: Array) -> Array:
-        """Return the logarithm of prior times likelihood, shape (batch,); -inf where the prior is zero.
+    def log_density(self, points: Array) -> Array:
+        """Return the logarithm of prior times likelihood in the unit cube, shape (batch,); -inf where it is zero.
 
-        It is zero too where the wall collapses or does not go beyond its first branch: a record of that is refused.
+        It is zero outside the cube, and where the wall collapses or does not go beyond its first branch: a record of
+        that is refused.
         """
-        low, high = self.bounds
-        inside = np.all((coordinates > low) & (coordinates < high), axis=1)
-        values = self.values(np.where(inside[:, None], coordinates, (low + high) / 2))
+        inside = np.all((points > 0) & (points < 1), axis=1)
+        values = self.values(np.where(inside[:, None], points, 0.5))
         # 1 % of room: a plateau of no length at all is no curve.
         end = self.fit.physical(np.stack([np.ones(len(values)), values[:, 1], np.zeros(len(values))], axis=1))[:, 0]
         inside &= values[:, 0] < 0.99 * end
-        density = np.full(len(coordinates), -np.inf)
+        density = np.full(len(points), -np.inf)
         if not inside.any():
             return density
         values = values[inside]
@@ -163,12 +133,32 @@ class Problem:
         likelihood = self.noise.log_likelihood(self.residuals(values, computed), values[:, -2], values[:, -1])
         largest = np.abs(computed).max(axis=1)
         rocks = (largest > values[:, 0] * self.fit.u_ins) & (largest < LOST * self.fit.u_ins)
-        density[inside] = np.where(rocks, likelihood - np.log(high - low).sum(), -np.inf)
+        density[inside] = np.where(rocks, likelihood, -np.inf)
         return density
 
-    def require_linear(self, coordinates: Array) -> None:
+    def drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
+        """Draw from the posterior until enough draws are effective; return the problem about the mode with them.
+
+        Where the draws show a mode that is higher than the one of the search, the draws start again about that.
+
+        Raises
+        ------
+        InputError
+            If that takes too long, or the response to the noise of the motion is not linear there.
+        """
+        problem = self
+        for _ in range(AGAIN):
+            draws = sample(problem.log_density, problem._neighbourhood(), effective, seed)
+            best = np.argmax(draws.log_density)
+            if draws.log_density[best] < problem.log_density(problem.mode[None])[0] + HIGHER:
+                break
+            problem = problem._at_mode(problem.values(draws.points[best][None])[:, :-2])._nearest()
+        problem.require_linear(draws.resampled(CHECKED, np.random.RandomState(CHECKED_SEED)))
+        return problem, draws
+
+    def require_linear(self, points: Array) -> None:
         """Raise `InputError` unless the response to the noise of the motion is linear at draws of the posterior."""
-        values = self.values(coordinates)
+        values = self.values(points)
         computed = self.computed(values)
         noise = self.motion.mean(self.residuals(values, computed), values[:, -2], values[:, -1])
         beyond = self.motion.beyond_linear(values[:, : -len(INSTRUMENTS)], computed, noise)
@@ -188,90 +178,127 @@ class Problem:
         left = f"what {self.fit.candidate.name} leaves of the record is {times:.1f} times the sensor's noise at rest"
         return [f"{left}, {most:.1f} at most if a model is right: intervals tell what holds under this one alone"]
 
-    @cached_property
-    def modes(self) -> list[Mode]:
-        """Modes that are part of the posterior, the highest first; where the order is free, one at each of several."""
-        if "order" in self.names:
-            return self._distinct(self._along_orders(self.found[0]))
-        return list(self.found)
+    # --- the mode: Gauss and Newton's method, from several starts at once
 
-    @property
-    def _told(self) -> NDArray[np.intp]:
-        """Indices of the parameters that the least squares tell: all but the order."""
-        return np.array([index for index, name in enumerate(self.names) if name != "order"])
-
-    def _climb(self, centre: Array, lower: Array, free: NDArray[np.intp]) -> Mode:
-        return climb(self.log_density, centre, lower, self.bounds, free)
-
-    def _distinct(self, modes: Iterable[Mode]) -> list[Mode]:
-        """Return modes that are not alike, the highest first, without those that are far below it."""
-        kept: list[Mode] = []
-        for mode in sorted(modes, key=lambda mode: -mode.log_density):
-            if not kept and not np.isfinite(mode.log_density):
-                raise InputError("the wall does not rock, or falls, where the record is explained best")
-            if kept and mode.log_density < kept[0].log_density - BELOW:
+    def _at_mode(self, starts: Array) -> Problem:
+        """Return the same with the highest mode that is reached from parameters of wall and damper."""
+        sensor = np.stack(_deviation_and_correlation(self._left_at(starts)), axis=1)
+        points = self._inside(self.prior.points(self.names, np.concatenate([starts, sensor], axis=1)))
+        highest = self.log_density(points)
+        rocks = np.isfinite(highest)
+        if not rocks.any():
+            raise InputError("the wall does not rock, or falls, where the record is explained best")
+        points, highest = points[rocks], highest[rocks]
+        for _ in range(STEPS):
+            tried = self._inside(points + PARTS[:, None, None] * self._steps(points))
+            density = self.log_density(tried.reshape(-1, points.shape[1])).reshape(len(PARTS), -1)
+            best = np.argmax(density, axis=0)
+            higher = np.take_along_axis(density, best[None], axis=0)[0]
+            gained = higher > highest + GAINED
+            if not gained.any():
                 break
-            if not any(mode.near(other) for other in kept):
-                kept.append(mode)
-        return kept
+            points = np.where(gained[:, None], tried[best, np.arange(len(points))], points)
+            highest = np.where(gained, higher, highest)
+        return replace(self, mode=points[np.argmax(highest)])
 
-    def _starts(self) -> Iterator[tuple[Array, Array]]:
-        """Yield points to climb from and scales to begin with: least squares, and minima of the scan."""
-        lower = self._scale
-        for estimate in [self.solution.estimate, *self.solution.local_minima[:STARTS]]:
-            yield self._noise_about(estimate), lower
-            lower = WIDER * self._scale
+    def _left_at(self, estimates: Array) -> Array:
+        """Return what parameters of wall and damper leave of the record, without offset and drift."""
+        return self.fit.without_trend(self.fit.measured - self.fit.computed(estimates))
 
-    def _along_orders(self, mode: Mode) -> Iterator[Mode]:
-        """Follow a mode from one order to the next, and yield it at each with the scale of all up to its neighbours."""
-        axis, (low, high) = self.names.index("order"), self.bounds
-        orders = np.linspace(low[axis], high[axis], 2 * ORDERS + 1)[1::2]
-        nearest = int(np.argmin(np.abs(orders - mode.centre[axis])))
-        ridge: dict[int, Mode] = {}
-        for path in (range(nearest, ORDERS), range(nearest - 1, -1, -1)):
-            last = ridge.get(nearest, mode)
-            for index in path:
-                centre = last.centre.copy()
-                centre[axis] = orders[index]
-                ridge[index] = last = self._climb(centre, last.lower, self._told)
-        slopes = np.gradient(np.array([ridge[index].centre for index in range(ORDERS)]), axis=0)
-        for index, slope in enumerate(slopes):
-            root = np.zeros((low.size, low.size))
-            root[:, axis] = slope / 2
-            root[np.ix_(self._told, self._told)] = ridge[index].lower
-            yield replace(ridge[index], lower=triangular(root), free=np.arange(low.size))
+    @staticmethod
+    def _inside(points: Array) -> Array:
+        return np.clip(points, NEAREST, 1 - NEAREST)
 
-    def _noise_about(self, estimate: Array) -> Array:
-        """Return the coordinates of parameters of wall and damper, with the noise that they leave in the residual."""
-        residual = self.fit.without_trend(self.fit.measured - self.fit.computed(estimate[None])[0])
-        deviation, phi = _deviation_and_correlation(residual)
-        order = [SEARCHED_ORDER] if "order" in self.names else []
-        values = np.array([[*estimate, *order, deviation, phi]])
-        low, high = self.bounds
-        margin = NEAREST * (high - low)
-        return np.clip(self.prior.coordinates(self.names, values)[0], low + margin, high - margin)
+    def _steps(self, points: Array) -> Array:
+        """Return a step for each point: generalised least squares of wall and damper, and the noise that is left."""
+        residuals, derivative = self._linear(points)
+        values = self.values(points)
+        deviation, phi = values[:, -2], values[:, -1]
+        steps = np.zeros_like(points)
+        gradient = np.einsum("bpt,bt->bp", derivative, self.noise.by_inverse(residuals, deviation, phi))
+        wall = gradient.shape[1]
+        steps[:, :wall] = np.linalg.solve(self._precision(derivative, deviation, phi), -gradient[..., None])[..., 0]
+        left = residuals + np.einsum("bp,bpt->bt", steps[:, :wall], derivative)
+        left = self.noise.without_linear(left, deviation, phi)
+        values[:, -2:] = np.stack(_deviation_and_correlation(left), axis=1)
+        steps[:, wall:] = self.prior.points(self.names, values)[:, wall:] - points[:, wall:]
+        return steps
 
-    @property
-    def _scale(self) -> Array:
-        """Root of the covariance of all parameters but the order, by the linear problem about the least squares."""
-        low, high = self.bounds
-        slope = self.solution.estimate[0] if self.prior.cracked_stiffness_ratio.distribution == "loguniform" else 1.0
-        slopes = np.array([slope, 1.0, 1.0])
-        precision = self.motion.precision * slopes * slopes[:, None] + np.diag(1 / (high - low)[:3] ** 2)
-        lower = np.diag([1.0, 1.0, 1.0, *NOISE_SCALE])
-        lower[:3, :3] = np.linalg.cholesky(np.linalg.inv(precision))
-        return lower
+    def _linear(self, points: Array) -> tuple[Array, Array]:
+        """Return the residuals at points, and their derivatives by wall and damper, shape (batch, wall, samples)."""
+        wall = points.shape[1] - len(INSTRUMENTS)
+        shift = SHIFT * np.eye(wall, points.shape[1])
+        around = np.concatenate([points[:, None], points[:, None] + shift, points[:, None] - shift], axis=1)
+        values = self.values(around.reshape(-1, points.shape[1]))
+        residuals = self.residuals(values, self.computed(values)).reshape(len(points), 2 * wall + 1, -1)
+        return residuals[:, 0], (residuals[:, 1 : wall + 1] - residuals[:, wall + 1 :]) / (2 * SHIFT)
+
+    def _precision(self, derivative: Array, deviation: Array, phi: Array) -> Array:
+        """Return the inverse covariance of wall and damper in the unit cube, shape (batch, wall, wall)."""
+        count, wall, samples = derivative.shape
+        rows = derivative.reshape(-1, samples)
+        weighted = self.noise.by_inverse(rows, np.repeat(deviation, wall), np.repeat(phi, wall))
+        # The variance of the prior, 1/12, bounds that of what the record does not tell.
+        return np.einsum("bpt,bqt->bpq", derivative, weighted.reshape(count, wall, samples)) + 12 * np.eye(wall)
+
+    def _nearest(self) -> Problem:
+        """Linearise anew about the mode and search it there, until that explains the record no better."""
+        problem, measured = self, self.fit.with_motion(self.fit.record.ground_acceleration)
+        for _ in range(ROUNDS):
+            nearer = problem._nearer()
+            if nearer is None:
+                break
+            problem = self._at(measured, self.prior, *nearer)._at_mode(problem.values(problem.mode[None])[:, :-2])
+        return problem
+
+    def _nearer(self) -> tuple[Array, Array, Array] | None:
+        """Return parameters, a noise of the motion and the sensor's, that explain the record better than those here.
+
+        Those of the mode do so in as far as the response is linear; None if nothing better is found.
+        """
+        values = self.values(self.mode[None])
+        deviation, phi = values[:, -2], values[:, -1]
+        noise = self.motion.mean(self.residuals(values, self.computed(values)), deviation, phi)[0]
+        trend_alone = Noise(self.noise.rows[:2])
+        before = self.motion.parameters
+
+        def explained(part: float) -> tuple[float, Array, Array]:
+            estimate = before + part * (values[0, :-2] - before)
+            z = self.motion.about + part * (noise - self.motion.about)
+            left = self.fit.measured - self.motion.under(z).computed(estimate[None])
+            return float(trend_alone.log_likelihood(left, deviation, phi)[0] - 0.5 * z @ z), estimate, z
+
+        here = explained(0.0)[0]
+        best, estimate, z = max((explained(float(part)) for part in PARTS), key=lambda tried: tried[0])
+        return (estimate, z, values[0, -2:]) if best > here + GAINED else None
+
+    def _neighbourhood(self) -> Neighbourhood:
+        """Guess the posterior: normal about the mode, by what the linear problem tells of each parameter."""
+        points = self.mode[None]
+        values = self.values(points)
+        deviation, phi = values[:, -2], values[:, -1]
+        wall = points.shape[1] - len(INSTRUMENTS)
+        covariance = np.zeros((points.shape[1], points.shape[1]))
+        covariance[:wall, :wall] = np.linalg.inv(self._precision(self._linear(points)[1], deviation, phi)[0])
+        # Fisher's information of a correlated series: of the logarithm of its deviation, and of its correlation.
+        variance = 1 - phi[0] ** 2
+        fisher = np.array([[0.5 + phi[0] ** 2 / variance, phi[0]], [phi[0], variance]]) / self.fit.measured.size
+        apart = values + [*np.zeros(wall), SHIFT * deviation[0], SHIFT]
+        slope = ((self.prior.points(self.names, apart) - points)[0, wall:]) / SHIFT
+        covariance[wall:, wall:] = fisher * slope * slope[:, None]
+        return Neighbourhood(self.mode, np.asarray(np.linalg.cholesky(covariance), dtype=float))
 
 
-def _deviation_and_correlation(residual: Array) -> tuple[float, float]:
-    """Of what a model leaves: its standard deviation, and the correlation of neighbours."""
-    phi = float(np.clip(residual[1:] @ residual[:-1] / (residual @ residual), 0.01, 0.98))
-    return float(np.sqrt(np.mean(residual**2))), phi
+def _deviation_and_correlation(residuals: Array) -> tuple[Array, Array]:
+    """Of what a model leaves, shape (batch, samples): the standard deviation, and the correlation of neighbours."""
+    square = np.einsum("bt,bt->b", residuals, residuals)
+    phi = np.clip(np.einsum("bt,bt->b", residuals[:, 1:], residuals[:, :-1]) / square, *CORRELATION)
+    return np.sqrt(square / residuals.shape[1]), phi
 
 
 def _by_chance(samples: Array) -> float:
     """Return how many times their standard deviation that of what samples are drawn from may be, once in `RARELY`."""
     away = samples - samples.mean()
-    _, phi = _deviation_and_correlation(away)
+    phi = float(_deviation_and_correlation(away[None])[1][0])
     independent = max(samples.size * (1 - phi**2) / (1 + phi**2), 2.0)
     return float(np.sqrt((independent - 1) / chi2.ppf(1 / RARELY, independent - 1)))

@@ -16,8 +16,7 @@ from rockdamp.config.parsing import Settings
 from rockdamp.errors import InputError
 from rockdamp.histories.under_a_record import made_by
 from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.evidence import UNDETERMINED, evidence_of, probabilities
-from rockdamp.identification.importance import Evidence
+from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
 from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.simulated import Maker, Simulated, gathered
@@ -97,8 +96,8 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     Returns
     -------
     xarray.Dataset
-        ``log_evidence``, ``k_hat`` and ``probability`` (record, noise, damping_model), the last among the models that
-        were determined, and ``record_made_by`` (record).
+        ``log_evidence``, ``log_evidence_error`` and ``probability`` (record, noise, damping_model), the last among the
+        models that were determined, and ``record_made_by`` (record).
 
     Raises
     ------
@@ -118,10 +117,11 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     shape = (len(records), len(given.noise), len(given.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
+    error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
     return xr.Dataset(
         {
             "log_evidence": (dims, logarithm),
-            "k_hat": (dims, np.array([[one.k_hat for one in row] for row in found]).reshape(shape)),
+            "log_evidence_error": (dims, error),
             "probability": (dims, probabilities(logarithm)),
             "record_made_by": ("record", np.array([made_by(record) for record in records.values()])),
         },
@@ -134,7 +134,7 @@ def _evidence(given: IdentificationSettings, record: Record, model: str) -> Evid
     try:
         fit = _fit(given, record, model)
     except InputError:
-        return UNDETERMINED
+        return Evidence()
     return evidence_of(fit, given.prior, given.simulated.seed)
 
 
