@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from repository import ROOT
 
+from rockdamp.errors import InputError
 from rockdamp.identification import identify, problem
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.identify import posterior
 from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.noise import Noise
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 from rockdamp.motions.experimental_style import WALL
@@ -66,6 +68,18 @@ def test_where_the_order_is_free_the_record_tells_that_it_is_no_small_one(monkey
     about, draws = made.drawn(300, 1)
     order = draws.weights @ made.values(draws.points)[:, made.names.index("order")]
     assert about is made and 4 < order < 20
+
+
+def test_a_singular_matrix_near_to_collapse_is_refused_in_words(monkeypatch):
+    def singular(*_):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    made = problem_of("cr-half", "CR")
+    monkeypatch.setattr(Noise, "_conditional", singular)
+    with pytest.raises(InputError, match="too near to collapse where the record is explained best"):
+        made.drawn(300, 1)
+    with pytest.raises(InputError, match="too near to collapse where the record is explained best"):
+        problem_of("cr-half", "CR")
 
 
 def test_draws_that_show_a_higher_mode_start_again_about_it():

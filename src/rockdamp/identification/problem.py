@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +36,15 @@ CHECKED, CHECKED_SEED = 32, 0  # draws at which it must be that linear
 RARELY = 1000  # so that the noise of a short rest is not taken for that of the sensor
 
 
+@contextmanager
+def _finite() -> Iterator[None]:
+    """Refuse in words where a matrix is singular: near to collapse derivatives are as good as infinite."""
+    try:
+        yield
+    except np.linalg.LinAlgError:
+        raise InputError("the wall is too near to collapse where the record is explained best") from None
+
+
 @dataclass(frozen=True)
 class Problem:
     """A record, a candidate and a prior, with what is known of the posterior before it is drawn from.
@@ -53,6 +64,7 @@ class Problem:
     mode: Array
 
     @classmethod
+    @_finite()
     def about(cls, solution: Solution, prior: Prior) -> Problem:
         """Search the mode and linearise the response there.
 
@@ -136,6 +148,7 @@ class Problem:
         density[inside] = np.where(rocks, likelihood, -np.inf)
         return density
 
+    @_finite()
     def drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
         """Draw from the posterior until enough draws are effective; return the problem about the mode with them.
 
