@@ -155,7 +155,7 @@ def main() -> None:
         "",
         "`.venv/bin/python benchmarks/samplers.py` writes this page. Times are of one processor, for the draws alone:"
         " the least squares and the search for the mode come before, and are the same for all."
-        f" Of nautilus {EFFECTIVE:g} draws are effective at least (of ultranest 400; dynesty has {DYNESTY} live points).",
+        f" {EFFECTIVE:g} draws of nautilus are effective, of ultranest 400; dynesty has {DYNESTY} live points.",
     ]
     for name, model in CASES:
         record = read_record(DATA / f"{name}.csv")
