@@ -13,6 +13,7 @@ from .errors import InputError as InputError
 from .errors import InputWarning as InputWarning
 from .histories.labelled import free_decay as free_decay
 from .histories.labelled import respond as respond
+from .identification.calibration import calibrate as calibrate
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.wall import Parapet as Parapet
@@ -34,6 +35,5 @@ from .solvers.response import Reference as Reference
 from .solvers.response import Response as Response
 from .statistics.fragility import Fragility as Fragility
 from .statistics.fragility import fit_fragility as fit_fragility
-from .studies.calibration import calibrate as calibrate
 
 __version__: str

@@ -1,4 +1,4 @@
-"""A posterior that no walkers drew, for what prints, stores and draws one."""
+"""A posterior that nothing drew, for what prints, stores and draws one."""
 
 import numpy as np
 import xarray as xr
@@ -21,13 +21,10 @@ def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
             "mean": ("parameter", draws.mean(axis=0)),
             "standard_deviation": ("parameter", draws.std(axis=0)),
             "interval": (("level", "bound", "parameter"), np.quantile(draws, levels, axis=0)),
-            "r_hat": ("parameter", np.full(5, 1.002)),
-            "effective_draws": ("parameter", np.full(5, 640.0)),
+            "effective_draws": 4100.0,
             "true_value": ("parameter", [0.033, 0.795, 0.845, np.nan, np.nan]),
             "draws": (("draw", "parameter"), draws),
             "sensor_deviation": ("draw", np.full(200, 1.5e-4)),
-            "sensor_deviation_r_hat": 1.001,
-            "sensor_deviation_effective_draws": 700.0,
             "sensor_zero": 1.3e-3,
             "sensor_drift": 6e-5,
             "measured": ("elapsed", measured),
@@ -51,6 +48,5 @@ def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
     return made.assign(
         log_evidence=("damping_model", logarithm),
         log_evidence_error=("damping_model", np.full(count, 0.02)),
-        k_hat=("damping_model", np.full(count, 0.2)),
         probability=("damping_model", probability / np.nansum(probability)),
     ).assign_coords(damping_model=list(CANDIDATES))

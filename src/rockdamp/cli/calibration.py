@@ -59,7 +59,7 @@ def calibrate_command(
     """Fit a1, b1 and e to a measured record.
 
     By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
-    with the sensors' zero, drift and noise as unknowns. A posterior is refused where its walkers do not agree. The
+    with the sensors' zero, drift and noise as unknowns. A posterior is refused where it cannot be drawn from. The
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
     taken as known.
     """
@@ -70,14 +70,14 @@ def calibrate_command(
         )
         return
     refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
+    from rockdamp.identification.calibration import calibrate
     from rockdamp.motions.records import read_record
-    from rockdamp.studies.calibration import calibrate
 
     measured = read_record(record)
     with concerning(record):
         fit = calibrate(measured, wall, ultimate_ratio=a3, softening=softening)
     if output is not None:
-        write_dataset(fit, output, "calibration", "rockdamp.studies.calibration", record=measured.digest)
+        write_dataset(fit, output, "calibration", "rockdamp.identification.calibration", record=measured.digest)
     if plot is not None:
         from rockdamp.figures.single import calibration_figure
 
@@ -102,11 +102,10 @@ def _posterior(
     plot: Path | None,
     as_json: bool,
 ) -> None:
+    from rockdamp.identification import identify
+    from rockdamp.identification.prior import Prior
     from rockdamp.motions.records import read_record
     from rockdamp.storage import yaml_file
-    from rockdamp.studies.identification import identify
-    from rockdamp.studies.identification.posterior import Sampler
-    from rockdamp.studies.identification.prior import Prior
 
     prior = Prior()
     if priors is not None:
@@ -123,10 +122,10 @@ def _posterior(
             ultimate_ratio=a3,
             softening=softening,
             prior=prior,
-            sampler=Sampler(seed=seed),
+            seed=seed,
         )
     if output is not None:
-        write_dataset(found, output, "posterior", "rockdamp.studies.identification.identify", record=measured.digest)
+        write_dataset(found, output, "posterior", "rockdamp.identification.identify", record=measured.digest)
     if plot is not None:
         from rockdamp.figures.identification import posterior_figure
 
@@ -137,7 +136,8 @@ def _posterior(
         log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
         print_json({"damping_model": damping_model, "parameters": rows, "evidence": log_evidence})
         return
-    click.echo(f"{damping_model}; {float(found['share_inside']):.1%} of the record in its band of 90 %\n")
+    effective = f"{float(found['effective_draws']):.0f} effective draws"
+    click.echo(f"{damping_model}; {float(found['share_inside']):.1%} of the record in its band of 90 %; {effective}\n")
     plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
     print_table(_without_unknown(plain))
     if compared:
@@ -152,8 +152,6 @@ def _posterior_row(found: xr.Dataset) -> dict[str, Any]:
         "mean": float(found["mean"]),
         "standard_deviation": float(found["standard_deviation"]),
         "interval_90": [float(bound) for bound in found["interval"].sel(level=0.9).values],
-        "r_hat": float(found["r_hat"]),
-        "effective_draws": float(found["effective_draws"]),
         "true_value": None if math.isnan(true) else true,
     }
 

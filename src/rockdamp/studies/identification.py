@@ -1,26 +1,77 @@
-"""Which damping model the records of a ladder support, with the noise that they have and with more."""
+"""The study of identification: simulated records identified, and the models that a ladder's records support."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Annotated
 from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.config.parsing import Settings
+from rockdamp.config.walls import Strip
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities
-from rockdamp.studies.identification.importance import Evidence
-from rockdamp.studies.identification.settings import IdentificationSettings
-from rockdamp.studies.least_squares import Fit
 
 NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
+
+
+@dataclass(frozen=True)
+class IdentificationSettings(Settings):
+    """The wall of the tests, the prior, and what is simulated: new records, and the ladder's with more noise."""
+
+    wall: Annotated[Strip, "validation.wall"]
+    ultimate_ratio: Annotated[float, "validation.curve.ultimate_ratio"]
+    softening: Annotated[str, "validation.curve.softening"]
+    prior: Annotated[Prior, "identification.prior", Prior.of]
+    step: Annotated[float, "identification.step"]
+    simulated: Annotated[Simulated, "identification.simulated"]
+    damping_models: Annotated[tuple[str, ...], "identification.damping_models"]
+    noise: Annotated[Array, "identification.noise"]
+
+
+def identification(config: Config, ladder: Mapping[str, Record]) -> xr.Dataset:
+    """Identify records made with parameters drawn from the prior, and compare models for the records of a ladder.
+
+    Parameters
+    ----------
+    config : dict
+        Has the keys of `IdentificationSettings`.
+    ladder : dict of str to Record
+        Synthetic records, by their names.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of what `simulated.gathered` and `ladder.supported` return.
+    """
+    given = IdentificationSettings.of(config)
+    maker = maker_of(given)
+    records = []
+    for number in track(range(given.simulated.draws), "simulated records"):
+        with without_bars():
+            records.append(maker.judged(number))
+    return gathered(maker.names, records).merge(supported(given, ladder))
+
+
+def maker_of(given: IdentificationSettings) -> Maker:
+    """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
+    simulated = given.simulated
+    prior = replace(
+        given.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
+    )
+    return Maker(given.wall, given.ultimate_ratio, given.softening, given.step, prior, simulated)
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -45,8 +96,8 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     Returns
     -------
     xarray.Dataset
-        ``log_evidence``, ``k_hat`` and ``probability`` (record, noise, damping_model), the last among the models that
-        were determined, and ``record_made_by`` (record).
+        ``log_evidence``, ``log_evidence_error`` and ``probability`` (record, noise, damping_model), the last among the
+        models that were determined, and ``record_made_by`` (record).
 
     Raises
     ------
@@ -66,10 +117,11 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     shape = (len(records), len(given.noise), len(given.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
+    error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
     return xr.Dataset(
         {
             "log_evidence": (dims, logarithm),
-            "k_hat": (dims, np.array([[one.k_hat for one in row] for row in found]).reshape(shape)),
+            "log_evidence_error": (dims, error),
             "probability": (dims, probabilities(logarithm)),
             "record_made_by": ("record", np.array([made_by(record) for record in records.values()])),
         },
@@ -82,7 +134,7 @@ def _evidence(given: IdentificationSettings, record: Record, model: str) -> Evid
     try:
         fit = _fit(given, record, model)
     except InputError:
-        return UNDETERMINED
+        return Evidence()
     return evidence_of(fit, given.prior, given.simulated.seed)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from check_posterior import report
 
-from rockdamp.studies.identification.simulated import Judged, gathered
+from rockdamp.identification.simulated import Judged, gathered
 
 NAMES = ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 NOTHING = np.full(5, np.nan)

@@ -8,11 +8,9 @@ from repository import ROOT
 
 from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
+from rockdamp.identification.simulated import Judged, gathered
 from rockdamp.motions.records import read_record
-from rockdamp.studies.identification.ladder import noisier, supported
-from rockdamp.studies.identification.settings import IdentificationSettings
-from rockdamp.studies.identification.simulated import Judged, gathered
-from rockdamp.studies.identification.stage import maker_of
+from rockdamp.studies.identification import IdentificationSettings, maker_of, noisier, supported
 
 NAMES = ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 
@@ -28,9 +26,8 @@ def test_a_record_is_made_of_parameters_that_rock_and_stand(given):
     again, same = maker.record(np.random.RandomState([7, 0]))
     assert record == again and np.array_equal(values, same)
     assert maker.prior.sensor_deviation == given.simulated.sensor_deviation != given.prior.sensor_deviation
-    low, high = maker.prior.bounds(NAMES)
-    inside = maker.prior.coordinates(NAMES, values[None])[0]
-    assert np.all((low < inside) & (inside < high))
+    inside = maker.prior.points(NAMES, values[None])[0]
+    assert np.all((0 < inside) & (inside < 1))
     u_ins = float(given.wall.instability_displacement)
     assert values[0] * u_ins < np.ptp(record.displacement) < 2 * u_ins
 

@@ -16,6 +16,7 @@ from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import QUIET, measured_displacement, rest_samples
+from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -23,7 +24,6 @@ from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.tangent import derivatives
-from rockdamp.studies.candidates import GRID, RANGE, Candidate
 from rockdamp.vocabulary import SOFTENING
 
 SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan
@@ -200,13 +200,13 @@ class Fit:
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
     def tangent(self, parameters: Array, directions: Array) -> tuple[Array, Array]:
-        """Derivatives of the computed history along it, by the motion and by the parameters.
+        """Derivatives of the computed history along it, by the motion and by the three parameters that are fitted.
 
         Unlike differences of histories they are free of the solver's roughness.
 
         Parameters
         ----------
-        parameters : ndarray, shape (3,)
+        parameters : ndarray, shape (3 or more,)
         directions : ndarray, shape (directions, samples)
             Of the motion. [m s-2]
 
@@ -217,8 +217,10 @@ class Fit:
         """
         low, high, h = *self.range, DIFFERENCE * self.width
         # Differences must not step over a bound: 1 is the largest e there is.
-        middle = np.append(parameters[:2], np.clip(parameters[2], low[2] + h[2], high[2] - h[2]))
-        sides = [(self._wall(middle + d), self._wall(middle - d), 2 * d.sum()) for d in np.diag(h)]
+        middle = parameters.copy()
+        middle[2] = np.clip(parameters[2], low[2] + h[2], high[2] - h[2])
+        steps = np.diag(h) @ np.eye(3, parameters.size)
+        sides = [(self._wall(middle + d), self._wall(middle - d), 2 * d.sum()) for d in steps]
         by_motion, by_parameters = derivatives(
             self._wall(parameters),
             directions,
@@ -324,10 +326,6 @@ class Solution:
     estimate: Array
     computed: Array  # [m]
     local_minima: Array  # (minima, 3): their parameters, those of the lowest first
-
-    def about(self, estimate: Array) -> Solution:
-        """Return what surrounds other parameters."""
-        return replace(self, estimate=estimate, computed=self.fit.computed(estimate[None])[0])
 
     @cached_property
     def residual(self) -> Array:

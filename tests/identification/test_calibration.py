@@ -8,9 +8,10 @@ import yaml
 from repository import ROOT
 
 from rockdamp.errors import InputError
+from rockdamp.identification import calibration, least_squares
+from rockdamp.identification.calibration import PARAMETERS, calibrate
 from rockdamp.motions.records import read_record
-from rockdamp.studies import calibration, least_squares
-from rockdamp.studies.calibration import PARAMETERS, calibrate, study
+from rockdamp.studies.calibration import study
 from rockdamp.synthetic.experimental_style import WALL, synthetic_record
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here

@@ -7,7 +7,7 @@ least squares are judged by the same records.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,21 +17,50 @@ from scipy.stats import kstest
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.least_squares import LOST, Fit, Solution
+from rockdamp.identification.noise import correlated
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import INSTRUMENTS, Problem
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import weighted_draws
-from rockdamp.studies.identification.noise import correlated
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import INSTRUMENTS, Problem
-from rockdamp.studies.identification.settings import Simulated
-from rockdamp.studies.least_squares import LOST, Fit, Solution
+from rockdamp.statistics.distribution import Distribution
 
 LEVELS = np.array([0.5, 0.9])
+EFFECTIVE = 500.0  # draws, at least: a rank is then known to 0.02
 
 
-Draws = tuple[Array, Array]  # coordinates, shape (draws, parameters), and weights whose sum is 1
+@dataclass(frozen=True)
+class Simulated:
+    """Records that are made with parameters drawn from the prior, and then identified.
+
+    Parameters
+    ----------
+    draws, seed : int
+        Number of the records; of their random numbers.
+    damping_model : str
+        That makes them, and by which they are identified.
+    duration, sampling, pulse_at : float
+        Of a record [s], of its samples [Hz], and where the table's pulse peaks. [s]
+    pulse_peak : Distribution
+        [m s-2]
+    motion_noise : float
+        Standard deviation of the accelerometer's noise. [m s-2]
+    sensor_deviation, sensor_correlation : Distribution
+        In place of the prior's.
+    """
+
+    draws: int
+    seed: int
+    damping_model: str
+    duration: float
+    sampling: float
+    pulse_at: float
+    pulse_peak: Distribution
+    motion_noise: float
+    sensor_deviation: Distribution
+    sensor_correlation: Distribution
 
 
 @dataclass(frozen=True)
@@ -83,11 +112,11 @@ class Maker:
 
     def record(self, random: np.random.RandomState) -> tuple[Record, Array]:
         """Draw parameters and a pulse until the wall rocks and stands; return the record, and what made it."""
-        given, (low, high) = self.given, self.prior.bounds(self.names)
+        given = self.given
         elapsed = np.arange(round(given.duration * given.sampling) + 1) / given.sampling
         while True:
-            values = self.prior.values(self.names, random.uniform(low, high)[None])
-            peak = given.pulse_peak.value(np.asarray(random.uniform(*given.pulse_peak.bounds)))
+            values = self.prior.values(self.names, random.uniform(size=(1, len(self.names))))
+            peak = given.pulse_peak.quantile(random.uniform())
             pulse = table_pulse(elapsed - given.pulse_at, float(peak))
             moved = self.fit(Record(elapsed, pulse, np.zeros_like(elapsed)))
             if values[0, 0] >= 0.99 * moved.physical(np.array([1.0, values[0, 1], 0.0]))[0]:
@@ -100,15 +129,14 @@ class Maker:
         measured = pulse + given.motion_noise * random.standard_normal(elapsed.size)
         return Record(elapsed, measured, displacement + zero + drift * elapsed + noise), values[0]
 
-    def judged(self, number: int, draw: Callable[[Problem, np.random.RandomState], Draws] | None = None) -> Judged:
+    def judged(self, number: int, effective: float = EFFECTIVE) -> Judged:
         """Make the record of a number, identify it, and compare with what made it.
 
         Parameters
         ----------
         number : int
-        draw : callable, optional
-            From a posterior; by default weighted draws from a mixture. It raises `InputError` if they are not to be
-            relied on.
+        effective : float, optional
+            Effective number of draws from the posterior. [-]
         """
         random = np.random.RandomState([self.given.seed, number])
         record, truth = self.record(random)
@@ -116,22 +144,15 @@ class Maker:
         try:
             solution = self.fit(record).solution()
             by_least_squares = _rank_by_least_squares(solution, truth[:3])
-            problem = Problem.about(solution, self.prior)
-            coordinates, weights = (draw or _weighted)(problem, random)
+            problem, draws = Problem.about(solution, self.prior).drawn(effective, self.given.seed)
+            values, weights = problem.values(draws.points), draws.weights
+            mean = weights @ values
+            if problem.doubts(float(mean[-2])):
+                raise InputError("the model that made the record does not explain it")
         except InputError:
             return Judged(truth, nothing, nothing, nothing, by_least_squares)
-        values = problem.values(coordinates)
-        mean = weights @ values
         deviation = np.sqrt(weights @ (values - mean) ** 2)
         return Judged(truth, weights @ (values < truth), mean, deviation, by_least_squares)
-
-
-def _weighted(problem: Problem, random: np.random.RandomState) -> Draws:
-    found = weighted_draws(problem, random)
-    doubts = problem.doubts(float(found.weights @ problem.values(found.coordinates)[:, -2]))
-    if doubts or not found.good:
-        raise InputError(" ".join(doubts) or "the weights of the draws are not to be relied on")
-    return found.coordinates, found.weights
 
 
 def gathered(names: Sequence[str], records: Sequence[Judged]) -> xr.Dataset:

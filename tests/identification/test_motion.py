@@ -6,13 +6,13 @@ from repository import ROOT
 from scipy.linalg import eigh
 
 from rockdamp.errors import InputError
+from rockdamp.identification import problem
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.motion import MotionNoise, main_directions
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
 from rockdamp.motions.records import read_record
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification import problem
-from rockdamp.studies.identification.motion import MotionNoise, main_directions
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import Fit
 from rockdamp.synthetic.experimental_style import WALL
 
 MADE = np.array([0.0305, 0.798, 0.84])
@@ -78,7 +78,8 @@ def made(noise):
 
 
 def test_a_response_that_is_not_linear_in_the_noise_is_refused(monkeypatch, made):
-    draws = made.modes[0].centre + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made.modes[0].lower.T
+    draws = made.mode + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made._neighbourhood().lower.T
+    draws = np.clip(draws, 1e-3, 1 - 1e-3)
     monkeypatch.setattr(problem, "LINEAR", 10.0)
     made.require_linear(draws)
     monkeypatch.setattr(problem, "LINEAR", 1e-6)

@@ -1,25 +1,25 @@
-"""Priors: from values to the coordinates in which they are uniform and back, and what is no prior."""
+"""Priors: from values to the unit cube and back, and what is no prior."""
 
 import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
-from rockdamp.studies.identification.prior import Interval, Prior
+from rockdamp.identification.prior import Prior
+from rockdamp.statistics.distribution import Distribution
 
 
-def test_coordinates_lead_back_to_values_and_a_logarithm_is_where_it_is_asked_for():
+def test_points_of_the_unit_cube_lead_back_to_values_and_a_logarithm_is_where_it_is_asked_for():
     names, values = ("cracked_stiffness_ratio", "plateau_ratio"), np.array([[0.05, 0.8], [0.1, 0.6]])
-    coordinates = Prior().coordinates(names, values)
-    np.testing.assert_allclose(coordinates, np.stack([np.log(values[:, 0]), values[:, 1]], axis=1))
-    np.testing.assert_allclose(Prior().values(names, coordinates), values)
-    low, high = Prior().bounds(names)
-    np.testing.assert_allclose([low[0], high[0]], np.log([0.015, 0.20]))
+    points = Prior().points(names, values)
+    of_a1 = np.log(values[:, 0] / 0.015) / np.log(0.20 / 0.015)
+    np.testing.assert_allclose(points, np.stack([of_a1, (values[:, 1] - 0.40) / 0.55], axis=1))
+    np.testing.assert_allclose(Prior().values(names, points), values)
 
 
 def test_a_section_changes_what_it_names_and_nothing_else():
     given = {"plateau_ratio": {"distribution": "uniform", "low": 0.6, "high": 0.9}, "sensor_zero": 1e-4}
     made = Prior.of(given)
-    assert made.plateau_ratio == Interval("uniform", 0.6, 0.9) and made.sensor_zero == 1e-4
+    assert made.plateau_ratio == Distribution("uniform", 0.6, 0.9) and made.sensor_zero == 1e-4
     assert made.restitution == Prior().restitution
 
 

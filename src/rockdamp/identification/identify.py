@@ -11,22 +11,22 @@ from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes
+from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.noise import correlated
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
+from rockdamp.identification.sampler import Draws
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn
 from rockdamp.progress import track
-from rockdamp.studies.candidates import Candidate
-from rockdamp.studies.identification.evidence import UNDETERMINED, evidence_of, probabilities, weighted_draws
-from rockdamp.studies.identification.importance import Evidence
-from rockdamp.studies.identification.noise import correlated
-from rockdamp.studies.identification.posterior import HIGHEST_R_HAT, Draws, Sampler, draw
-from rockdamp.studies.identification.prior import Prior
-from rockdamp.studies.identification.problem import Problem
-from rockdamp.studies.least_squares import Fit
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 SENSOR = "sensor_deviation"  # the one sampled parameter that has a unit
-STORED = 1000  # draws of a posterior
+EFFECTIVE = 2000.0  # draws of a posterior, at least
+STORED = 1000  # of them, with equal weights
 DRAWN = 200  # of them histories, for the predictive band
 LEVELS = (0.5, 0.9)
 STEP = 0.01  # in tau, at most: at it the errors of the solver stay below those of the instruments
@@ -42,16 +42,14 @@ def posterior(
     softening: str = "steeper",
     step: float = STEP,
     prior: Prior | None = None,
-    sampler: Sampler | None = None,
+    seed: int = 2017,
 ) -> xr.Dataset:
     r"""Return what a measured record says of a1, b1 and the damper, with the errors of the instruments as unknowns.
 
     The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
     and the accelerometer's white noise, to which the wall responds. Zero, drift and the motion's noise are integrated
-    out in closed form, the response to it as linear about the noise that leads to the record's trajectory. From the
-    least squares and the minima of a scan of all parameters the posterior's modes are climbed; a mixture is fitted to
-    it from there, whose weighted draws tell the evidence, and among whose draws ensembles of walkers start. The same
-    seed gives the same draws.
+    out in closed form, the response to it as linear about the noise that leads to the record's trajectory. Nested
+    sampling about the mode gives draws and evidence. The same seed gives the same draws.
 
     Parameters
     ----------
@@ -69,73 +67,57 @@ def posterior(
         Of the solver, in tau, at most. [-]
     prior : Prior, optional
         By default that of masonry walls.
-    sampler : Sampler, optional
+    seed : int
+        Of the draws.
 
     Returns
     -------
     xarray.Dataset
-        ``mean``, ``standard_deviation``, ``interval`` (level, bound), ``r_hat``, ``effective_draws`` and ``draws`` of
-        each parameter, those of the sensor, the ``predicted`` band that holds 90 % of what the sensor would show, and
+        ``mean``, ``standard_deviation``, ``interval`` (level, bound) and ``draws`` of each parameter, those of the
+        sensor, ``effective_draws``, the ``predicted`` band that holds 90 % of what the sensor would show, and
         ``log_evidence`` of the models compared, NaN where it could not be determined.
 
     Raises
     ------
     InputError
-        If the walkers do not agree (r-hat above 1.01, or too few effective draws), the record has no displacement, no
-        rest, or is so near to collapse that its noise decides or its response is not linear in it, or the packages that
-        this needs are missing.
+        If the record does not determine the parameters, has no displacement or no rest, or is so near to collapse that
+        its noise decides or its response is not linear in it, or a package that this needs is missing.
     """
     prior = instance("prior", prior or Prior(), Prior)
-    sampler = instance("sampler", sampler or Sampler(), Sampler)
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
 
     def fit(name: str) -> Fit:
         return Fit.of(record, wall, Candidate.of(name), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
 
-    chosen = Problem.of(fit(names[0]), prior)
-    weighted = weighted_draws(chosen, np.random.RandomState(sampler.seed))
-    draws = draw(chosen, weighted, sampler)
-    require_good(draws, chosen.names)
-    warn(chosen.doubts(float(chosen.values(draws.flat)[:, chosen.names.index(SENSOR)].mean())))
-    found = {names[0]: weighted.evidence if weighted.good else UNDETERMINED}
-    for name in track([name for name in names[1:] if name not in found], "evidence of other models"):
-        found[name] = evidence_of(fit(name), prior, sampler.seed)
-    summary = _summary(chosen, draws, sampler).assign_attrs(**record_attributes(record), identified_model=names[0])
-    return summary.merge(_evidences({name: found[name] for name in names[1:]})) if compared else summary
+    chosen, draws = Problem.of(fit(names[0]), prior).drawn(EFFECTIVE, seed)
+    values = chosen.values(draws.points)
+    warn(chosen.doubts(float(draws.weights @ values[:, chosen.names.index(SENSOR)])))
+    evidence = {names[0]: Evidence(draws.log_evidence, draws.error)}
+    for name in track([name for name in names[1:] if name not in evidence], "evidence of other models"):
+        evidence[name] = evidence_of(fit(name), prior, seed)
+    summary = _summary(chosen, draws, seed).assign_attrs(**record_attributes(record), identified_model=names[0])
+    return summary.merge(_evidences({name: evidence[name] for name in names[1:]})) if compared else summary
 
 
-def require_good(draws: Draws, names: Sequence[str]) -> None:
-    """Raise `InputError` unless the walkers agree on each parameter and their draws suffice."""
-    for name, r_hat, effective in zip(names, draws.r_hat, draws.effective, strict=True):
-        if not r_hat <= HIGHEST_R_HAT:
-            allowed = f"it must be at most {HIGHEST_R_HAT}: the walkers do not agree, the record may not determine it"
-            raise InputError(f"r-hat of {name} is {r_hat:.3f}; {allowed}")
-        if not effective >= draws.least_effective:
-            raise InputError(
-                f"the effective sample size of {name} is {effective:.0f}; it must be at least {draws.least_effective:g}"
-            )
-
-
-def _summary(problem: Problem, draws: Draws, sampler: Sampler) -> xr.Dataset:
-    values = problem.values(draws.flat)
-    random = np.random.RandomState(sampler.seed)
-    stored = values[random.permutation(len(values))[:STORED]]
+def _summary(problem: Problem, draws: Draws, seed: int) -> xr.Dataset:
+    values = problem.values(draws.points)
+    random = np.random.RandomState(seed)
+    stored = problem.values(draws.resampled(STORED, random))
     plain = [index for index, name in enumerate(problem.names) if name != SENSOR]
     names, sensor = [problem.names[index] for index in plain], problem.names.index(SENSOR)
     trend, band, inside = _predicted(problem, stored[:DRAWN], random)
+    mean = draws.weights @ values
     bounds = np.array([[0.5 - level / 2, 0.5 + level / 2] for level in LEVELS])
+    intervals = [_quantiles(values[:, index], draws.weights, bounds) for index in plain]
     return xr.Dataset(
         {
-            "mean": ("parameter", values[:, plain].mean(axis=0)),
-            "standard_deviation": ("parameter", values[:, plain].std(axis=0)),
-            "interval": (("level", "bound", "parameter"), np.quantile(values[:, plain], bounds, axis=0)),
-            "r_hat": ("parameter", draws.r_hat[plain]),
-            "effective_draws": ("parameter", draws.effective[plain]),
+            "mean": ("parameter", mean[plain]),
+            "standard_deviation": ("parameter", np.sqrt(draws.weights @ (values - mean) ** 2)[plain]),
+            "interval": (("level", "bound", "parameter"), np.stack(intervals, axis=-1)),
+            "effective_draws": draws.effective,
             "true_value": ("parameter", _true_values(problem.fit.record, names)),
             "draws": (("draw", "parameter"), stored[:, plain]),
             "sensor_deviation": ("draw", stored[:, sensor]),
-            "sensor_deviation_r_hat": draws.r_hat[sensor],
-            "sensor_deviation_effective_draws": draws.effective[sensor],
             "sensor_zero": problem.fit.sensor_zero + trend[0],
             "sensor_drift": trend[1],
             "measured": ("elapsed", problem.fit.measured - problem.fit.trend @ trend),
@@ -150,6 +132,13 @@ def _summary(problem: Problem, draws: Draws, sampler: Sampler) -> xr.Dataset:
             "elapsed": problem.fit.record.elapsed,
         },
     )
+
+
+def _quantiles(values: Array, weights: Array, probabilities: Array) -> Array:
+    """Return quantiles of weighted values, with the shape of the probabilities."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) - 0.5 * weights[order]
+    return np.interp(probabilities, below, values[order])
 
 
 def _predicted(problem: Problem, values: Array, random: np.random.RandomState) -> tuple[Array, Array, float]:
@@ -186,7 +175,6 @@ def _evidences(found: dict[str, Evidence]) -> xr.Dataset:
         {
             "log_evidence": ("damping_model", logarithm),
             "log_evidence_error": ("damping_model", np.array([one.standard_error for one in found.values()])),
-            "k_hat": ("damping_model", np.array([one.k_hat for one in found.values()])),
             "probability": ("damping_model", probabilities(logarithm)),
         },
         coords={"damping_model": list(found)},

@@ -19,9 +19,9 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
+from rockdamp.identification.noise import Noise
 from rockdamp.motions.records import Record
-from rockdamp.studies.identification.noise import Noise
-from rockdamp.studies.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
 
 MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
 NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
@@ -40,8 +40,8 @@ class MotionNoise:
         Under the measured motion and the noise :math:`z_0`.
     directions : ndarray, shape (directions, samples)
         Of the noise. [m s-2]
-    parameters : ndarray, shape (3,)
-        :math:`\theta_0`.
+    parameters : ndarray, shape (3 or more,)
+        :math:`\theta_0`, of which the noise follows the first three.
     about : ndarray, shape (directions,)
         :math:`z_0`. [-]
     effect : ndarray, shape (directions, samples)
@@ -68,7 +68,7 @@ class MotionNoise:
 
     @classmethod
     def at(
-        cls, measured: Fit, parameters: Array, about: Array, trend: Array, sensor: tuple[float, float]
+        cls, measured: Fit, parameters: Array, about: Array, trend: Array, sensor: Array | tuple[float, float]
     ) -> MotionNoise:
         """Linearise the response of a fit that has the measured motion.
 
@@ -107,7 +107,7 @@ class MotionNoise:
 
     def _followed(self, parameters: Array) -> Array:
         """Return how far the noise follows parameters, shape (batch, 3)."""
-        away = parameters[:, :3] - self.parameters
+        away = parameters[:, :3] - self.parameters[:3]
         square = np.einsum("bp,pq,bq->b", away, self.precision, away)
         return np.asarray(away * np.exp(-0.5 * square / NEAR**2)[:, None])
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
+from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.damping import Damping
-from rockdamp.studies.candidates import GRID, RANGE, Candidate
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
 

@@ -71,13 +71,17 @@ class Noise:
         normal = random.standard_normal(mean.shape)
         return np.asarray(mean + np.linalg.solve(lower.swapaxes(1, 2), normal[..., None])[..., 0], dtype=float)
 
-    def by_inverse(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
-        """Multiply residuals, shape (batch, samples), by the inverse of K, by sigma and phi of each. [m-1]"""
+    def without_linear(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
+        """Subtract the mean of the linear part from residuals, shape (batch, samples): noise n is left. [m]"""
         weighted = _by_inverse(residuals, correlation) / deviation[:, None] ** 2
         precision, projected = self._conditional(weighted, deviation**2, correlation)
         mean = np.linalg.solve(precision, projected[..., None])[..., 0]
-        linear = np.einsum("ik,kt->it", mean, self.rows)
-        return weighted - _by_inverse(linear, correlation) / deviation[:, None] ** 2
+        return residuals - np.einsum("ik,kt->it", mean, self.rows)
+
+    def by_inverse(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
+        """Multiply residuals, shape (batch, samples), by the inverse of K, by sigma and phi of each. [m-1]"""
+        left = self.without_linear(residuals, deviation, correlation)
+        return _by_inverse(left, correlation) / deviation[:, None] ** 2
 
     def _conditional(self, weighted: Array, variance: Array, phi: Array) -> tuple[Array, Array]:
         """Precision of z, and precision times mean, given residuals that were multiplied by the inverse of R."""

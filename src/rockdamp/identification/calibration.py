@@ -1,0 +1,126 @@
+"""Curve and coefficient of restitution from a measured record: least squares of a1, b1 and e on the CR model.
+
+The paper's own calibration is "not reported".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.histories.measured_test import record_attributes
+from rockdamp.identification.candidates import SEARCHED, Candidate
+from rockdamp.identification.least_squares import Fit
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import Record
+from rockdamp.vocabulary import REFERENCE
+
+PARAMETERS = Candidate(REFERENCE).searched
+AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
+
+
+def calibrate(
+    record: Record,
+    wall: Wall | Parapet,
+    *,
+    ultimate_ratio: float = 1.0,
+    softening: str = "steeper",
+    step: float = 0.005,
+) -> xr.Dataset:
+    """Fit a1, b1 and e to a record by least squares, with their covariance.
+
+    The response to the measured motion under CR, plus an offset and a linear drift of the displacement sensor, is
+    fitted to the measured displacement. A scan of the whole range gives the starts, so that the smallest of the local
+    minima is found. The covariance has two parts. That of the residuals, which follow each other and are no white
+    noise, is Newey and West's (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229). That of the
+    accelerometer's noise, which the wall responds to, is propagated; near its strength the wall amplifies it, and it
+    is then the larger. Gains of the sensors and the wall's geometry are taken as exact: b1 takes up their errors.
+
+    Parameters
+    ----------
+    record : Record
+        With a measured displacement, at rest before the motion.
+    wall : Wall or Parapet
+        Its geometry and weights are taken as known.
+    ultimate_ratio, softening : float and str
+        a3 and the variant of softening, taken as known.
+    step : float
+        Of the solver, in tau, at most. [-]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``estimate``, ``standard_error`` and ``true_value`` (parameter; the last NaN unless the record is synthetic and
+        says what made it), ``covariance``, and the fitted and measured displacement (elapsed).
+
+    Raises
+    ------
+    InputError
+        If the record has no displacement or no rest, the best fit lies at a bound of the search, or the record does
+        not determine the parameters.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> from rockdamp.synthetic.experimental_style import synthetic_record
+    >>> wall = rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57, overburden_ratio=6.2)
+    >>> fit = rd.calibrate(synthetic_record(restitution=0.845), wall)
+    >>> float(fit.estimate.sel(parameter="restitution").round(3))
+    0.845
+    """
+    fit = Fit.of(record, wall, Candidate(REFERENCE), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
+    found = fit.solution()
+    estimate, computed, residual = found.estimate, found.computed, found.residual
+    for name, value, low, high in zip(PARAMETERS, found.point, *fit.range, strict=True):
+        if min(value - low, high - value) < AT_BOUND * (high - low):
+            raise InputError(f"the best fit has {SEARCHED[name]} {value:.4g}; it must lie inside {low:g} to {high:g}")
+    _check_rocking(computed, estimate, fit.u_ins)
+    by_sensor, bandwidth = found.covariance_by_sensor
+    by_motion = found.covariance_by_motion
+    covariance = by_sensor + by_motion
+    offset, drift = np.linalg.lstsq(fit.trend, fit.measured - computed, rcond=None)[0]
+    degrees_of_freedom = residual.size - len(PARAMETERS) - fit.trend.shape[1]
+    return xr.Dataset(
+        {
+            "estimate": ("parameter", estimate),
+            "standard_error": ("parameter", np.sqrt(np.diag(covariance))),
+            "true_value": ("parameter", _true_values(record)),
+            "covariance": (("parameter", "parameter_other"), covariance),
+            "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
+            "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
+            "displacement": ("elapsed", computed),
+            "residual_deviation": np.sqrt(residual @ residual / degrees_of_freedom),
+            "rest_deviation": fit.rest_deviation,
+            "sensor_offset": fit.sensor_zero + offset,
+            "sensor_drift": drift,
+            "bandwidth": bandwidth,
+            "local_minima": len(found.local_minima),
+        },
+        coords={
+            "parameter": list(PARAMETERS),
+            "parameter_other": list(PARAMETERS),
+            "elapsed": record.elapsed,
+        },
+        attrs=record_attributes(record),
+    )
+
+
+def _check_rocking(computed: Array, estimate: Array, u_ins: float) -> None:
+    """Raise where the fitted wall stays on its first branch: there only b1/a1 matters."""
+    largest, branch = float(np.abs(computed).max()), float(estimate[0]) * u_ins
+    if largest <= branch:
+        raise InputError(
+            f"the largest displacement is {largest:.3g} m, on the first branch, which ends at {branch:.3g} m; "
+            "it must go beyond to determine a1 and b1"
+        )
+
+
+def _true_values(record: Record) -> Array:
+    """What a synthetic record says made it; NaN where it says nothing, or was measured."""
+    values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in PARAMETERS]
+    try:
+        return np.array([float(value) for value in values])
+    except ValueError:
+        raise InputError(f"the record's generator_* values are {values}; they must be numbers") from None

@@ -1,0 +1,41 @@
+"""How well each model explains a record: the evidence, the likelihood averaged over the prior."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.prior import Prior
+from rockdamp.identification.problem import Problem
+
+EFFECTIVE = 500.0  # draws, at least: the logarithm of the evidence is then known to 0.05
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The logarithm of the evidence and its standard error; NaN where it could not be determined."""
+
+    logarithm: float = np.nan
+    standard_error: float = np.nan
+
+
+def evidence_of(fit: Fit, prior: Prior, seed: int) -> Evidence:
+    """Return the evidence of a model; undetermined where its posterior is refused."""
+    try:
+        _, drawn = Problem.of(fit, prior).drawn(EFFECTIVE, seed)
+    except InputError:
+        return Evidence()
+    return Evidence(drawn.log_evidence, drawn.error)
+
+
+def probabilities(log_evidence: Array) -> Array:
+    """Return the probability of each model, along the last axis, of those that were determined; all equal before."""
+    known = np.isfinite(log_evidence)
+    highest = np.max(np.where(known, log_evidence, -np.inf), axis=-1, keepdims=True)
+    relative = np.exp(np.where(known, log_evidence - np.where(np.isfinite(highest), highest, 0.0), -np.inf))
+    total = relative.sum(axis=-1, keepdims=True)
+    return np.where(known, relative / np.where(total > 0, total, 1.0), np.nan)

@@ -1,0 +1,77 @@
+"""What is held possible of wall, damper and instruments before the record is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.config.parsing import members, number, section
+from rockdamp.errors import require
+from rockdamp.statistics.distribution import Distribution
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Independent distributions of all parameters; e and xi, m where a model has them.
+
+    Parameters
+    ----------
+    cracked_stiffness_ratio, plateau_ratio, restitution, damping_ratio, order : Distribution
+        a1, b1, e, xi and m; a1 also below the end of the plateau. [-]
+    sensor_deviation, sensor_correlation : Distribution
+        Standard deviation of the displacement sensor's noise [m], and the correlation of a sample and the next, between
+        -1 and 1. [-]
+    sensor_zero, sensor_drift : float
+        Standard deviations of normal distributions about 0: of the sensor's zero beyond its mean at rest [m], and of
+        its drift [m s-1].
+    """
+
+    cracked_stiffness_ratio: Distribution = Distribution("loguniform", 0.015, 0.20)
+    plateau_ratio: Distribution = Distribution("uniform", 0.40, 0.95)
+    restitution: Distribution = Distribution("uniform", 0.60, 1.00)
+    damping_ratio: Distribution = Distribution("uniform", 0.0, 0.20)
+    order: Distribution = Distribution("loguniform", 0.25, 32.0)
+    sensor_deviation: Distribution = Distribution("loguniform", 1e-6, 1e-1)
+    sensor_correlation: Distribution = Distribution("uniform", 0.0, 0.999)
+    sensor_zero: float = 2e-3
+    sensor_drift: float = 1e-3
+
+    @classmethod
+    def of(cls, given: Config, section_name: str = "prior") -> Prior:
+        """Return the prior of masonry walls with the changes of a section, which has the fields' names.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or a value is no distribution.
+        """
+        kinds = get_type_hints(cls)
+        parsed: dict[str, Any] = {}
+        for name, value in members(given, section_name, (), list(kinds)).items():
+            key = f"{section_name}.{name}"
+            parsed[name] = number(value, key) if kinds[name] is float else section(Distribution, value, key)
+        return replace(cls(), **parsed)
+
+    def __post_init__(self) -> None:
+        phi = self.sensor_correlation
+        require(-1 < phi.low and phi.high < 1, "sensor_correlation", [phi.low, phi.high], "between -1 and 1")
+        require(self.restitution.high <= 1, "restitution", self.restitution.high, "at most 1")
+        for name in ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation"):
+            require(getattr(self, name).low > 0, name, getattr(self, name).low, "greater than 0")
+        for name in ("damping_ratio", "order"):
+            require(getattr(self, name).low >= 0, name, getattr(self, name).low, "at least 0")
+        require(self.plateau_ratio.high < 1, "plateau_ratio", self.plateau_ratio.high, "less than 1")
+        require(self.sensor_zero > 0, "sensor_zero", self.sensor_zero, "greater than 0")
+        require(self.sensor_drift > 0, "sensor_drift", self.sensor_drift, "greater than 0")
+
+    def values(self, names: tuple[str, ...], points: Array) -> Array:
+        """Return the values at points of the unit cube, shape (batch, names), in which the prior is uniform."""
+        return np.stack([getattr(self, name).quantile(points[:, i]) for i, name in enumerate(names)], axis=1)
+
+    def points(self, names: tuple[str, ...], values: Array) -> Array:
+        """Return the points of the unit cube at which values lie, shape (batch, names)."""
+        return np.stack([getattr(self, name).probability(values[:, i]) for i, name in enumerate(names)], axis=1)

@@ -1,0 +1,154 @@
+"""Draws from a posterior and the evidence of its model, by the nested sampling of the package nautilus.
+
+Nested sampling starts from draws of the whole prior and closes in on the posterior, which takes the longer the smaller
+the posterior is within the prior: of a record it is some 1e-12 of it. Nearly all of that way is spared, as the place of
+the posterior is known beforehand, by a change of variables (`Neighbourhood`): the cube that nautilus meets is the
+prior's, stretched where the posterior is thought to be. The density is corrected for the stretch, so that posterior and
+evidence are those of the prior, wherever the stretch was put: a poor guess costs time alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import t
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+
+DEGREES = 2.0  # of freedom of the neighbourhood's t distributions: their tails reach what is far from the guess
+WIDER = 1.5  # the neighbourhood than the guess of the posterior
+LIVE, BATCH = 100, 256  # live points, and densities computed at once
+REMAINING = 0.2  # share of the evidence in the live points at which nautilus stops to close in, and draws
+MOST = 10_000  # densities computed
+ZERO = -1e100  # logarithm of a density that is zero: nautilus takes finite numbers alone
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """A distribution over the unit cube about a guess of the posterior, as a map from another unit cube.
+
+    Each coordinate has a t distribution whose centre follows from the coordinates before it, and which is cut off at
+    the bounds. So no point falls outside, even where the posterior lies at a bound.
+
+    Parameters
+    ----------
+    centre : ndarray, shape (dimensions,)
+    lower : ndarray, shape (dimensions, dimensions)
+        Lower triangular root of the covariance.
+    """
+
+    centre: Array
+    lower: Array
+
+    def points(self, cube: Array) -> tuple[Array, Array]:
+        """Map another unit cube to this one.
+
+        Returns
+        -------
+        tuple of ndarray
+            Points, shape (batch, dimensions), and the logarithm of the distribution's density there, shape (batch,).
+        """
+        tails = t(DEGREES)
+        standard, points, log_density = np.empty_like(cube), np.empty_like(cube), np.zeros(len(cube))
+        for i, (row, centre) in enumerate(zip(WIDER * self.lower, self.centre, strict=True)):
+            middle, scale = centre + standard[:, :i] @ row[:i], row[i]
+            below, above = tails.cdf(-middle / scale), tails.sf((1 - middle) / scale)
+            inside = 1 - below - above
+            # From whichever end is nearer, as 1 - p has no digits left where p is small.
+            p, q = below + cube[:, i] * inside, above + (1 - cube[:, i]) * inside
+            standard[:, i] = np.where(p < q, tails.ppf(np.minimum(p, 0.5)), tails.isf(np.minimum(q, 0.5)))
+            points[:, i] = middle + scale * standard[:, i]
+            log_density += tails.logpdf(standard[:, i]) - np.log(scale * inside)
+        return points, log_density
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Weighted draws from a posterior, and the evidence of its model.
+
+    Parameters
+    ----------
+    points : ndarray, shape (draws, dimensions)
+        Of the unit cube.
+    weights : ndarray, shape (draws,)
+        Their sum is 1. [-]
+    log_density : ndarray, shape (draws,)
+        Logarithm of the density there.
+    log_evidence : float
+        Logarithm of the likelihood averaged over the prior.
+    """
+
+    points: Array
+    weights: Array
+    log_density: Array
+    log_evidence: float
+
+    @property
+    def effective(self) -> float:
+        """Effective number of draws. [-]"""
+        return float(1 / np.sum(self.weights**2))
+
+    @property
+    def error(self) -> float:
+        """Standard error of the logarithm of the evidence, at most."""
+        return float(1 / np.sqrt(self.effective))
+
+    def resampled(self, count: int, random: np.random.RandomState) -> Array:
+        """Return draws of equal weight, shape (count, dimensions)."""
+        return self.points[random.choice(self.weights.size, count, p=self.weights)]
+
+
+def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effective: float, seed: int) -> Draws:
+    """Draw from a density over the unit cube until enough draws are effective; the same seed gives the same draws.
+
+    Parameters
+    ----------
+    log_density : callable
+        Of points, shape (batch, dimensions); -inf where it is zero.
+    about : Neighbourhood
+        Where the posterior is thought to be.
+    effective : float
+        Effective number of draws, at least. [-]
+    seed : int
+
+    Raises
+    ------
+    InputError
+        If so many draws take too long, or nautilus is missing.
+    """
+
+    def stretched(cube: Array) -> Array:
+        points, stretch = about.points(cube)
+        return np.maximum(log_density(points) - stretch, ZERO)
+
+    sampler = nautilus().Sampler(
+        lambda cube: cube,
+        stretched,
+        about.centre.size,
+        n_live=LIVE,
+        n_batch=BATCH,
+        n_networks=0,  # ellipsoids alone: networks take longer to train than they spare
+        vectorized=True,
+        pass_dict=False,
+        seed=seed,
+    )
+    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=MOST, discard_exploration=True):
+        raise InputError(f"{MOST} likelihoods do not suffice for the posterior; the record may not determine it")
+    cube, log_weights, log_stretched = sampler.posterior()
+    points, stretch = about.points(cube)
+    weights = np.exp(log_weights - log_weights.max())
+    return Draws(points, weights / weights.sum(), log_stretched + stretch, float(sampler.log_z))
+
+
+def nautilus() -> Any:
+    """Import the package that only those need who ask for a posterior."""
+    try:
+        import nautilus
+    except ImportError:
+        message = "a posterior needs the package nautilus-sampler; pip install nautilus-sampler"
+        raise InputError(message) from None
+    return nautilus
