@@ -15,6 +15,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.measured_test import QUIET, measured_displacement, rest_samples
 from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -87,7 +88,7 @@ class Fit:
         trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
         resting = float(np.std(measured[: rest_samples(record)]))
         basis = np.linalg.qr(trend)[0]
-        motion = _at_steps(record.ground_acceleration, _substeps(record, wall, step))
+        motion = _at_steps(record.ground_acceleration, Forcing.of(wall, record).substeps(step))
         return cls(
             record,
             wall,
@@ -109,7 +110,7 @@ class Fit:
 
     def with_motion(self, ground_acceleration: Array) -> Fit:
         """Return the same fit under another motion, sampled as the record is. [m s-2]"""
-        return replace(self, motion=_at_steps(ground_acceleration, _substeps(self.record, self.wall, self.step)))
+        return replace(self, motion=_at_steps(ground_acceleration, Forcing.of(self.wall, self.record).substeps(self.step)))
 
     @cached_property
     def u_ins(self) -> float:
@@ -360,11 +361,6 @@ def motion_noise(record: Record) -> float:
     moving = np.flatnonzero(np.abs(acceleration) >= QUIET * np.abs(acceleration).max())
     steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
     return float(np.sqrt(np.mean(steps**2) / 2))
-
-
-def _substeps(record: Record, wall: Wall | Parapet, step: float) -> int:
-    """Steps of the solver, of at most `step` in tau, between two samples of a record."""
-    return int(np.ceil(float(wall.frequency_parameter) * record.step / step * (1 - 1e-12)))
 
 
 def _at_steps(ground_acceleration: Array, substeps: int) -> Array:
