@@ -13,14 +13,14 @@ from scipy.optimize import minimize_scalar
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.equivalent import STEP
 from rockdamp.equivalence.minima import Cases, global_minima
-from rockdamp.equivalence.one_curve import STEP
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
 RELEASE = 0.5
-STEPS = round(DEFAULT_WINDOW / STEP)
+STEPS = round(DEFAULT_RESPONSE_LENGTH / STEP)
 AT_ONCE = 250  # walls whose decays are held at the same time
 PRECISE = 1e-3  # of xi
 WALLS = 1000
@@ -48,7 +48,7 @@ def section(quick: bool) -> Section:
     timed = interleaved(ours, 1 if quick else 3, 0.0)
     seconds_one, seconds_all = timed["rockdamp", 1].best, timed["rockdamp", walls].best
     table = Table(
-        f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_WINDOW:g}, and for {walls} walls"
+        f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_RESPONSE_LENGTH:g}, and for {walls} walls"
         f" that differ in a1, b1 and e, on {available_threads()} thread(s). rockdamp runs its own decay under"
         " restitution, scans 200 damping ratios for all minima, and refines them: in the end at"
         f" 1/{matching.REFINEMENT} of the studies' step, as `rockdamp equivalent` does, or at the studies' step"

@@ -106,7 +106,7 @@ def _group(model, given, record, wall: Wall, curve: TrilinearCurve, walls, inten
 
 def at_amplitude(group: Group, amplitude: np.ndarray, finer: float) -> NDArray[np.int64]:
     """Count steps by the frequency of the undamped motion of that amplitude; never beyond what is stable."""
-    within = np.clip(amplitude, 1e-3, 0.98 * group.curve.ultimate_ratio)
+    within = np.clip(amplitude, 1e-3, 0.98 * group.curve.ultimate_displacement_ratio)
     own = 2 * np.pi / group.curve.period(within) / group.curve.initial_frequency  # over the first branch's
     finest = group.sampling * group.curve.initial_frequency
     step = finest / group.today  # today's, in parts of the first branch's

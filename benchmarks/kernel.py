@@ -220,7 +220,7 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
         if c_second:
             text += f", and the C loop {min(c_second):.2f} to {max(c_second):.2f} times: what the machine allows"
         found.notes.append(text + ".")
-    found.series["loops"] = [row[:7] for row in table.rows]
+    found.series["damping_force"] = [row[:7] for row in table.rows]
     return speeds
 
 

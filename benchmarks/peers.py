@@ -268,8 +268,10 @@ else:
 
 def opensees(curve: TrilinearCurve, xi: float, release: float, load: Any = (), sample: float = 0.0) -> None:
     """Set up one CDC wall of unit mass: averaged acceleration with Newton's iterations."""
-    strain = np.array([0.0, curve.cracked_stiffness_ratio, curve.plateau_end, curve.ultimate_ratio, 100.0])
-    b1 = float(curve.plateau_ratio)
+    strain = np.array(
+        [0.0, curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio, 100.0]
+    )
+    b1 = float(curve.strength_ratio)
     stress = np.array([0.0, b1, b1, 0.0, 0.0])
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)

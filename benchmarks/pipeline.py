@@ -268,19 +268,19 @@ def command_line(quick: bool) -> Section:
 # --- earthquakes ------------------------------------------------------------------------------------------------------
 
 
-def natural(quick: bool) -> Section:
+def earthquakes(quick: bool) -> Section:
     """Build the study of earthquakes from nothing; time and memory of all its processes."""
     found = Section("Earthquakes")
     config = "config/minimal.yaml" if quick else "config/default.yaml"
     with tempfile.TemporaryDirectory() as folder:
         tree = Tree(folder)
-        tree.run(tree.command(["natural"], "config/minimal.yaml"))  # compiles what it runs
+        tree.run(tree.command(["earthquakes"], "config/minimal.yaml"))  # compiles what it runs
         for left in ("results", ".snakemake"):  # its log tells how long each job takes
             shutil.rmtree(tree.place / left)
         start, used = time.perf_counter(), of_children()
         peak = _Peak(
             subprocess.Popen(
-                tree.command(["natural"], config, "--forceall"),
+                tree.command(["earthquakes"], config, "--forceall"),
                 cwd=tree.place,
                 env=tree.environment,
                 stdout=subprocess.DEVNULL,
@@ -290,11 +290,11 @@ def natural(quick: bool) -> Section:
         code = peak.wait()
         seconds, used = time.perf_counter() - start, of_children() - used
         if code:
-            raise RuntimeError(f"snakemake natural ended with status {code}")
+            raise RuntimeError(f"snakemake earthquakes ended with status {code}")
         records, histories = _counts(tree, config)
         spent = sorted(_durations(tree.place).items(), key=lambda item: -sum(item[1]))
     table = Table(
-        f"`snakemake -c{CORES} natural` from nothing, with all code compiled before. Memory is resident, sampled"
+        f"`snakemake -c{CORES} earthquakes` from nothing, with all code compiled before. Memory is resident, sampled"
         " ten times a second.",
         [
             "records",
@@ -343,7 +343,7 @@ def _counts(tree: Tree, config: str) -> tuple[int, int]:
     import xarray as xr
 
     results = "results/minimal" if "minimal" in config else "results"
-    with xr.open_dataset(tree.place / results / "natural.nc") as study:
+    with xr.open_dataset(tree.place / results / "earthquakes.nc") as study:
         return study.sizes["record"], int(study["peak_ratio"].notnull().sum())
 
 

@@ -29,9 +29,9 @@ from rockdamp.synthetic.experimental_style import WALL
 DATA = Path(__file__).resolve().parents[1] / "data"
 CASES = [
     ("sin-03-00-synthetic", "CR"),
-    ("ladder/cr-half", "CR"),
-    ("ladder/ecd-half", "CR"),
-    ("ladder/ecd16-half", "ECD16"),
+    ("test_series/cr-half", "CR"),
+    ("test_series/ecd-half", "CR"),
+    ("test_series/ecd16-half", "ECD16"),
 ]
 SEED, EFFECTIVE = 1, 1000.0
 DYNESTY = 50  # live points: it asks for one likelihood at a time, and takes long
@@ -160,7 +160,9 @@ def main() -> None:
     for name, model in CASES:
         record = read_record(DATA / f"{name}.csv")
         with without_bars():
-            fit = Fit.of(record, WALL, Candidate.of(model), ultimate_ratio=1.0, softening="steeper", step=0.01)
+            fit = Fit.of(
+                record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=0.01
+            )
             problem = Problem.of(fit, Prior())
         about = problem._neighbourhood()
         lines += ["", f"## {name} by {model}, five parameters", "", *HEAD]

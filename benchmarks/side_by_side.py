@@ -1,6 +1,6 @@
 """Rockdamp beside a C loop, OpenSeesPy, SciPy and numba, and against its targets: one command, run by hand.
 
-    .venv-peers/bin/python benchmarks/side_by_side.py [--quick] [--natural] [--population] [--only SECTION ...]
+    .venv-peers/bin/python benchmarks/side_by_side.py [--quick] [--earthquakes] [--population] [--only SECTION ...]
 
 Prints the tables and writes README.md and two plots beside this file; `--quick` tries everything out in small and
 writes to build/benchmarks. Each ratio is between things measured in turn in the same run. A machine with nothing else
@@ -33,7 +33,7 @@ from peers import FLAGS, c_version
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build/benchmarks"  # what each section found last
-COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py --natural --population"
+COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py --earthquakes --population"
 PACKAGES = ("numpy", "numba", "scipy", "snakemake", "openseespy")
 GIBIBYTE = 2**30
 
@@ -61,13 +61,13 @@ def main() -> None:
         sys.exit(f"These sections failed; what stands of them is from an earlier run, or nothing: {', '.join(failed)}")
 
 
-SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "population", "natural", "candidates")
+SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "population", "earthquakes", "candidates")
 
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that everything works")
-    parser.add_argument("--natural", action="store_true", help="also build the study of earthquakes from nothing")
+    parser.add_argument("--earthquakes", action="store_true", help="also build the study of earthquakes from nothing")
     parser.add_argument("--population", action="store_true", help="run all 100,000 walls, not a share")
     parser.add_argument(
         "--only",
@@ -77,7 +77,7 @@ def _options() -> argparse.Namespace:
         help=f"measure these, and take the others from the last run here: {', '.join(SECTIONS)}",
     )
     options = parser.parse_args()
-    options.natural |= "natural" in (options.only or ())
+    options.earthquakes |= "earthquakes" in (options.only or ())
     return options
 
 
@@ -92,7 +92,7 @@ def _sections(options: argparse.Namespace) -> dict[str, Callable[[bool], Section
         "candidates": candidates.section,
         "population": lambda quick: growth.whole_population(quick, options.population),
     }
-    return {**found, "natural": pipeline.natural} if options.natural else found
+    return {**found, "earthquakes": pipeline.earthquakes} if options.earthquakes else found
 
 
 def _measured(name: str, measure: Callable[[bool], Section], quick: bool, kept: Path) -> bool:
@@ -127,7 +127,7 @@ def _readme(sections: list[Section]) -> str:
         " The command below writes this page; nothing here is edited by hand. The two parts of a ratio are measured in"
         " turn in the same run, and each is the best of several repetitions.",
         f"```\n{COMMAND}\n```",
-        "`make peers` sets up what the command needs. Without `--natural` the study of earthquakes is not built anew."
+        "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built anew."
         " Without `--population` a share of the walls stands for all. `--quick` tries everything out in small. `--only`"
         " measures a part anew, so parts may be of different runs.",
         f"## Machine\n\n{_machine()}",
@@ -188,7 +188,7 @@ def _plot_kernel(section: Section, path: Path) -> None:
     axes = figure.subplots(2, 4, sharex=True, sharey=True)
     lines = {"rockdamp, 1 thread": 3, "rockdamp, 2 threads": 4, "C": 5, "plain numba": 6}
     for ax, name in zip(axes.flat, kernel.NAMES.values(), strict=False):  # one is left for the legend
-        rows = [row for row in section.series["loops"] if row[:2] == [name, "record"]]
+        rows = [row for row in section.series["damping_force"] if row[:2] == [name, "record"]]
         for (label, column), style in zip(lines.items(), ("o-", "s-", "^--", "v:")[: len(lines)], strict=True):
             points = [(int(row[2]), float(row[column].split()[0])) for row in rows if row[column] != "-"]
             if points:

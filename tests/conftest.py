@@ -103,7 +103,7 @@ def small_results(tmp_path_factory):
     config = {}
     for name in ("default", "minimal"):
         update_config(config, yaml_file.load((ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")))
-    config["windows"]["stop"] = config["matching"]["window"]
+    config["response_lengths"]["stop"] = config["matching"]["response_length"]
     folder = tmp_path_factory.mktemp("pages") / "results"
     matched = {}
     for study in ("amplitude", "cracked_stiffness"):

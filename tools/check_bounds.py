@@ -46,8 +46,8 @@ def ratios(results: Path, config: Config, count: int, seed: int) -> float:
 
 def histories(results: Path, config: Config, count: int, seed: int) -> float:
     """Return the share of the settled ones of `count` histories that end as stated and peak within their bound."""
-    asked = {**config, "natural": {**config["natural"], "check": {"histories": count, "seed": seed}}}
-    found = event_driven_check.check_earthquakes(asked, dataset.open(results / "natural.nc"))
+    asked = {**config, "earthquakes": {**config["earthquakes"], "check": {"histories": count, "seed": seed}}}
+    found = event_driven_check.check_earthquakes(asked, dataset.open(results / "earthquakes.nc"))
     print(f"{found.sizes['history']} histories, event by event:")
     rates = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
     table = found[["study_count", "checked_count", *rates]].to_dataframe()

@@ -1,6 +1,6 @@
 """Print the table of damping ratios against the amplitude, of docs/theory.md.
 
-`.venv/bin/python tools/dispersion_table.py results/dispersion.nc`.
+`.venv/bin/python tools/dispersion_table.py results/amplitude_dependence.nc`.
 """
 
 import sys
@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.studies.amplitude_dispersion import BEST
+from rockdamp.studies.amplitude_dependence import BEST
 
 
 def table(dataset: xr.Dataset) -> list[str]:

@@ -43,15 +43,15 @@ Data = dict[str, xr.Dataset]
 LEVELS = (0.5, 0.9)
 NONE = "none"
 PARAMETERS = {
-    "cracked_stiffness_ratio": "a1",
-    "plateau_ratio": "b1",
+    "yield_displacement_ratio": "a1",
+    "strength_ratio": "b1",
     "restitution": "e",
     "sensor_deviation": "deviation of the sensor's noise",
     "sensor_correlation": "its correlation from sample to sample",
 }
 OF_IDENTIFICATION = ("coverage", "support")
-INPUTS = ("accuracy", "equivalence", "windows", "pulses", "comparison", "recommendation")
-INPUTS += ("natural/check", "natural/orders", "population/check")
+INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
+INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check")
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -167,11 +167,11 @@ def energy(data: Data) -> str:
     accuracy = data["accuracy"]
     at = accuracy.isel(audit_step=nearest(numbers(accuracy, "audit_step"), float(accuracy["solver_step"])))
     reference = at.isel(audited_wall=0)
-    head = ["model", "order, free", "order, forced", "median residual", "residual in `loops.nc`"]
+    head = ["model", "order, free", "order, forced", "median residual", "residual in `damping_force.nc`"]
     head += [f"loss of half cycle {n} [J]" for n in (1, 2, 3)]
     rows = [
         [model, *(f"{float(order):.2f}" for order in one["energy_order"])]
-        + [power(one["energy_residual"].max()), power(one["loops_energy_residual"])]
+        + [power(one["energy_residual"].max()), power(one["damping_force_energy_residual"])]
         + [f"{float(lost):.1f}" for lost in one["energy_lost"][:3]]
         for model, one in models(reference)
     ]
@@ -219,7 +219,7 @@ def checks(data: Data) -> str:
     head = ["histories", "in all", "solved again", "end otherwise", "beyond the bound", "median difference", "largest"]
     rows = []
     shares = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
-    for name, label in (("natural/check", ""), ("population/check", "population: ")):
+    for name, label in (("earthquakes/check", ""), ("population/check", "population: ")):
         for stratum, one in models(data[name], "stratum"):
             counts = [str(int(one[key])) for key in ("study_count", "checked_count")]
             rows.append(
@@ -235,7 +235,7 @@ def share(fraction: xr.DataArray) -> str:
 
 def orders(data: Data) -> str:
     """How far ECD of each order is from CR, beside CR's own sensitivity to e, and the smallest order that is enough."""
-    compared = data["natural/orders"]
+    compared = data["earthquakes/orders"]
     everywhere = compared.isel(record_set=0)
     head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order"))]
     head += [f"CR, e ∓ {float(compared['restitution_change']):g}", "smallest m"]
@@ -291,22 +291,22 @@ def interval(one: xr.Dataset, name: str) -> str:
 
 def response_length(data: Data) -> str:
     """How sharply the paper's range of e picks a length of the response, and which other releases would pick."""
-    windows = data["windows"]
-    inferred, wrong = float(windows["inferred_window"]), windows["misclassified"]
-    others, near = wrong.drop_sel(window=inferred), windows["near_misclassified"]
-    ends = [f"{float(end):g}" for end in (near["near_window"][0], near["near_window"][-1])]
-    lengths, least = numbers(windows, "window"), int(near.min())
+    response_lengths = data["response_lengths"]
+    inferred, wrong = float(response_lengths["inferred_response_length"]), response_lengths["misclassified"]
+    others, near = wrong.drop_sel(response_length=inferred), response_lengths["near_misclassified"]
+    ends = [f"{float(end):g}" for end in (near["near_response_length"][0], near["near_response_length"][-1])]
+    lengths, least = numbers(response_lengths, "response_length"), int(near.min())
     none, few = (spans(near <= most, "").strip() for most in (least, least + 2))
-    head = ["released from u0/u_ins =", *(f"{release:g}" for release in numbers(windows, "release_amplitude"))]
+    head = ["released from u0/u_ins =", *(f"{release:g}" for release in numbers(response_lengths, "release_amplitude"))]
     rows = [
-        [name, *(f"{value:g}" for value in numbers(windows, variable))]
+        [name, *(f"{value:g}" for value in numbers(response_lengths, variable))]
         for name, variable in (
-            ("length implied, in tau", "inferred_window_of_release"),
+            ("length implied, in tau", "inferred_response_length_of_release"),
             ("e at which it fails", "misclassified_of_release"),
         )
     ]
     return (
-        f"It is {int(wrong.sel(window=inferred))} at {inferred:g} and at least {int(others.min())} at every other "
+        f"It is {int(wrong.sel(response_length=inferred))} at {inferred:g} and at least {int(others.min())} at every other "
         f"length from {lengths[0]:g} to {lengths[-1]:g} in steps of {lengths[1] - lengths[0]:g}.\n"
         f"Between {ends[0]} and {ends[1]}, in tenths, it is {least} at {none} and at most {least + 2} at {few}.\n\n"
         f"{table(head, rows)}"
@@ -340,7 +340,7 @@ def coverage(data: Data) -> str:
 
 
 def support(data: Data) -> str:
-    """Which damping models the evidence supports for the records of the ladders, at each noise."""
+    """Which damping models the evidence supports for the records of the test series, at each noise."""
     study = data[IDENTIFICATION]
     names = list(map(str, study["damping_model"].values))
     head = ["made by", "noise", "records", "maker most probable", *names]

@@ -30,7 +30,7 @@ from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.progress import track
 from rockdamp.storage.atomic import replacing
-from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, PAPER_MODELS
 
 PLACE = Path(tabulated.__file__).parent
 AT_ONCE = 256  # walls
@@ -49,7 +49,7 @@ def matched(
 ) -> tuple[Array, Array]:
     """Return ln(xi/xi_E) and the number of minima of Err, shape (models, walls), at points of the unit box."""
     ratio, minima = np.empty((2, len(models), unit.shape[1]))
-    steps = round(DEFAULT_WINDOW / step)
+    steps = round(DEFAULT_RESPONSE_LENGTH / step)
     for start in track(range(0, unit.shape[1], AT_ONCE), description):
         here = slice(start, start + AT_ONCE)
         e, a1, b1, a3, x0 = tabulated.walls_at(unit[:, here])

@@ -4,9 +4,9 @@ from .assessment.one_wall import assess as assess
 from .equivalence.closed_form import damping_ratio_energy as damping_ratio_energy
 from .equivalence.closed_form import equivalence_factor as equivalence_factor
 from .equivalence.closed_form import giannini_masiani as giannini_masiani
-from .equivalence.one_curve import Equivalent as Equivalent
-from .equivalence.one_curve import equivalent as equivalent
-from .equivalence.one_curve import equivalent_dampings as equivalent_dampings
+from .equivalence.equivalent import Equivalent as Equivalent
+from .equivalence.equivalent import equivalent as equivalent
+from .equivalence.equivalent import equivalent_dampings as equivalent_dampings
 from .equivalence.tabulated import damping_ratio_table as damping_ratio_table
 from .equivalence.tabulated import table_refusal as table_refusal
 from .errors import InputError as InputError

@@ -65,7 +65,7 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
     condition : bool or array of bool
         Must be true for every element.
     name : str
-        Name of the value where the user wrote it, e.g. ``plateau_ratio (b1)``.
+        Name of the value where the user wrote it, e.g. ``strength_ratio (b1)``.
     value : object
         The value given; of an array, the first offending element is named.
     allowed : str

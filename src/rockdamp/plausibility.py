@@ -187,23 +187,23 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
     return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
 
 
-def of_response(peak_ratio: ArrayLike, cracked_stiffness_ratio: float, pga: float, onset: float) -> list[str]:
+def of_response(peak_ratio: ArrayLike, yield_displacement_ratio: float, pga: float, onset: float) -> list[str]:
     """Return a doubt where a motion does not make a wall rock: its peaks stay on the first branch of the curve.
 
     Parameters
     ----------
     peak_ratio : float or ndarray
         Peaks u/u_ins; of an array the largest counts. [-]
-    cracked_stiffness_ratio : float
+    yield_displacement_ratio : float
         a1, where the first branch ends. [-]
     pga, onset : float
         Of the motion, and that whose static load makes the wall rock. [m s-2]
     """
     peak = float(np.max(np.asarray(peak_ratio), initial=0.0))
-    if peak >= cracked_stiffness_ratio or pga == 0:
+    if peak >= yield_displacement_ratio or pga == 0:
         return []
     stated = f"PGA is {pga:.3g} m s-2, where {onset:.3g} m s-2 makes it rock"
-    return [f"the wall does not rock: it stays below u1, a1 = {cracked_stiffness_ratio:g} of u_ins; {stated}"]
+    return [f"the wall does not rock: it stays below u1, a1 = {yield_displacement_ratio:g} of u_ins; {stated}"]
 
 
 def _shakes(pga: float) -> bool:

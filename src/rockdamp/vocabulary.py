@@ -7,12 +7,12 @@ STUDIES = {
     "amplitude": "release_amplitude",
     "slenderness": "slenderness",
     "overburden": "overburden_ratio",
-    "cracked_stiffness": "cracked_stiffness_ratio",
+    "cracked_stiffness": "yield_displacement_ratio",
 }
 
 # ASSUME: the paper has no such damper. The order m of ECD from which on it is nearer to restitution than restitution is
 # to itself with e a hundredth lower or higher, under every set of records that settles it and at every e studied; a
-# test keeps it equal to what results/natural/orders.nc says.
+# test keeps it equal to what results/earthquakes/orders.nc says.
 RECOMMENDED_ORDER = 16
 RECOMMENDED = f"ECD{RECOMMENDED_ORDER}"  # its name among the models
 
@@ -41,6 +41,6 @@ PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)
 # Variants of a curve's last branch for a3 < 1.
 SOFTENING = ("steeper", "translated")
 
-# ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `response_length.infer` says,
-# and kept equal to results/windows.nc by a test.
-DEFAULT_WINDOW = 8.0
+# ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `response_lengths.infer` says,
+# and kept equal to results/response_lengths.nc by a test.
+DEFAULT_RESPONSE_LENGTH = 8.0

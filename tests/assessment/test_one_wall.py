@@ -106,7 +106,7 @@ def test_the_stripes_span_the_fragilities_of_the_eight_walls_twice_over():
 
 
 def test_rocking_starts_where_the_static_load_reaches_the_plateau(wall, curve, answer):
-    strength = curve.plateau_ratio * wall.rigid_strength
+    strength = curve.strength_ratio * wall.rigid_strength
     assert float(answer["rocking_onset"]) == pytest.approx(float(strength / (1.5 * wall.effective_mass)), rel=1e-12)
 
 

@@ -9,9 +9,9 @@ from made_up_claims import (
     indifferent,
     loops,
     mechanism,
+    response_lengths,
     stiffness_study,
     validation,
-    windows,
 )
 
 from rockdamp import claims
@@ -22,8 +22,8 @@ def made_up():
     return {
         "mechanism": mechanism(),
         "bilinear": bilinear(),
-        "loops": loops(),
-        "windows": windows(),
+        "damping_force": loops(),
+        "response_lengths": response_lengths(),
         "equivalence": equivalence(),
         "validation": validation(),
         "match/amplitude": amplitude_study(),

@@ -46,7 +46,7 @@ def test_evidence_of_the_datasets(evidence, data):
     assert "rises at 6 and falls at 0 of 6 values" in evidence["sdr-and-a1"]
     assert "from 0.5 u_ins would change by 0.333% to 2% (CDC)" in evidence["eq-17"]
     assert "-3% to -0.5% (SDR) over e from 0.7 to 0.95" in evidence["eq-17"]
-    put("windows", "error_rises_as_restitution_falls", [[1] * 4, [1, 1, 0, 1], [1, 0, 0, 1]])(data)
+    put("response_lengths", "error_rises_as_restitution_falls", [[1] * 4, [1, 1, 0, 1], [1, 0, 0, 1]])(data)
     changed = errata.table(errata.read(ERRATA), data).set_index("id")["evidence"]["err-range-and-err-e"]
     assert (
         "holds for tau 8, the second for tau 6 (CDC tau 6 to 10, CDR tau 6 to 8, SDR tau 6), both for none" in changed

@@ -2,7 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from made_up_claims import A1, FREQUENCY, RELEASE, RESTITUTION, STUDY, WINDOW, XI, E, row, scaled
+from made_up_claims import A1, FREQUENCY, RELEASE, RESPONSE_LENGTH, RESTITUTION, STUDY, XI, E, row, scaled
 
 
 def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses(data):
@@ -31,12 +31,14 @@ def test_the_loss_of_an_impact_is_what_the_velocities_around_it_say(data):
     from rockdamp.claims.histories import impact_losses
 
     energy = 0.5 * (RELEASE * FREQUENCY * RESTITUTION ** np.arange(5)) ** 2
-    np.testing.assert_allclose(impact_losses(data["loops"], WINDOW), energy * (1 - RESTITUTION**2), rtol=1e-3)
+    np.testing.assert_allclose(
+        impact_losses(data["damping_force"], RESPONSE_LENGTH), energy * (1 - RESTITUTION**2), rtol=1e-3
+    )
 
 
 def test_walls_of_another_plateau_stay_out_of_the_spread_over_a1(listed, data):
     before = row(listed, data, "a1-rank")["measured"]
-    scaled(A1, XI, 50.0, cracked_stiffness_ratio=[0.2])(data)
+    scaled(A1, XI, 50.0, yield_displacement_ratio=[0.2])(data)
     assert row(listed, data, "a1-rank")["measured"] == before
     assert "a1 0.02 to 0.1:" in before and "CDC 80%" in before
 

@@ -183,7 +183,7 @@ def test_units_are_taken_where_people_have_them():
 
 def test_presets_are_those_of_the_package():
     rows = printed("presets")
-    found = {row["preset"]: (row["plateau_ratio"], row["cracked_stiffness_ratio"]) for row in rows}
+    found = {row["preset"]: (row["strength_ratio"], row["yield_displacement_ratio"]) for row in rows}
     assert found == PRESETS
     assert "moderate" in run("presets").stdout
 
@@ -214,13 +214,13 @@ def test_verify_names_what_is_not_of_this_tree(tmp_path, monkeypatch):
     result = run(*verify)
     assert (result.exit_code, result.stdout) == (0, "")
     assert result.stderr == f"{tmp_path}: all results are of this tree\n"
-    (tmp_path / "loops.nc").write_text("another's", encoding="utf-8")
+    (tmp_path / "damping_force.nc").write_text("another's", encoding="utf-8")
     reason = "is not what the last complete build wrote, by its checksum"
     result = run(*verify)
-    assert (result.exit_code, result.stdout) == (1, f"{tmp_path}/loops.nc {reason}\n")
+    assert (result.exit_code, result.stdout) == (1, f"{tmp_path}/damping_force.nc {reason}\n")
     assert result.stderr == f"{tmp_path}: 1 of its files is not of this tree\n"
     rows = json.loads(run(*verify, "--json").stdout)
-    assert rows == [{"file": f"{tmp_path}/loops.nc", "reason": reason}]
+    assert rows == [{"file": f"{tmp_path}/damping_force.nc", "reason": reason}]
 
 
 def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
@@ -262,7 +262,10 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("wall", *WALL, "--density", "1800m"), "'1800m' is in m; it must be a number in kg m-3"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
-        (("equivalent", "--restitution", 0.85, *CURVE, "--window", 9), "--window is now called --response-length"),
+        (
+            ("equivalent", "--restitution", 0.85, *CURVE, "--response_length", 9),
+            "--response_length is now called --response-length",
+        ),
     ],
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):

@@ -187,7 +187,7 @@ def test_the_rocking_bodies_are_animated(record, tmp_path, shape, monkeypatch):
 @pytest.fixture
 def quick(monkeypatch):
     """A calibration that is there already: what it computes is tested elsewhere."""
-    names = ["cracked_stiffness_ratio", "plateau_ratio", "restitution"]
+    names = ["yield_displacement_ratio", "strength_ratio", "restitution"]
     one, elapsed = np.array([0.03, 0.8, 0.85]), 0.01 * np.arange(5)
     made = xr.Dataset(
         {
@@ -225,7 +225,7 @@ def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
     assert [row["standard_error"] for row in rows] == list(made["standard_error"].values)
     assert all(row["true_value"] is None for row in rows)
     assert given["wall"] == rd.Wall(0.102, 2.754, hinge_ratio=0.57, overburden_ratio=6.2)
-    assert (given["ultimate_ratio"], given["softening"]) == (0.9, "translated")
+    assert (given["ultimate_displacement_ratio"], given["softening"]) == (0.9, "translated")
     dataset.check(dataset.open(output), "calibration")
     assert plot.read_bytes().startswith(b"\x89PNG")
     assert run(*arguments).stdout.splitlines()[0].split() == ["parameter", "estimate", "standard_error"]

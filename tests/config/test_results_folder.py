@@ -69,9 +69,9 @@ def test_the_data_dictionary_alone_may_be_tracked(tree):
     (tree / "results/README.md").touch()
     subprocess.run(["git", "add", "."], cwd=tree, check=True)
     require_own_folder("results", tree)
-    (tree / "results/loops.nc").touch()
+    (tree / "results/damping_force.nc").touch()
     subprocess.run(["git", "add", "."], cwd=tree, check=True)
-    with pytest.raises(InputError, match="where git tracks 'loops.nc'"):
+    with pytest.raises(InputError, match="where git tracks 'damping_force.nc'"):
         require_own_folder("results", tree)
 
 

@@ -19,7 +19,7 @@ from rockdamp.mechanics.wall import Parapet
 from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
 from rockdamp.storage.provenance import modules_of, subset
-from rockdamp.vocabulary import DEFAULT_WINDOW, STUDIES
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES
 
 
 def kinds(base=Settings):
@@ -65,14 +65,14 @@ def test_a_stage_runs_again_when_a_key_that_it_reads_has_changed_and_for_no_othe
     monkeypatch.setattr(Settings, "of", classmethod(asked))
     module, _, name = stage.function.rpartition(".")
     function = getattr(importlib.import_module(module), name)
-    if name == "gather" and stage.name == "natural":
+    if name == "gather" and stage.name == "earthquakes":
         return  # joins what others computed, and stands for the keys of them all
     wildcards = ["amplitude"] if "{study}" in stage.file else ["0"] if "{share}" in stage.file else []
     inputs = len(inspect.signature(function).parameters) - len(wildcards) - 1
     with pytest.raises(Asked) as told:
         function(*wildcards, {}, *([None] * inputs))
     read, stated = told.value.args[0], [key.removesuffix(".{study}") for key in stage.config]
-    if stage.name == "windows":
+    if stage.name == "response_lengths":
         stated[stated.index("studies.amplitude")] = "studies"  # the one that it looks at
     assert [key for key in read if not any(within(key, section) for section in stated)] == []
     assert [section for section in stated if not any(within(key, section) for key in read)] == []
@@ -109,12 +109,12 @@ def test_a_key_that_a_stage_needs_and_that_is_missing_is_named(kind, config):
         ("wall.density", DecaySettings),
         ("curve.softening", PulseSettings),
         ("studies.slenderness.slenderness", DecaySettings),
-        ("studies.cracked_stiffness.plateau_ratio_beyond", MatchSettings),
+        ("studies.cracked_stiffness.strength_ratio_beyond", MatchSettings),
         ("restitution.step", DecaySettings),
         ("matching.scan.points", PulseSettings),
         ("pulses.frequency.count", PulseSettings),
         ("accuracy.rigid.peaks", AccuracySettings),
-        ("natural.bootstrap.seed", earthquakes.ComparisonSettings),
+        ("earthquakes.bootstrap.seed", earthquakes.ComparisonSettings),
         ("population.parameters.restitution.low", earthquakes.PopulationWallSettings),
     ],
 )
@@ -138,7 +138,7 @@ def test_a_misspelt_key_is_an_error_and_never_a_default(key, kind, config):
         ("solver", "step", True, "solver.step is True; it must be a number"),
         ("solver", "scheme", 2, "solver.scheme is 2; it must be text"),
         ("matching", "refinement", 2.5, "matching.refinement is 2.5; it must be a whole number"),
-        ("matching", "window", "defalt", "matching.window is 'defalt'; it must be a number"),
+        ("matching", "response_length", "defalt", "matching.response_length is 'defalt'; it must be a number"),
         ("matching", "scan", None, "matching.scan is None; it must be a mapping of keys to values"),
         ("pulses", "bands", 0.5, "pulses.bands is 0.5; it must be a list"),
         ("pulses", "bands", [0.5, "a"], r"pulses.bands\[1\] is 'a'; it must be a number"),
@@ -150,12 +150,12 @@ def test_a_value_of_another_kind_is_named_with_its_key(section, name, value, tol
         PulseSettings.of(config)
 
 
-def test_the_default_window_is_the_packages(config):
-    assert config["matching"]["window"] == "default"
-    assert MatchSettings.of(config).matching.window == DEFAULT_WINDOW
-    config["matching"]["window"] = 12
-    assert MatchSettings.of(config).matching.window == 12.0
-    assert earthquakes.EarthquakeWallSettings.of(config).matching.window == 12.0
+def test_the_default_response_length_is_the_packages(config):
+    assert config["matching"]["response_length"] == "default"
+    assert MatchSettings.of(config).matching.response_length == DEFAULT_RESPONSE_LENGTH
+    config["matching"]["response_length"] = 12
+    assert MatchSettings.of(config).matching.response_length == 12.0
+    assert earthquakes.EarthquakeWallSettings.of(config).matching.response_length == 12.0
 
 
 def test_the_grid_of_restitution_is_exact_in_decimals(config):
@@ -183,20 +183,22 @@ def test_a_study_varies_its_parameter_and_nothing_else(name, config):
     for index, value in enumerate(values):
         a1 = value if name == "cracked_stiffness" else 0.04
         own = study.curve.map(lambda p, index=index: p[index])
-        assert (own.cracked_stiffness_ratio, own.plateau_ratio) == (a1, 0.75 if a1 >= 0.15 else 0.85)
+        assert (own.yield_displacement_ratio, own.strength_ratio) == (a1, 0.75 if a1 >= 0.15 else 0.85)
         assert study.release_amplitude[index] == (value if name == "amplitude" else 0.5)
         wall |= {STUDIES[name]: value} if STUDIES[name] in wall else {}
         assert study.frequency_parameter[index] == make_wall(wall).frequency_parameter
 
 
-@pytest.mark.parametrize(("parameter", "values"), [("hinge_ratio", [0.5, 0.6]), ("plateau_ratio", [0.6, 0.8, 0.9])])
+@pytest.mark.parametrize(("parameter", "values"), [("hinge_ratio", [0.5, 0.6]), ("strength_ratio", [0.6, 0.8, 0.9])])
 def test_a_fifth_study_varies_any_parameter_of_the_wall_or_the_curve(parameter, values, config, monkeypatch):
     monkeypatch.setitem(STUDIES, "fifth", parameter)
     config["studies"]["fifth"] = {parameter: values}
     study = StudySettings.of(config).study("fifth")
     assert study.values.tolist() == values and study.release_amplitude.tolist() == [0.5] * len(values)
-    b1 = values if parameter == "plateau_ratio" else [0.85] * len(values)
-    assert study.curve.plateau_ratio.tolist() == b1 and study.curve.cracked_stiffness_ratio.tolist() == [0.04] * len(b1)
+    b1 = values if parameter == "strength_ratio" else [0.85] * len(values)
+    assert study.curve.strength_ratio.tolist() == b1 and study.curve.yield_displacement_ratio.tolist() == [0.04] * len(
+        b1
+    )
     walls = [make_wall({**config["wall"], "hinge_ratio": value}) for value in values]
     if parameter == "hinge_ratio":
         assert study.frequency_parameter.tolist() == [float(wall.frequency_parameter) for wall in walls]
@@ -211,20 +213,20 @@ def test_a_study_that_the_part_of_the_config_lacks_is_named(config):
 
 
 def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_their_own_curve(config):
-    made = {named.name: named for named in map(make_named_wall, config["natural"]["walls"])}
-    assert list(made) == [entry["name"] for entry in config["natural"]["walls"]]
+    made = {named.name: named for named in map(make_named_wall, config["earthquakes"]["walls"])}
+    assert list(made) == [entry["name"] for entry in config["earthquakes"]["walls"]]
     assert [name for name, named in made.items() if isinstance(named.wall, Parapet)] == ["parapet"]
-    assert float(made["rubble"].curve.plateau_ratio) == 0.50 and float(made["church"].curve.plateau_ratio) == 0.85
+    assert float(made["rubble"].curve.strength_ratio) == 0.50 and float(made["church"].curve.strength_ratio) == 0.85
     assert float(made["rubble"].wall.height) == 4.0 and float(made["rubble"].wall.hinge_ratio) == 0.6
-    hinged = {**config["natural"]["walls"][-1], "hinge_ratio": 0.5}
-    with pytest.raises(InputError, match=r"natural\.walls\[7\]\.hinge_ratio is not a key"):
-        make_named_wall(hinged, "natural.walls[7]")
+    hinged = {**config["earthquakes"]["walls"][-1], "hinge_ratio": 0.5}
+    with pytest.raises(InputError, match=r"earthquakes\.walls\[7\]\.hinge_ratio is not a key"):
+        make_named_wall(hinged, "earthquakes.walls[7]")
 
 
 def test_a_curve_states_all_of_its_parameters(config):
     assert make_curve(config["curve"]).softening == "steeper"
-    del config["curve"]["ultimate_ratio"]
-    with pytest.raises(InputError, match=r"^curve\.ultimate_ratio is missing"):
+    del config["curve"]["ultimate_displacement_ratio"]
+    with pytest.raises(InputError, match=r"^curve\.ultimate_displacement_ratio is missing"):
         make_curve(config["curve"])
 
 

@@ -60,7 +60,7 @@ def sections(schema, definitions, path=()):
 
 # Keys that may be absent, by definition: config.py asks for one or the other.
 OPTIONAL = {
-    "natural_wall": {"parapet", "hinge_ratio", "preset", "cracked_stiffness_ratio", "plateau_ratio"},
+    "earthquake_wall": {"parapet", "hinge_ratio", "preset", "yield_displacement_ratio", "strength_ratio"},
     "distribution": {"mean", "standard_deviation"},
 }
 
@@ -105,7 +105,7 @@ def test_every_number_and_every_list_of_numbers_has_bounds():
 # --- bad input ------------------------------------------------------------------------------------------------------
 
 NAMED = {"name": "mine", "thickness": 0.2, "slenderness": 10, "overburden_ratio": 0.0, "hinge_ratio": 0.5}
-NAMED |= {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85}
+NAMED |= {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85}
 PRESET = {key: value for key, value in NAMED.items() if key != "hinge_ratio"}
 
 BAD = [
@@ -119,19 +119,31 @@ BAD = [
     ("studies.overburden.overburden_ratio", [0, -1], "overburden_ratio[1] is -1; it must be a number at least 0"),
     ("restitution.start", 0, "restitution.start is 0; it must be a number greater than 0 and at most 1"),
     ("restitution.stop", 1.01, "restitution.stop is 1.01; it must be a number greater than 0 and at most 1"),
-    ("loops.restitution", -0.5, "loops.restitution is -0.5; it must be a number greater than 0 and at most 1"),
-    ("curve.plateau_ratio", 1, "curve.plateau_ratio is 1; it must be a number greater than 0 and less than 1"),
-    ("curve.cracked_stiffness_ratio", 0, "cracked_stiffness_ratio is 0; it must be a number greater than 0"),
-    ("curve.ultimate_ratio", 1.1, "curve.ultimate_ratio is 1.1; it must be a number greater than 0 and at most 1"),
+    (
+        "damping_force.restitution",
+        -0.5,
+        "damping_force.restitution is -0.5; it must be a number greater than 0 and at most 1",
+    ),
+    ("curve.strength_ratio", 1, "curve.strength_ratio is 1; it must be a number greater than 0 and less than 1"),
+    ("curve.yield_displacement_ratio", 0, "yield_displacement_ratio is 0; it must be a number greater than 0"),
+    (
+        "curve.ultimate_displacement_ratio",
+        1.1,
+        "curve.ultimate_displacement_ratio is 1.1; it must be a number greater than 0 and at most 1",
+    ),
     ("solver.step", 0, "solver.step is 0; it must be a number at least 0.0001 and at most 1"),
     ("figures.resolution", 99.5, "figures.resolution is 99.5; it must be a whole number at least 30 and at most 1200"),
-    ("matching.window", -3, "matching.window is -3; it must be 'default' or a number greater than 0"),
-    ("matching.window", "long", "matching.window is 'long'; it must be 'default' or a number greater than 0"),
+    ("matching.response_length", -3, "matching.response_length is -3; it must be 'default' or a number greater than 0"),
+    (
+        "matching.response_length",
+        "long",
+        "matching.response_length is 'long'; it must be 'default' or a number greater than 0",
+    ),
     # something else than a number
     ("wall.thickness", math.nan, "wall.thickness is nan; it must be a finite number"),
     ("studies.slenderness.slenderness", [10, math.inf], "slenderness[1] is inf; it must be a finite number"),
     ("wall.thickness", True, "wall.thickness is True; it must be a number greater than 0"),
-    ("natural.walls", [{"parapet": 3}], "natural.walls[0].parapet is 3; it must be true or false"),
+    ("earthquakes.walls", [{"parapet": 3}], "earthquakes.walls[0].parapet is 3; it must be true or false"),
     ("wall.thickness", None, "wall.thickness is None; it must be a number greater than 0"),
     ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number at least 0.0001 and at most 1 (YAML"),
     ("wall", 3, "wall is 3; it must be a mapping of keys to values"),
@@ -151,8 +163,8 @@ BAD = [
     ("figures.formats", ["pdf"], "figures.formats is ['pdf']; png must be among them"),
     ("pulses.restitution", [i / 2000 for i in range(1, 1002)], "has 1001 of them; it must be a list of at least 1 and"),
     # a distribution that cannot be
-    ("identification.prior.plateau_ratio.high", 0.3, "plateau_ratio.high is 0.3; it must be greater than low, 0.4"),
-    ("identification.prior.plateau_ratio.high", 1.0, "plateau_ratio.high is 1.0; it must be a number less than 1"),
+    ("identification.prior.strength_ratio.high", 0.3, "strength_ratio.high is 0.3; it must be greater than low, 0.4"),
+    ("identification.prior.strength_ratio.high", 1.0, "strength_ratio.high is 1.0; it must be a number less than 1"),
     ("identification.prior.restitution.high", 1.1, "restitution.high is 1.1; it must be a number at most 1"),
     ("identification.prior.damping_ratio.low", -0.1, "damping_ratio.low is -0.1; it must be a number at least 0"),
     ("identification.prior.order.low", 0.0, "prior.order.low is 0.0; it must be greater than 0 for loguniform"),
@@ -162,31 +174,47 @@ BAD = [
     ("population.parameters.hinge_ratio.high", 1, "hinge_ratio.high is 1; it must be a number less than 1"),
     ("population.parameters.thickness.mean", 0.2, "thickness.distribution is 'uniform'; mean and standard_deviation"),
     (
-        "population.parameters.plateau_ratio.high",
+        "population.parameters.strength_ratio.high",
         0.9,
-        "cracked_stiffness_ratio.high is 0.14; it must be less",
+        "yield_displacement_ratio.high is 0.14; it must be less",
     ),
     ("population.correlations.thickness", {"thickness": 0.5}, "population.correlations.thickness states thickness"),
     # a wall or a curve that cannot be
-    ("curve.cracked_stiffness_ratio", 0.16, "curve.cracked_stiffness_ratio is 0.16; it must be less than a2"),
-    ("curve.ultimate_ratio", 0.15, "curve.ultimate_ratio is 0.15; it must be greater than 1 - b1 with steeper"),
-    ("studies.cracked_stiffness.cracked_stiffness_ratio", [0.02, 0.04, 0.3], "ratio is 0.3; it must be less than a2"),
+    ("curve.yield_displacement_ratio", 0.16, "curve.yield_displacement_ratio is 0.16; it must be less than a2"),
     (
-        "validation.curve.cracked_stiffness_ratio",
+        "curve.ultimate_displacement_ratio",
+        0.15,
+        "curve.ultimate_displacement_ratio is 0.15; it must be greater than 1 - b1 with steeper",
+    ),
+    ("studies.cracked_stiffness.yield_displacement_ratio", [0.02, 0.04, 0.3], "ratio is 0.3; it must be less than a2"),
+    (
+        "validation.curve.yield_displacement_ratio",
         0.2,
-        "validation.curve.cracked_stiffness_ratio is 0.2; it must",
+        "validation.curve.yield_displacement_ratio is 0.2; it must",
     ),
-    ("loops.rigid.cracked_stiffness_ratio", 0.2, "loops.rigid.cracked_stiffness_ratio is 0.2; it must be less than a2"),
     (
-        "dispersion.cracked_stiffness_ratio",
-        [0.04, 0.3],
-        "dispersion.cracked_stiffness_ratio has a curve that can",
+        "damping_force.rigid.yield_displacement_ratio",
+        0.2,
+        "damping_force.rigid.yield_displacement_ratio is 0.2; it must be less than a2",
     ),
-    ("dispersion.ultimate_ratio", 0.3, "dispersion.ultimate_ratio is 0.3; a3 must be greater than 1 - b1"),
+    (
+        "amplitude_dependence.yield_displacement_ratio",
+        [0.04, 0.3],
+        "amplitude_dependence.yield_displacement_ratio has a curve that can",
+    ),
+    (
+        "amplitude_dependence.ultimate_displacement_ratio",
+        0.3,
+        "amplitude_dependence.ultimate_displacement_ratio is 0.3; a3 must be greater than 1 - b1",
+    ),
     ("wall.eccentricity", -0.2, "wall.eccentricity is -0.2; it must be"),
     ("wall.slenderness", 0.1, "wall.thickness is 0.3 m and height 0.03 m, which is h/t = 0.1; it must be at least 1"),
     ("studies.slenderness.slenderness", [1.2, 15], "studies.slenderness cannot be used: thickness is 0.3 m and height"),
-    ("loops.rigid.height", 0.1, "loops.rigid.thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be"),
+    (
+        "damping_force.rigid.height",
+        0.1,
+        "damping_force.rigid.thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be",
+    ),
     ("validation.wall.hinge_ratio", 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
     (
         "population.parameters.slenderness.low",
@@ -194,30 +222,34 @@ BAD = [
         "parameters.slenderness.low makes a wall that cannot rock",
     ),
     ("accuracy.rigid.slenderness", [1.1, 20], "accuracy.rigid.slenderness makes a wall that cannot rock"),
-    ("natural.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
-    ("natural.walls", [PRESET], "natural.walls[0].hinge_ratio is missing"),
-    ("natural.walls", [{**NAMED, "preset": "new"}], "natural.walls[0].cracked_stiffness_ratio is not a key"),
+    ("earthquakes.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
+    ("earthquakes.walls", [PRESET], "earthquakes.walls[0].hinge_ratio is missing"),
+    ("earthquakes.walls", [{**NAMED, "preset": "new"}], "earthquakes.walls[0].yield_displacement_ratio is not a key"),
     (
-        "natural.walls",
-        [{**NAMED, "cracked_stiffness_ratio": 0.3}],
-        "walls[0].cracked_stiffness_ratio is 0.3; it must",
+        "earthquakes.walls",
+        [{**NAMED, "yield_displacement_ratio": 0.3}],
+        "walls[0].yield_displacement_ratio is 0.3; it must",
     ),
-    ("natural.walls", [NAMED, NAMED], "natural.walls[1].name is named 'mine', as one before it"),
+    ("earthquakes.walls", [NAMED, NAMED], "earthquakes.walls[1].name is named 'mine', as one before it"),
     # time
     ("solver.step", 0.15, "solver.step is 0.15; it must be less than the stability limit 2 sqrt(a1/b1), 0.142134"),
-    ("natural.walls", [{**NAMED, "cracked_stiffness_ratio": 1e-6}], "stability limit 2 sqrt(a1/b1), 0.00216"),
+    ("earthquakes.walls", [{**NAMED, "yield_displacement_ratio": 1e-6}], "stability limit 2 sqrt(a1/b1), 0.00216"),
     ("validation.step", 0.5, "validation.step is 0.5; it must be less than the stability limit"),
     ("pulses.step", 0.5, "pulses.step is 0.5; it must be less than the stability limit"),
     ("damper_order.pulses.step", 0.5, "damper_order.pulses.step is 0.5; it must be less than the stability limit"),
-    ("natural.walls", [{**NAMED, "plateau_ratio": 0.005}], "natural.walls[0] has its first impact at 1"),
+    ("earthquakes.walls", [{**NAMED, "strength_ratio": 0.005}], "earthquakes.walls[0] has its first impact at 1"),
     ("release_amplitude", 1.0, "release_amplitude is 1.0; it must be less than a3, 1, where the wall collapses"),
     ("studies.amplitude.release_amplitude", [0.5, 1.2], "release_amplitude[1] is 1.2; it must be less than a3"),
-    ("loops.rigid.release_amplitude", 1, "release_amplitude is 1; it must be a number greater than 0 and less than 1"),
-    ("windows.start", 1, "windows.start is 1.0; it must be greater than 2.99"),
-    ("matching.window", 2, "matching.window is 2.0; it must be greater than 2.99"),
-    ("matching.window", 81, "matching.window is 81.0; it must be at most windows.stop, 80"),
-    ("loops.window", 1.5, "loops.window is 1.5; it must be greater than 2.99"),
-    ("dispersion.release_share", [0.5, 0.9999], "must come before the end of matching.window"),
+    (
+        "damping_force.rigid.release_amplitude",
+        1,
+        "release_amplitude is 1; it must be a number greater than 0 and less than 1",
+    ),
+    ("response_lengths.start", 1, "response_lengths.start is 1.0; it must be greater than 2.99"),
+    ("matching.response_length", 2, "matching.response_length is 2.0; it must be greater than 2.99"),
+    ("matching.response_length", 81, "matching.response_length is 81.0; it must be at most response_lengths.stop, 80"),
+    ("damping_force.response_length", 1.5, "damping_force.response_length is 1.5; it must be greater than 2.99"),
+    ("amplitude_dependence.release_share", [0.5, 0.9999], "must come before the end of matching.response_length"),
     ("studies.overburden.overburden_ratio", [0, 200], "overburden_ratio[1] is 200; at "),
     ("studies.slenderness.slenderness", [15, 9000], "slenderness[1] is 9000; at "),
     # grids, and what other stages look up in them
@@ -229,24 +261,36 @@ BAD = [
     ("pulses.bands", [0.1, 0.05], "pulses.bands[1] is 0.05; it must be greater than the value before it"),
     ("pulses.frequency.stop", 0.1, "frequency.stop is 0.1; it must be greater than pulses.frequency.start, 0.5"),
     ("damper_order.order", [4, 1], "damper_order.order[1] is 1; it must be greater than the value before it"),
-    ("dispersion.restitution", [0.9, 0.8], "dispersion.restitution[1] is 0.8; it must be greater than the value"),
-    ("natural.scale.stop", 0.1, "natural.scale.stop is 0.1; it must be greater than natural.scale.start, 0.2"),
+    (
+        "amplitude_dependence.restitution",
+        [0.9, 0.8],
+        "amplitude_dependence.restitution[1] is 0.8; it must be greater than the value",
+    ),
+    (
+        "earthquakes.velocity_ratio.stop",
+        0.1,
+        "earthquakes.velocity_ratio.stop is 0.1; it must be greater than earthquakes.velocity_ratio.start, 0.2",
+    ),
     ("restitution.stop", 0.5, "restitution.stop is 0.5; it must be greater than restitution.start, 0.7"),
     ("restitution.step", 0.03, "restitution.step is 0.03; it must be such that a whole number of steps leads from"),
     ("restitution.step", 0.28, "restitution.step is 0.28; there must be at least 3 values"),
     ("release_amplitude", 0.4, "release_amplitude is 0.4; it must be among studies.amplitude.release_amplitude"),
     ("validation.restitution", 0.6, "validation.restitution is 0.6; it must lie within the e of the polynomials"),
-    ("validation.fit_cracked_stiffness_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
-    ("studies.cracked_stiffness.cracked_stiffness_ratio", [0.17], "has no value with the plateau of curve"),
+    ("validation.fit_yield_displacement_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
+    ("studies.cracked_stiffness.yield_displacement_ratio", [0.17], "has no value with the plateau of curve"),
     ("matching.scan.smallest", 3.0, "matching.scan.largest is 3.0; it must be greater than smallest, 3"),
-    ("natural.restitution", [0.995], "natural.restitution_change is 0.01; every e of natural, 0.75 to 0.995, must"),
+    (
+        "earthquakes.restitution",
+        [0.995],
+        "earthquakes.restitution_change is 0.01; every e of earthquakes, 0.75 to 0.995, must",
+    ),
     ("damper_order.restitution_change", 0.16, "damper_order.restitution_change is 0.16; every e of damper_order"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
-    ("validation.ladder", ["data/none.csv"], "validation.ladder[0] is 'data/none.csv'; it must be a file"),
+    ("validation.test_series", ["data/none.csv"], "validation.test_series[0] is 'data/none.csv'; it must be a file"),
     (
-        "validation.ladder",
-        ["data/ladder/cr-half.csv", "./data/ladder/cr-half.csv"],
-        "validation.ladder[1] is named 'cr-half', as one before it; each must have a name of its own",
+        "validation.test_series",
+        ["data/test_series/cr-half.csv", "./data/test_series/cr-half.csv"],
+        "validation.test_series[1] is named 'cr-half', as one before it; each must have a name of its own",
     ),
     # what no computer can run, key by key
     (
@@ -266,8 +310,8 @@ def test_bad_input_is_named_with_its_value_and_what_is_allowed(config, key, valu
 
 
 def test_translated_softening_needs_room_behind_the_plateau(config):
-    config["curve"] |= {"ultimate_ratio": 0.88, "softening": "translated"}
-    said = "curve.ultimate_ratio is 0.88; it must be greater than a1 + b1 with translated softening"
+    config["curve"] |= {"ultimate_displacement_ratio": 0.88, "softening": "translated"}
+    said = "curve.ultimate_displacement_ratio is 0.88; it must be greater than a1 + b1 with translated softening"
     assert any(said in line for line in complaints(config))
 
 
@@ -289,15 +333,17 @@ def test_every_problem_has_its_own_line(config):
 
 
 def test_a_key_that_was_renamed_is_told_its_new_name(config, monkeypatch):
-    monkeypatch.setattr(schema, "RENAMED", {"windows": "lengths", "lengths.start": "lengths.first", "width": "depth"})
-    config["windows"] = {}
+    monkeypatch.setattr(
+        schema, "RENAMED", {"response_lengths": "lengths", "lengths.start": "lengths.first", "width": "depth"}
+    )
+    config["response_lengths"] = {}
     rules = validation.read_schema(SCHEMA)
-    rules["properties"]["lengths"] = rules["properties"].pop("windows")
-    rules["required"][rules["required"].index("windows")] = "lengths"
+    rules["properties"]["lengths"] = rules["properties"].pop("response_lengths")
+    rules["required"][rules["required"].index("response_lengths")] = "lengths"
     said = list(map(str, schema.schema_problems(config, rules)))
-    assert said == ["windows is now called lengths"]
+    assert said == ["response_lengths is now called lengths"]
     config["lengths"] = {"start": 1}
-    del config["windows"], rules["properties"]["lengths"]["properties"]["start"]
+    del config["response_lengths"], rules["properties"]["lengths"]["properties"]["start"]
     rules["$defs"]["wall"]["properties"]["depth"] = rules["$defs"]["wall"]["properties"].pop("width")
     said = list(map(str, schema.schema_problems(config, rules)))
     assert {"lengths.start is now called lengths.first", "wall.width is now called depth"} <= set(said)

@@ -209,7 +209,7 @@ def test_the_table_of_what_a_code_s_damping_assumes():
         e = np.exp(-log_decrement(xi, np.array(orders)))
         assert row[1:3] == [f"{value:.4f}" for value in e]
     every_e = np.linspace(0.5, 0.98, 17)
-    matched = rd.equivalent(every_e, CURVE.cracked_stiffness_ratio, CURVE.plateau_ratio)
+    matched = rd.equivalent(every_e, CURVE.yield_displacement_ratio, CURVE.strength_ratio)
     for column, model in enumerate(("CDC", "CDR", "SDR"), start=3):
         assert head[column] == f"e, {model}"
         xi = np.array([one["damping_ratio"] for one in matched if one["damping_model"] == model])

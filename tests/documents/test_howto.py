@@ -90,7 +90,7 @@ def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
 
 def test_your_own_records_shake_your_wall(tree):
     printed = follow(tree, "your-records")
-    with xr.open_dataset(tree.place / "results/my-records/natural.nc") as natural:
-        assert natural["wall"].values.tolist() == ["mine"] and natural.sizes["record"] == 1
-        assert float(natural["peak_ratio"].max()) > 0
-        assert all(model in printed for model in map(str, natural["damping_model"].values))
+    with xr.open_dataset(tree.place / "results/my-records/earthquakes.nc") as earthquakes:
+        assert earthquakes["wall"].values.tolist() == ["mine"] and earthquakes.sizes["record"] == 1
+        assert float(earthquakes["peak_ratio"].max()) > 0
+        assert all(model in printed for model in map(str, earthquakes["damping_model"].values))

@@ -51,23 +51,23 @@ def made_up():
         hinge_ratio=[0.5, 0.7], rocking_release_amplitude=[0.5, 0.9], tolerance=[0.01, 0.05]
     )
     matches = {f"match/{name}": report_content.made_up("match", parameter) for name, parameter in STUDIES.items()}
-    windows = made_up_claims.windows().isel(release_amplitude=[0, 0, 0, 1, 2, 2])
-    windows = windows.assign_coords(release_amplitude=[0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
+    response_lengths = made_up_claims.response_lengths().isel(release_amplitude=[0, 0, 0, 1, 2, 2])
+    response_lengths = response_lengths.assign_coords(release_amplitude=[0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
     checks = {
         f"{name}/check": report_content.made_up(f"{name}_check")
         .isel(stratum=[0] * count)
         .assign_coords(stratum=list(STRATA)[:count])
-        for name, count in (("natural", 5), ("population", 4))
+        for name, count in (("earthquakes", 5), ("population", 4))
     }
     compared = made_up_earthquakes.comparison()
     earthquakes = {"comparison": compared, "recommendation": made_up_earthquakes.recommendation(compared), **checks}
     return {
         "accuracy": accuracy,
         **earthquakes,
-        "natural/orders": orders_as_configured(),
+        "earthquakes/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
         "pulses": made_up_studies.pulses(),
-        "windows": windows,
+        "response_lengths": response_lengths,
         measured_tables.IDENTIFICATION: identification_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
@@ -76,22 +76,26 @@ def made_up():
 
 def orders_as_configured():
     """Made-up numbers at the orders and e of the paper's config, for all records and its sets."""
-    natural = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["natural"]
+    earthquakes = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["earthquakes"]
     sets = ["all", "far-field", "near-field-pulse", "near-field-no-pulse"]
-    wanted = {"order": natural["orders"]["order"], "restitution": natural["orders"]["restitution"], "record_set": sets}
+    wanted = {
+        "order": earthquakes["orders"]["order"],
+        "restitution": earthquakes["orders"]["restitution"],
+        "record_set": sets,
+    }
     made_up = report_content.made_up("earthquake_orders")
     repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
-    return made_up.isel(repeated).assign_coords(wanted).assign(restitution_change=natural["restitution_change"])
+    return made_up.isel(repeated).assign_coords(wanted).assign(restitution_change=earthquakes["restitution_change"])
 
 
 def identification_as_configured():
     """Made-up numbers of the records, noises and models of the full study."""
     text = (ROOT / "config/identification-full.yaml").read_text(encoding="utf-8")
     study = yaml.safe_load(text)["identification"]
-    wanted = {"record": study["ladder"], "noise_factor": study["noise"], "damping_model": study["damping_models"]}
+    wanted = {"record": study["test_series"], "noise_factor": study["noise"], "damping_model": study["damping_models"]}
     made_up = made_up_studies.identification()
     repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
-    makers = [made_by(read_record(ROOT / path)) for path in study["ladder"]]
+    makers = [made_by(read_record(ROOT / path)) for path in study["test_series"]]
     return made_up.isel(repeated).assign_coords(wanted).assign(record_made_by=("record", makers))
 
 
@@ -170,7 +174,7 @@ def test_a_damping_ratio_that_is_uncertain_by_a_thousandth_is_named(made_up):
 
 def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
     cells = numbers(row("fits", "CDR", made_up))
-    one = made_up["equivalence"].sel(damping_model="CDR").max("cracked_stiffness_ratio")
+    one = made_up["equivalence"].sel(damping_model="CDR").max("yield_displacement_ratio")
     errors = [*one["largest_relative_error"].values, *one["delta_largest_relative_error"].values]
     assert cells == pytest.approx([0.9987, *(100 * error for error in errors)], rel=0.01)
 
@@ -201,10 +205,10 @@ def test_the_recommended_order_is_the_one_that_the_full_study_found_enough_at_ev
 
 
 def test_where_no_order_is_enough_the_table_says_none(made_up):
-    orders = made_up["natural/orders"].copy(deep=True)
+    orders = made_up["earthquakes/orders"].copy(deep=True)
     orders["smallest_order"][0, 0] = np.nan
     orders["recommended_order"] = np.nan
-    told = measured_tables.orders({"natural/orders": orders})
+    told = measured_tables.orders({"earthquakes/orders": orders})
     assert "**Order none" not in told and "No order is enough at every e" in told
     assert re.search(r"^\| 0\.\d+ \|.*\| none \|$", told, flags=re.MULTILINE)
 
@@ -216,7 +220,7 @@ def test_coverage_is_told_by_parameter_with_what_chance_does_to_it(made_up):
         "Of 40 records 36 were identified, and 4 refused. By chance a share differs from its level by"
     )
     (row,) = (numbers(line.replace("b1", "")) for line in told.splitlines() if line.startswith("| b1 |"))
-    of_b1 = study.sel(parameter="plateau_ratio")
+    of_b1 = study.sel(parameter="strength_ratio")
     shares = [*of_b1["coverage"].values, *of_b1["coverage_by_least_squares"].values]
     assert row[:4] == pytest.approx([100 * share for share in shares], rel=0.02)
     assert "| its correlation from sample to sample |" in told and "| – | – |" in told

@@ -48,7 +48,7 @@ def test_the_page_names_tests_that_exist():
 def test_an_impact_takes_the_same_part_of_the_energy_from_any_amplitude(curve):
     e = 0.8
     for share in SHARES:
-        x0 = share * float(curve.ultimate_ratio)
+        x0 = share * float(curve.ultimate_displacement_ratio)
         run = event_driven.history(curve, Damping.cr(e), [float(curve.period(x0))], release_amplitude=x0)
         assert float(curve.energy(run.turning_displacement[0]) / curve.energy(x0)) == pytest.approx(e**2, rel=1e-9)
 
@@ -120,7 +120,7 @@ def elementary(curve, model, x0, m=mpmath):
 @pytest.mark.parametrize("model", ["CDC", "SDR"])
 def test_the_elementary_forms_equal_the_quadrature(curve, model):
     for share in (0.01, 0.08, 0.2, 0.5, 0.95):
-        x0 = share * float(curve.ultimate_ratio)
+        x0 = share * float(curve.ultimate_displacement_ratio)
         energy, total = elementary(curve, model, x0)
         factor = float(equivalence_factor(curve, Damping(model, 1.0), x0))
         assert float(energy / (2 * total)) == pytest.approx(factor, rel=1e-9)
@@ -171,7 +171,7 @@ def test_the_energy_frequency_solves_abels_equation(curve):
     delta = 0.2
     damper = Damping("ECD", delta / np.pi)
     for share in SHARES:
-        x0 = share * float(curve.ultimate_ratio)
+        x0 = share * float(curve.ultimate_displacement_ratio)
         top = float(curve.energy(x0))
         angle = (np.arange(2000) + 0.5) / 2000 * np.pi / 2  # E = E0 sin^2: the integrand has no singularity left
         x = curve.amplitude(top * np.sin(angle) ** 2)
@@ -203,7 +203,7 @@ def test_the_substitution_makes_the_motion_linear():
 @every_curve
 def test_trajectories_are_those_of_the_linear_oscillator(curve):
     """(y, v) lies on the spiral of y'' + 2 xi y' + y = 0 from (y0, 0): y^2 + 2 xi y v + v^2 falls as its phase says."""
-    xi, x0 = 0.08, 0.9 * float(curve.ultimate_ratio)
+    xi, x0 = 0.08, 0.9 * float(curve.ultimate_displacement_ratio)
     times = np.linspace(0, 3 * float(curve.period(x0)), 400)
     run = event_driven.history(curve, Damping("ECD", xi), times, release_amplitude=x0)
     x, v = run.displacement, run.velocity
@@ -220,7 +220,7 @@ def test_trajectories_are_those_of_the_linear_oscillator(curve):
 @pytest.mark.parametrize("e", [0.7, 0.9])
 def test_every_peak_is_exact(curve, e):
     for share in SHARES:
-        x0 = share * float(curve.ultimate_ratio)
+        x0 = share * float(curve.ultimate_displacement_ratio)
         end = 3 * float(curve.period(x0))
         run = event_driven.history(curve, Damping("ECD", float(exact_ratio(e))), [end], release_amplitude=x0)
         peaks = np.abs(run.turning_displacement)
@@ -266,7 +266,7 @@ def longer(e):
     found, damper = [], Damping("ECD", float(exact_ratio(e)))
     for curve in CURVES.values():
         for share in (*SHARES, 0.75, 0.9):
-            x0 = share * float(curve.ultimate_ratio)
+            x0 = share * float(curve.ultimate_displacement_ratio)
             run = event_driven.history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
             x1 = event_driven.cr_peaks(curve, e, x0, 1)[0]
             found.append(run.turning_tau[0] / float((curve.period(x0) + curve.period(x1)) / 4) - 1)
@@ -285,7 +285,7 @@ def test_half_cycles_are_little_longer_than_under_restitution():
 
 
 def test_err_is_within_a_few_percent_of_the_peaks_for_ecd():
-    """The paper's curve from 0.5 u_ins at e = 0.85 and 0.7, over the default window."""
+    """The paper's curve from 0.5 u_ins at e = 0.85 and 0.7, over the default response length."""
     e, step, steps = np.array([0.7, 0.85]), 0.005, 1600
     curve = CURVES["paper"].map(lambda p: np.full(e.size, p))
     decays = Cases.released(curve, np.full(e.size, 0.5), e, step=step, steps=steps)

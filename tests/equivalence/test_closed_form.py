@@ -52,7 +52,7 @@ def factor_by_mpmath(curve, damping, x0):
     return float(v0 / work)
 
 
-@pytest.mark.parametrize("curve", CURVES, ids=lambda c: f"a1={c.cracked_stiffness_ratio}")
+@pytest.mark.parametrize("curve", CURVES, ids=lambda c: f"a1={c.yield_displacement_ratio}")
 @pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
 @pytest.mark.parametrize("x0", [0.03, 0.3, 0.85])
 def test_the_factor_equals_adaptive_quadrature(curve, model, x0):

@@ -76,7 +76,7 @@ def test_the_global_minimum_is_found_among_many():
     assert best.damping_ratio[0, 0] == pytest.approx(trial[error.argmin()], rel=2e-3)
 
 
-def test_one_pass_over_the_windows_gives_what_each_gives_alone():
+def test_one_pass_over_the_response_lengths_gives_what_each_gives_alone():
     e = np.array([0.75, 0.9])
     cases = cases_from(Damping.cr(e), e, length=20.0)
     together = global_minima(cases, "CDR", [1600, 2800, 4000])
@@ -95,7 +95,7 @@ def test_a_case_does_not_depend_on_the_cases_beside_it():
     assert alone.error[0, 0] == all_of_them.error[0, 4]
 
 
-def test_a_window_before_the_first_impact_has_no_damping_ratio():
+def test_a_response_length_before_the_first_impact_has_no_damping_ratio():
     first = float(CURVE.period(0.5)) / 4
     cases = cases_from(Damping.cr([0.85]), 0.85)
     with pytest.raises(InputError, match="first impact"):
@@ -121,10 +121,10 @@ def test_without_loss_the_damping_ratio_is_zero_beside_cases_with_loss():
 def test_of_equal_minima_the_smaller_damping_ratio_is_taken(monkeypatch):
     from rockdamp.equivalence import minima
 
-    def two_equal_basins(cases, model, windows, window, case, around, scheme):
-        return around[1], np.ones(window.size)
+    def two_equal_basins(cases, model, response_lengths, response_length, case, around, scheme):
+        return around[1], np.ones(response_length.size)
 
-    def scan(cases, model, trial, windows, scheme):
+    def scan(cases, model, trial, response_lengths, scheme):
         error = np.full((1, 1, trial.shape[1]), 2.0)
         error[..., [10, 30]] = 1.0
         return error

@@ -11,7 +11,7 @@ from rockdamp.errors import InputError
 from rockdamp.studies import polynomial_fits
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
 
 @pytest.fixture(scope="module")
@@ -19,10 +19,10 @@ def built():
     """Polynomials of two models at three a1, in no order."""
     coefficient = np.arange(18.0).reshape(2, 3, 3)
     return xr.Dataset(
-        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), coefficient)},
+        {"coefficient": (("damping_model", "yield_displacement_ratio", "degree"), coefficient)},
         coords={
             "damping_model": ["SDR", "CDR"],
-            "cracked_stiffness_ratio": [0.06, 0.02, 0.04],
+            "yield_displacement_ratio": [0.06, 0.02, 0.04],
             "degree": [0, 1, 2],
             "restitution": [0.7, 0.8, 0.9],
         },
@@ -61,14 +61,14 @@ def test_a_range_that_must_hold_is_named_with_the_value_outside_it(built):
 
 def test_shipped_coefficients_are_what_the_pipeline_builds():
     config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    config["windows"]["stop"] = DEFAULT_WINDOW
-    assert config["curve"]["plateau_ratio"] == SHIPPED_PLATEAU_RATIO
+    config["response_lengths"]["stop"] = DEFAULT_RESPONSE_LENGTH
+    assert config["curve"]["strength_ratio"] == SHIPPED_PLATEAU_RATIO
     decays = study("cracked_stiffness", config)
     built = polynomial_fits.table(polynomial_fits.fit(config, match("cracked_stiffness", config, decays)))
     shipped = shipped_coefficients()
     built = built[built["damping_model"].isin(shipped["damping_model"])].reset_index(drop=True)
     assert list(built["damping_model"]) == list(shipped["damping_model"])
-    np.testing.assert_array_equal(built["cracked_stiffness_ratio"], shipped["cracked_stiffness_ratio"])
+    np.testing.assert_array_equal(built["yield_displacement_ratio"], shipped["yield_displacement_ratio"])
     e = np.linspace(0.7, 0.98, 15)
     for k, row in built.iterrows():
         ours = row.c0 + row.c1 * e + row.c2 * e**2

@@ -12,7 +12,7 @@ from rockdamp.equivalence import matching, tabulated
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.equivalence.minima import Cases
 from rockdamp.errors import InputError
-from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS, PRESETS
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, PAPER_MODELS, PRESETS
 
 CURVE = rd.TrilinearCurve(0.04, 0.85)
 STEP = 0.005
@@ -20,7 +20,7 @@ STEP = 0.005
 
 def directly(curve, e, x0):
     """The damping ratios of least Err by the matcher, by model."""
-    steps = round(DEFAULT_WINDOW / STEP)
+    steps = round(DEFAULT_RESPONSE_LENGTH / STEP)
     cases = Cases.released(curve, x0, e, step=STEP, steps=steps)
     found = matching.solve(cases, PAPER_MODELS, steps, refinement=2)
     return {model: found[model].damping_ratio for model in PAPER_MODELS}
@@ -91,10 +91,14 @@ def test_between_nodes_the_table_is_read_by_a_cubic_in_each_variable():
 
 OUTSIDE = {
     "restitution (e) is 0.6; it must be between 0.7 and 0.99": (CURVE, 0.6, 0.5),
-    "plateau_ratio (b1) is 0.95; it must be between 0.4 and 0.9": (rd.TrilinearCurve(0.03, 0.95), 0.85, 0.5),
-    "ultimate_ratio (a3) is 0.65; it must be between 0.7 and 1": (rd.TrilinearCurve(0.04, 0.85, 0.65), 0.85, 0.5),
-    "cracked_stiffness_ratio (a1) is 0.14; it must be between 0.02 and": (rd.TrilinearCurve(0.14, 0.85), 0.85, 0.5),
-    "cracked_stiffness_ratio (a1) is 0.019; it must be": (rd.TrilinearCurve(0.019, 0.85), 0.85, 0.5),
+    "strength_ratio (b1) is 0.95; it must be between 0.4 and 0.9": (rd.TrilinearCurve(0.03, 0.95), 0.85, 0.5),
+    "ultimate_displacement_ratio (a3) is 0.65; it must be between 0.7 and 1": (
+        rd.TrilinearCurve(0.04, 0.85, 0.65),
+        0.85,
+        0.5,
+    ),
+    "yield_displacement_ratio (a1) is 0.14; it must be between 0.02 and": (rd.TrilinearCurve(0.14, 0.85), 0.85, 0.5),
+    "yield_displacement_ratio (a1) is 0.019; it must be": (rd.TrilinearCurve(0.019, 0.85), 0.85, 0.5),
     "release_amplitude is 0.15; it must be between 0.1 + 1.5 a1 and 0.8 a3": (CURVE, 0.85, 0.15),
     "release_amplitude is 0.81; it must be": (CURVE, 0.85, 0.81),
 }

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from figure_functions import CAPTIONS
-from made_up_studies import ladder, made_up
+from made_up_studies import made_up, test_series
 from report_content import of_name
 
 from rockdamp.pipeline.figures import FIGURES
@@ -46,7 +46,7 @@ def test_the_numbers_of_a_caption_follow_its_datasets(name):
 
 def test_a_caption_has_the_values_of_the_figure():
     (fits,) = datasets("fig7")
-    at = fits.sel(restitution=0.85, cracked_stiffness_ratio=0.04)
+    at = fits.sel(restitution=0.85, yield_displacement_ratio=0.04)
     text = written("fig7", fits)
     for model in ("CDC", "CDR", "SDR"):
         assert f"{number(at['damping_ratio_fit'].sel(damping_model=model))} ({model})" in text
@@ -95,13 +95,13 @@ def test_text_of_a_dataset_is_escaped_in_a_caption():
 
 def test_a_record_without_a_free_decay_says_so():
     (test,) = datasets("fig8")
-    assert "half cycles of free decay" in written("fig8", ladder())
+    assert "half cycles of free decay" in written("fig8", test_series())
     assert "says nothing of peaks" in written("fig8", test.assign(half_cycle_free=np.nan * test["half_cycle_free"]))
 
 
-def test_a_ladder_is_told_by_model_and_amplitude_and_what_depends_on_what_made_it():
-    """Made up: CR is off by 5 % at rest and by nothing at collapse, SDR by 30 %; each ladder by once more."""
-    text = written("fig_ladder", ladder()).replace("\u00a0", " ")
+def test_a_test_series_is_told_by_model_and_amplitude_and_what_depends_on_what_made_it():
+    """Made up: CR is off by 5 % at rest and by nothing at collapse, SDR by 30 %; each test series by once more."""
+    text = written("fig_test_series", test_series()).replace("\u00a0", " ")
     assert "right within 10 % under CR at 0.06, 0.25, 0.50 and 0.88, CDC at 0.06, 0.25, 0.50 and 0.88" in text
     assert "SDR at 0.88" in text
     assert (

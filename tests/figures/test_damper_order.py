@@ -8,7 +8,11 @@ from rockdamp.figures.damper_order import at_middle, at_shown
 
 
 def test_fig_order_shows_each_error_against_the_order_and_the_band_of_restitution_itself():
-    figure, by_order, earthquakes = drawn("fig_order"), of_name("damper_order"), at_middle(of_name("natural/orders"))
+    figure, by_order, earthquakes = (
+        drawn("fig_order"),
+        of_name("damper_order"),
+        at_middle(of_name("earthquakes/orders")),
+    )
     at_e = at_shown(by_order)
     own_earthquakes = earthquakes["varied_log_error"].sel(variation=["lower e", "higher e"])
     panels = {

@@ -30,9 +30,9 @@ def coloured(axes, model):
 
 
 def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comparison):
-    natural = earthquakes.natural()
-    figure = FIGURES["fig_natural"](natural, comparison)
-    one = natural.sel(restitution=0.85, damping_ratio_source="error").isel(wall=comparison["pooled"].values == 1)
+    study = earthquakes.earthquakes()
+    figure = FIGURES["fig_earthquakes"](study, comparison)
+    one = study.sel(restitution=0.85, damping_ratio_source="least error").isel(wall=comparison["pooled"].values == 1)
     fell = (one["collapsed"].sel(damping_model="CR") == 1).values.ravel()
     for model in VISCOUS:
         axes = panel(figure, model)
@@ -47,10 +47,10 @@ def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comp
 
 @pytest.mark.parametrize("place, name", [(0, "median_ratio"), (1, "log_error")])
 def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(comparison, place, name):
-    axes = FIGURES["fig_natural_ratio"](comparison).axes[place]
+    axes = FIGURES["fig_earthquakes_ratio"](comparison).axes[place]
     one = comparison.sel(restitution=0.85)
     for model in VISCOUS:
-        values = one.sel(damping_model=model, damping_ratio_source="error")
+        values = one.sel(damping_model=model, damping_ratio_source="least error")
         (markers,) = coloured(axes, model)
         assert markers.get_ydata() == pytest.approx(values[name].values)
         ends = [
@@ -64,8 +64,8 @@ def test_bands_show_every_damper_its_interval_and_what_moves_cr_itself(compariso
 
 
 def test_the_misfit_is_drawn_against_the_scale_with_the_share_that_stands(comparison):
-    _, _, axes, share = FIGURES["fig_natural_ratio"](comparison).axes
-    one = comparison.sel(restitution=0.85, damping_ratio_source="error")
+    _, _, axes, share = FIGURES["fig_earthquakes_ratio"](comparison).axes
+    one = comparison.sel(restitution=0.85, damping_ratio_source="least error")
     for model in VISCOUS:
         (line,) = coloured(axes, model)
         assert line.get_xdata() == pytest.approx(earthquakes.SCALE)
@@ -78,7 +78,9 @@ def test_the_misfit_is_drawn_against_the_scale_with_the_share_that_stands(compar
 def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(comparison):
     figure = FIGURES["fig_ida"](comparison, earthquakes.walls())
     for wall in earthquakes.WALLS:
-        one = comparison["fractile"].sel(restitution=0.85, damping_ratio_source="error", wall=wall, probability=0.5)
+        one = comparison["fractile"].sel(
+            restitution=0.85, damping_ratio_source="least error", wall=wall, probability=0.5
+        )
         for model in earthquakes.MODELS:
             peaks = one.sel(damping_model=model).values
             (median,) = (
@@ -92,11 +94,13 @@ def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(co
 
 def test_fragility_curves_are_the_stored_lognormal_ones_with_the_share_of_records(comparison):
     figure = FIGURES["fig_fragility"](comparison, earthquakes.walls())
-    one = comparison.sel(restitution=0.85, damping_ratio_source="error", wall="church")
+    one = comparison.sel(restitution=0.85, damping_ratio_source="least error", wall="church")
     axes = panel(figure, "church")
     for model in earthquakes.MODELS:
         curve = next(line for line in coloured(axes, model) if line.get_label() == model)
-        median, beta = (float(one.sel(damping_model=model)[f"wall_{name}"]) for name in ("median_scale", "dispersion"))
+        median, beta = (
+            float(one.sel(damping_model=model)[f"wall_{name}"]) for name in ("median_velocity_ratio", "dispersion")
+        )
         assert curve.get_ydata() == pytest.approx(ndtr(np.log(curve.get_xdata() / median) / beta))
     (points,) = (line for line in axes.get_lines() if line.get_linestyle() == "None")
     assert points.get_ydata() == pytest.approx(one["collapse_fraction"].sel(damping_model="CR").values)
@@ -129,7 +133,7 @@ def test_the_band_of_a_fragility_curve_holds_every_curve_within_both_intervals()
     assert np.min(touched, axis=0) == pytest.approx(low) and np.max(touched, axis=0) == pytest.approx(high)
 
 
-@pytest.mark.parametrize("name", ["fig_natural_ratio", "fig_ida", "fig_fragility"])
+@pytest.mark.parametrize("name", ["fig_earthquakes_ratio", "fig_ida", "fig_fragility"])
 def test_a_study_too_small_for_any_statistic_is_drawn_empty(comparison, name):
     statistics = [key for key, values in comparison.data_vars.items() if values.dtype.kind == "f"]
     empty = comparison.assign({key: comparison[key] * np.nan for key in statistics})

@@ -50,7 +50,7 @@ def test_fig6_shows_a1_only_where_the_plateau_is_the_first_ones():
     for axes, model in zip(row, PAPER_MODELS, strict=True):
         assert len(lines(axes)) == 3
         for a1 in (0.02, 0.04, 0.14):
-            assert shows(axes, E, data["damping_ratio"].sel(damping_model=model, cracked_stiffness_ratio=a1))
+            assert shows(axes, E, data["damping_ratio"].sel(damping_model=model, yield_displacement_ratio=a1))
     legend = row[-1].get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["0.02", "0.04", "0.14"]
     assert "0.85" in legend.get_title().get_text()
@@ -87,9 +87,9 @@ def test_fig7_shows_polynomials_matched_points_and_equation_15():
     for axes, model in zip(panels, PAPER_MODELS, strict=True):
         assert axes.get_title().startswith(model)
         markers = [line.get_marker() for line in axes.get_legend().get_lines()]
-        assert len(set(markers)) == data.sizes["cracked_stiffness_ratio"]  # told apart without colour
-        for a1, marker in zip(data["cracked_stiffness_ratio"].values, markers, strict=True):
-            one = data.sel(damping_model=model, cracked_stiffness_ratio=a1)
+        assert len(set(markers)) == data.sizes["yield_displacement_ratio"]  # told apart without colour
+        for a1, marker in zip(data["yield_displacement_ratio"].values, markers, strict=True):
+            one = data.sel(damping_model=model, yield_displacement_ratio=a1)
             assert shows(axes, E, one["damping_ratio_fit"])
             (points,) = (
                 line
@@ -98,12 +98,12 @@ def test_fig7_shows_polynomials_matched_points_and_equation_15():
             )
             assert np.all(np.isin(points.get_ydata(), one["damping_ratio"]))
         fit = data["damping_ratio_fit"].sel(damping_model=model)
-        assert labelled(together, model).get_ydata() == pytest.approx(fit.sel(cracked_stiffness_ratio=0.04).values)
+        assert labelled(together, model).get_ydata() == pytest.approx(fit.sel(yield_displacement_ratio=0.04).values)
     # Rounded down: a figure must not claim more than the least fit.
     assert "0.9987" in all_text(drawn("fig7"))
 
 
 def test_fig7_says_what_its_curves_share_where_the_dataset_does():
-    data = equivalence().assign(plateau_ratio=0.85, release_amplitude=0.5)
+    data = equivalence().assign(strength_ratio=0.85, release_amplitude=0.5)
     text = all_text(FIGURES["fig7"](data))
     assert "$b_1 = 0.85$" in text and r"u_\mathrm{ins} = 0.5$" in text and r"\tau = 8" in text

@@ -10,13 +10,13 @@ from rockdamp.vocabulary import PAPER_MODELS
 
 
 def test_fig3_shows_the_law_of_each_model():
-    laws, data = drawn("fig3").axes[0], made_up()["loops"]
+    laws, data = drawn("fig3").axes[0], made_up()["damping_force"]
     for model in PAPER_MODELS:
         assert shows(laws, data["frequency_ratio"], data["damping_ratio_law"].sel(viscous_model=model))
 
 
 def test_fig3_shows_the_whole_loop_of_every_model_with_its_damping_ratio():
-    axes, data = drawn("fig3").axes[1], made_up()["loops"]
+    axes, data = drawn("fig3").axes[1], made_up()["damping_force"]
     for model in PAPER_MODELS:
         one = data.sel(damping_model=model)
         pale, strong = lines(axes, style_of(model).colour)
@@ -34,7 +34,7 @@ def test_the_strong_loop_of_fig3_ends_at_the_second_peak_after_the_release():
 
 
 def test_fig4_shows_three_rocking_decays_in_tau_and_in_seconds():
-    axes, data = drawn("fig4").axes[0], made_up()["loops"]
+    axes, data = drawn("fig4").axes[0], made_up()["damping_force"]
     for name in data["rocking_model"].values:
         assert shows(axes, data["tau"], data["rocking_displacement"].sel(rocking_model=name))
     seconds = axes.child_axes[0]
@@ -43,7 +43,7 @@ def test_fig4_shows_three_rocking_decays_in_tau_and_in_seconds():
 
 def test_fig4_shows_the_jump_of_cr_and_the_smooth_velocity_of_cdr():
     _, upper, lower = drawn("fig4").axes
-    data = made_up()["loops"]
+    data = made_up()["damping_force"]
     for axes, variable in ((upper, "displacement"), (lower, "velocity")):
         for model in ("CR", "CDR"):
             line = labelled(axes, model)

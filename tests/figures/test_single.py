@@ -63,7 +63,7 @@ def test_a_response_is_drawn_in_millimetres_and_over_u_ins_up_to_a_collapse():
 
 def test_a_calibration_is_drawn_with_what_it_leaves_and_its_errors():
     time = np.linspace(0.0, 2.0, 41)
-    names = ["cracked_stiffness_ratio", "plateau_ratio", "restitution"]
+    names = ["yield_displacement_ratio", "strength_ratio", "restitution"]
     fit = xr.Dataset(
         {
             "measured": ("elapsed", 0.02 * np.cos(time) + 0.001),

@@ -1,12 +1,12 @@
-"""Fig. 8 and the ladder: the response of a tested wall, and what is right of each model at which amplitude."""
+"""Fig. 8 and the test series: the response of a tested wall, and what is right of each model at which amplitude."""
 
 import numpy as np
 import pytest
 from figure_functions import FIGURES
-from figure_reading import LADDER, all_text, drawn, shows
-from made_up_studies import ALL, LADDERS, RUNGS, ladder, validation
+from figure_reading import SERIES, all_text, drawn, shows
+from made_up_studies import ALL, LEVELS, MAKERS, test_series, validation
 
-from rockdamp.figures.ladder import ladders, off
+from rockdamp.figures.test_series import off, series_by_maker
 from rockdamp.figures.validation import shown
 from rockdamp.vocabulary import PAPER_MODELS
 
@@ -54,16 +54,16 @@ def test_fig8_starts_shortly_before_the_motion_and_ends_after_the_last_peak():
     assert 1.5 + 3.5 * np.pi / 8 < end < 4
 
 
-# --- of a ladder
+# --- of a test series
 
 
-def test_of_several_records_each_model_stands_on_every_rung_beside_the_measurement():
-    data, figure = ladder(), drawn(LADDER)
+def test_of_several_records_each_model_stands_on_every_level_beside_the_measurement():
+    data, figure = test_series(), drawn(SERIES)
     for model in MODELS:
         panels = panels_of(figure, model)
-        assert len(panels) == len(RUNGS)
-        for axes, rung in zip(panels, range(len(RUNGS)), strict=True):
-            one = data.isel(record=rung)
+        assert len(panels) == len(LEVELS)
+        for axes, level in zip(panels, range(len(LEVELS)), strict=True):
+            one = data.isel(record=level)
             largest = float(one["measured_peak_displacement"])
             assert shows(axes, one["elapsed"], one["measured"] / largest)
             assert shows(axes, one["elapsed"], one["displacement"].sel(damping_model=model) / largest)
@@ -72,22 +72,22 @@ def test_of_several_records_each_model_stands_on_every_rung_beside_the_measureme
 
 
 def test_of_several_records_peaks_and_decrements_stand_over_amplitude_for_whatever_made_them():
-    data, figure = ladder(), FIGURES["fig_ladder"](ladder())
-    for number, maker in enumerate(LADDERS):
+    data, figure = test_series(), FIGURES["fig_test_series"](test_series())
+    for number, maker in enumerate(MAKERS):
         of_maker = data.isel(record=slice(4 * number, 4 * number + 4))
         (above,) = (axes for axes in figure.axes if axes.get_title() == f"made by {maker}")
-        assert shows(above, RUNGS, of_maker["peak_ratio_to_measured"].sel(damping_model="SDR"))
+        assert shows(above, LEVELS, of_maker["peak_ratio_to_measured"].sel(damping_model="SDR"))
         decrement = of_maker["log_decrement"] / of_maker["measured_log_decrement"]
-        below = figure.axes[figure.axes.index(above) + len(LADDERS)]
-        assert shows(below, RUNGS, decrement.sel(damping_model="SDR"))
+        below = figure.axes[figure.axes.index(above) + len(MAKERS)]
+        assert shows(below, LEVELS, decrement.sel(damping_model="SDR"))
     assert "SYNTHETIC records" in all_text(figure)
 
 
-def test_rungs_are_drawn_from_the_lowest_up_and_a_model_that_collapsed_has_no_peak():
-    data = ladder().isel(record=[3, 0, 2, 1])
+def test_levels_are_drawn_from_the_lowest_up_and_a_model_that_collapsed_has_no_peak():
+    data = test_series().isel(record=[3, 0, 2, 1])
     data["collapsed"][0, 3] = 1
-    (rungs,) = ladders(data).values()
-    assert list(rungs["record"].values) == [f"0 at {height}" for height in RUNGS]
-    peaks = off(rungs, "peak").sel(damping_model=ALL[3])
+    (levels,) = series_by_maker(data).values()
+    assert list(levels["record"].values) == [f"0 at {height}" for height in LEVELS]
+    peaks = off(levels, "peak").sel(damping_model=ALL[3])
     assert list(np.isnan(peaks.values)) == [False, False, False, True]
     assert "collapsed" in all_text(FIGURES["fig8"](data))

@@ -7,7 +7,7 @@ import xarray as xr
 import rockdamp as rd
 from rockdamp.histories.measured_test import computed_response
 
-CURVE = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+CURVE = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
 WALL = rd.Wall(thickness=0.3, height=4.5, overburden_ratio=1.0)
 
 
@@ -39,8 +39,8 @@ def test_parameters_broadcast_by_name_and_plain_arrays_are_named_after_what_they
     curve = rd.TrilinearCurve([0.02, 0.04, 0.06], [0.8, 0.85, 0.9])
     damping = rd.Damping("CDR", xr.DataArray([0.03, 0.05], dims="damper"))
     decay = rd.free_decay(curve, damping, length=4.0, points=5)
-    assert dict(decay.displacement.sizes) == {"cracked_stiffness_ratio": 3, "damper": 2, "tau": 5}
-    assert decay.plateau_ratio.dims == ("cracked_stiffness_ratio",) and decay.damping_ratio.dims == ("damper",)
+    assert dict(decay.displacement.sizes) == {"yield_displacement_ratio": 3, "damper": 2, "tau": 5}
+    assert decay.strength_ratio.dims == ("yield_displacement_ratio",) and decay.damping_ratio.dims == ("damper",)
     one = rd.free_decay(rd.TrilinearCurve(0.06, 0.9), rd.Damping("CDR", 0.03), length=4.0, points=5)
     np.testing.assert_allclose(decay.displacement[2, 0], one.displacement, atol=1e-12)
 

@@ -68,7 +68,7 @@ def test_the_covariance_is_one_and_holds_the_standard_errors(result):
 
 def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
     a1, b1, e = truth = (0.02, 0.86, 0.91)
-    record = synthetic_record(noise=0, cracked_stiffness_ratio=a1, plateau_ratio=b1, restitution=e, pulse_peak=14.6)
+    record = synthetic_record(noise=0, yield_displacement_ratio=a1, strength_ratio=b1, restitution=e, pulse_peak=14.6)
     assert np.ptp(record.displacement) > 0.2 * float(WALL.instability_displacement)  # it rocks
     found = calibrate(record, WALL, step=STEP)
     np.testing.assert_array_equal(found["true_value"].values, truth)
@@ -76,7 +76,7 @@ def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
 
 
 def test_another_seed_of_another_wall_is_recovered_within_its_errors():
-    record = synthetic_record(11, cracked_stiffness_ratio=0.05, plateau_ratio=0.72, restitution=0.80, pulse_peak=12.6)
+    record = synthetic_record(11, yield_displacement_ratio=0.05, strength_ratio=0.72, restitution=0.80, pulse_peak=12.6)
     found = calibrate(record, WALL, step=STEP)
     error = np.abs(found["estimate"] - found["true_value"]).values
     assert np.all(error < 3 * found["standard_error"].values)

@@ -6,7 +6,7 @@ from check_posterior import report
 
 from rockdamp.identification.simulated import Judged, gathered
 
-NAMES = ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation", "sensor_correlation")
+NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 NOTHING = np.full(5, np.nan)
 
 

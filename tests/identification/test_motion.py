@@ -21,9 +21,9 @@ SENSOR = (1.5e-4, 0.1)
 
 @pytest.fixture(scope="module")
 def noise():
-    record = read_record(ROOT / "data/ladder/cr-nine-tenths.csv")
+    record = read_record(ROOT / "data/test_series/cr-nine-tenths.csv")
     fit = Fit.of(
-        record, WALL, Candidate.of("CR"), ultimate_ratio=1.0, softening="steeper", step=0.00125
+        record, WALL, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.00125
     )  # fine, so that the solver is smooth
     return MotionNoise.at(fit, MADE, np.zeros(record.elapsed.size), 1e-3 * fit.trend.T, SENSOR)
 

@@ -21,12 +21,12 @@ from rockdamp.vocabulary import ANY_ORDER
 
 @pytest.fixture(scope="module")
 def found():
-    record = read_record(ROOT / "data/ladder/cr-half.csv")
+    record = read_record(ROOT / "data/test_series/cr-half.csv")
     return posterior(record, WALL, "CR", compared=("CR", "CDR"), step=0.02, seed=7)
 
 
 def test_what_made_a_record_lies_in_its_posterior(found):
-    made = found.sel(parameter=["cracked_stiffness_ratio", "plateau_ratio", "restitution"])
+    made = found.sel(parameter=["yield_displacement_ratio", "strength_ratio", "restitution"])
     assert np.isfinite(made["true_value"]).all()
     score = (made["mean"] - made["true_value"]) / made["standard_deviation"]
     assert np.abs(score).max() < 3
@@ -57,8 +57,8 @@ def test_quantiles_of_weighted_values_are_those_of_the_values_repeated():
 
 
 def problem_of(name, model, step=0.03):
-    record = read_record(ROOT / f"data/ladder/{name}.csv")
-    fit = Fit.of(record, WALL, Candidate.of(model), ultimate_ratio=1.0, softening="steeper", step=step)
+    record = read_record(ROOT / f"data/test_series/{name}.csv")
+    fit = Fit.of(record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=step)
     return Problem.of(fit, Prior())
 
 

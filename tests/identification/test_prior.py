@@ -9,7 +9,7 @@ from rockdamp.statistics.distribution import Distribution
 
 
 def test_points_of_the_unit_cube_lead_back_to_values_and_a_logarithm_is_where_it_is_asked_for():
-    names, values = ("cracked_stiffness_ratio", "plateau_ratio"), np.array([[0.05, 0.8], [0.1, 0.6]])
+    names, values = ("yield_displacement_ratio", "strength_ratio"), np.array([[0.05, 0.8], [0.1, 0.6]])
     points = Prior().points(names, values)
     of_a1 = np.log(values[:, 0] / 0.015) / np.log(0.20 / 0.015)
     np.testing.assert_allclose(points, np.stack([of_a1, (values[:, 1] - 0.40) / 0.55], axis=1))
@@ -17,9 +17,9 @@ def test_points_of_the_unit_cube_lead_back_to_values_and_a_logarithm_is_where_it
 
 
 def test_a_section_changes_what_it_names_and_nothing_else():
-    given = {"plateau_ratio": {"distribution": "uniform", "low": 0.6, "high": 0.9}, "sensor_zero": 1e-4}
+    given = {"strength_ratio": {"distribution": "uniform", "low": 0.6, "high": 0.9}, "sensor_zero": 1e-4}
     made = Prior.of(given)
-    assert made.plateau_ratio == Distribution("uniform", 0.6, 0.9) and made.sensor_zero == 1e-4
+    assert made.strength_ratio == Distribution("uniform", 0.6, 0.9) and made.sensor_zero == 1e-4
     assert made.restitution == Prior().restitution
 
 
@@ -31,7 +31,7 @@ def test_a_section_changes_what_it_names_and_nothing_else():
         ({"order": {"distribution": "loguniform", "low": 0, "high": 1}}, "low is 0.0; it must be greater than 0"),
         ({"restitution": {"distribution": "uniform", "low": 0.9, "high": 0.8}}, "high is 0.8; it must be greater"),
         ({"restitution": {"distribution": "uniform", "low": 0.9, "high": 1.1}}, "restitution is 1.1"),
-        ({"plateau_ratio": {"distribution": "uniform", "low": 0.9, "high": 1.0}}, "plateau_ratio is 1.0"),
+        ({"strength_ratio": {"distribution": "uniform", "low": 0.9, "high": 1.0}}, "strength_ratio is 1.0"),
         ({"sensor_correlation": {"distribution": "uniform", "low": 0.0, "high": 1.0}}, "between -1 and 1"),
         ({"sensor_drift": 0}, "sensor_drift is 0.0; it must be greater than 0"),
     ],

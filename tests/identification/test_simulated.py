@@ -1,4 +1,4 @@
-"""Simulated records: what makes them, how their ranks are gathered, and noise that is added to a ladder's."""
+"""Simulated records: what makes them, how their ranks are gathered, and noise that is added to a test_series's."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from rockdamp.identification.simulated import Judged, gathered
 from rockdamp.motions.records import read_record
 from rockdamp.studies.identification import IdentificationSettings, maker_of, noisier, supported
 
-NAMES = ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation", "sensor_correlation")
+NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_an_interval_holds_the_truth_where_its_rank_is_in_the_middle_and_refused
 
 
 def test_noise_is_added_until_it_is_the_multiple_asked_for():
-    record = read_record(ROOT / "data/ladder/cr-half.csv")
+    record = read_record(ROOT / "data/test_series/cr-half.csv")
     more = noisier(record, 3.0, np.random.RandomState(1))
     for name, before in (("ground_acceleration", 0.02), ("displacement", 1.5e-4)):
         added = getattr(more, name) - getattr(record, name)
@@ -54,7 +54,7 @@ def test_noise_is_added_until_it_is_the_multiple_asked_for():
     assert noisier(record, 1.0, np.random.RandomState(1)) == record
 
 
-def test_a_ladder_of_measured_records_is_refused(given):
-    record = read_record(ROOT / "data/ladder/cr-half.csv")
-    with pytest.raises(InputError, match="identification.ladder: mine is not synthetic"):
+def test_a_test_series_of_measured_records_is_refused(given):
+    record = read_record(ROOT / "data/test_series/cr-half.csv")
+    with pytest.raises(InputError, match="identification.test_series: mine is not synthetic"):
         supported(given, {"mine": replace(record, header={**record.header, "synthetic": "no"})})

@@ -50,7 +50,7 @@ def test_the_tangent_is_the_slope_of_the_force_between_the_corners(case):
 @curves
 def test_at_a_corner_the_tangent_is_that_of_the_branch_further_out(case):
     curve = TrilinearCurve(*case)
-    at = np.array([0.0, curve.cracked_stiffness_ratio, curve.plateau_end, curve.ultimate_ratio])
+    at = np.array([0.0, curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio])
     expected = [curve.initial_stiffness, 0.0, -curve.softening_stiffness, 0.0]
     np.testing.assert_array_equal(curve.tangent(at), expected)
     np.testing.assert_array_equal(curve.tangent(-at), expected)
@@ -87,11 +87,13 @@ def test_the_energy_is_the_integral_of_the_force_even_and_constant_beyond_the_en
 @curves
 def test_the_amplitude_is_the_inverse_of_the_energy_on_every_branch(case):
     curve = TrilinearCurve(*case)
-    x = np.linspace(0, 1, 101)[:-1] * curve.ultimate_ratio
+    x = np.linspace(0, 1, 101)[:-1] * curve.ultimate_displacement_ratio
     # Near a3 the energy is flat: an error of eps V moves x by eps V/f.
     tolerance = 8 * np.finfo(float).eps * (1 + curve.energy(x) / np.maximum(curve.force(x), 1e-3))
     assert np.all(np.abs(curve.amplitude(curve.energy(x)) - x) <= tolerance)
-    assert curve.amplitude(curve.energy(curve.ultimate_ratio)) == pytest.approx(curve.ultimate_ratio, abs=1e-7)
+    assert curve.amplitude(curve.energy(curve.ultimate_displacement_ratio)) == pytest.approx(
+        curve.ultimate_displacement_ratio, abs=1e-7
+    )
 
 
 @pytest.mark.parametrize("energy", [-1e-9, 0.6, np.inf])
@@ -115,12 +117,12 @@ def test_the_free_period_is_the_quadrature_of_its_integral_on_every_branch(case,
 @curves
 def test_the_free_period_is_that_of_the_first_branch_inside_it_and_grows_without_bound_towards_the_end(case):
     curve = TrilinearCurve(*case)
-    inside = curve.cracked_stiffness_ratio * np.array([1e-6, 0.1, 0.5, 1.0])
+    inside = curve.yield_displacement_ratio * np.array([1e-6, 0.1, 0.5, 1.0])
     np.testing.assert_allclose(curve.period(inside), 2 * np.pi / curve.initial_frequency, rtol=1e-7)
-    x0 = np.linspace(1.001 * curve.cracked_stiffness_ratio, 0.999 * curve.ultimate_ratio, 500)
+    x0 = np.linspace(1.001 * curve.yield_displacement_ratio, 0.999 * curve.ultimate_displacement_ratio, 500)
     assert np.all(np.diff(curve.period(x0)) > 0)
     # Ten times nearer to the end takes 4 ln(10)/sqrt(ks) longer: the state leaves a saddle exponentially.
-    near = curve.period(curve.ultimate_ratio - np.array([1e-6, 1e-7]))
+    near = curve.period(curve.ultimate_displacement_ratio - np.array([1e-6, 1e-7]))
     assert np.diff(near) == pytest.approx(4 * np.log(10) / np.sqrt(curve.softening_stiffness), rel=1e-6)
 
 
@@ -135,8 +137,14 @@ def test_the_presets_are_doherty_s_three_stages():
     assert list(PRESETS) == ["new", "moderate", "severe"]
     for name, b1, a1 in zip(PRESETS, (0.72, 0.60, 0.50), (0.06, 0.13, 0.20), strict=True):
         curve = TrilinearCurve.preset(name)
-        assert (curve.plateau_ratio, curve.cracked_stiffness_ratio, curve.ultimate_ratio) == (b1, a1, 1.0)
-    assert TrilinearCurve.preset("severe", ultimate_ratio=0.9, softening="translated").plateau_end == pytest.approx(0.4)
+        assert (curve.strength_ratio, curve.yield_displacement_ratio, curve.ultimate_displacement_ratio) == (
+            b1,
+            a1,
+            1.0,
+        )
+    assert TrilinearCurve.preset(
+        "severe", ultimate_displacement_ratio=0.9, softening="translated"
+    ).plateau_end == pytest.approx(0.4)
     with pytest.raises(InputError, match=r"preset is 'old'; it must be one of new, moderate, severe"):
         TrilinearCurve.preset("old")
 
@@ -153,22 +161,34 @@ def test_arrays_of_curves_give_what_each_gives_alone():
 
 
 BAD = [
-    ({"cracked_stiffness_ratio": 0.0}, r"cracked_stiffness_ratio \(a1\) is 0\.0; it must be greater than 0"),
-    ({"cracked_stiffness_ratio": -0.1}, r"cracked_stiffness_ratio \(a1\) is -0\.1; it must be greater than 0"),
-    ({"cracked_stiffness_ratio": 0.15}, r"cracked_stiffness_ratio \(a1\) is 0\.15; it must be less than a2"),
-    ({"cracked_stiffness_ratio": 0.5}, r"cracked_stiffness_ratio \(a1\) is 0\.5; it must be less than a2"),
-    ({"cracked_stiffness_ratio": np.nan}, r"cracked_stiffness_ratio \(a1\) is nan; it must be a finite"),
-    ({"plateau_ratio": 0.0}, r"plateau_ratio \(b1\) is 0\.0; it must be between 0 and 1"),
-    ({"plateau_ratio": 1.0}, r"plateau_ratio \(b1\) is 1\.0; it must be between 0 and 1"),
-    ({"plateau_ratio": "high"}, r"plateau_ratio \(b1\) is 'high'; it must be a number"),
-    ({"ultimate_ratio": 1.01}, r"ultimate_ratio \(a3\) is 1\.01; it must be greater than 0 and at most 1"),
-    ({"ultimate_ratio": 0.0}, r"ultimate_ratio \(a3\) is 0\.0; it must be greater than 0 and at most 1"),
-    ({"ultimate_ratio": 0.1}, r"ultimate_ratio \(a3\) is 0\.1; it must be greater than 1 - b1"),
-    # 1 - 0.9 is just below 0.1 in floating point: a last branch of no length is refused all the same.
-    ({"plateau_ratio": 0.9, "ultimate_ratio": 0.1}, r"ultimate_ratio \(a3\) is 0\.1; it must be greater than 1 - b1"),
+    ({"yield_displacement_ratio": 0.0}, r"yield_displacement_ratio \(a1\) is 0\.0; it must be greater than 0"),
+    ({"yield_displacement_ratio": -0.1}, r"yield_displacement_ratio \(a1\) is -0\.1; it must be greater than 0"),
+    ({"yield_displacement_ratio": 0.15}, r"yield_displacement_ratio \(a1\) is 0\.15; it must be less than a2"),
+    ({"yield_displacement_ratio": 0.5}, r"yield_displacement_ratio \(a1\) is 0\.5; it must be less than a2"),
+    ({"yield_displacement_ratio": np.nan}, r"yield_displacement_ratio \(a1\) is nan; it must be a finite"),
+    ({"strength_ratio": 0.0}, r"strength_ratio \(b1\) is 0\.0; it must be between 0 and 1"),
+    ({"strength_ratio": 1.0}, r"strength_ratio \(b1\) is 1\.0; it must be between 0 and 1"),
+    ({"strength_ratio": "high"}, r"strength_ratio \(b1\) is 'high'; it must be a number"),
     (
-        {"ultimate_ratio": 0.88, "softening": "translated"},
-        r"ultimate_ratio \(a3\) is 0\.88; it must be greater than a1 \+ b1",
+        {"ultimate_displacement_ratio": 1.01},
+        r"ultimate_displacement_ratio \(a3\) is 1\.01; it must be greater than 0 and at most 1",
+    ),
+    (
+        {"ultimate_displacement_ratio": 0.0},
+        r"ultimate_displacement_ratio \(a3\) is 0\.0; it must be greater than 0 and at most 1",
+    ),
+    (
+        {"ultimate_displacement_ratio": 0.1},
+        r"ultimate_displacement_ratio \(a3\) is 0\.1; it must be greater than 1 - b1",
+    ),
+    # 1 - 0.9 is just below 0.1 in floating point: a last branch of no length is refused all the same.
+    (
+        {"strength_ratio": 0.9, "ultimate_displacement_ratio": 0.1},
+        r"ultimate_displacement_ratio \(a3\) is 0\.1; it must be greater than 1 - b1",
+    ),
+    (
+        {"ultimate_displacement_ratio": 0.88, "softening": "translated"},
+        r"ultimate_displacement_ratio \(a3\) is 0\.88; it must be greater than a1 \+ b1",
     ),
     ({"softening": "steep"}, r"softening is 'steep'; it must be one of steeper, translated"),
 ]
@@ -176,11 +196,11 @@ BAD = [
 
 @pytest.mark.parametrize(("change", "message"), BAD, ids=[message.split(";")[0] for _, message in BAD])
 def test_a_bad_curve_is_refused_with_the_name_the_value_and_what_is_allowed(change, message):
-    given = {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85, **change}
+    given = {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85, **change}
     with pytest.raises(InputError, match=message):
         TrilinearCurve(**given)
 
 
 def test_one_bad_curve_among_many_is_named():
-    with pytest.raises(InputError, match=r"cracked_stiffness_ratio \(a1\) is 0\.3; it must be less than a2"):
+    with pytest.raises(InputError, match=r"yield_displacement_ratio \(a1\) is 0\.3; it must be less than a2"):
         TrilinearCurve(np.array([0.04, 0.3]), 0.75)

@@ -57,7 +57,7 @@ def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_
 def test_a_damper_is_the_linear_oscillator_s_on_the_branches_on_which_it_says_so(model):
     if not Damping(model, XI).constant_branches:
         pytest.skip(f"{model} is no linear oscillator's anywhere")
-    inside = CURVE.cracked_stiffness_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
+    inside = CURVE.yield_displacement_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
     expected = 2 * CURVE.initial_frequency * XI
     np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, inside), expected, rtol=1e-14)
 

@@ -45,14 +45,14 @@ def test_a_stage_takes_its_wildcards_the_config_its_record_and_its_inputs(name):
     stage = STAGES[name]
     own = [key for key in ("study", "share") if f"{{{key}}}" in stage.file]
     several = [one for one in stage.inputs if "{" in one and not own]
-    given = [*own, "config", *filter(None, (stage.record, stage.ladder)), *stage.inputs]
+    given = [*own, "config", *filter(None, (stage.record, stage.test_series)), *stage.inputs]
     taken = inspect.signature(function_of(stage)).parameters
     rest = [name for name, one in taken.items() if one.kind is inspect.Parameter.VAR_POSITIONAL]
     assert len(taken) - len(rest) == len(given) - len(several)
     assert bool(rest) == bool(several)
 
 
-@pytest.mark.parametrize("name", [name for name in COMPUTED if name != "natural"])
+@pytest.mark.parametrize("name", [name for name in COMPUTED if name != "earthquakes"])
 def test_a_stage_runs_again_for_the_keys_that_its_settings_read_and_no_others(name):
     function = function_of(STAGES[name])
     parsed = re.findall(r"(\w+)\.of\(config\)", inspect.getsource(function))
@@ -65,19 +65,23 @@ def test_a_stage_runs_again_for_the_keys_that_its_settings_read_and_no_others(na
 
 
 def test_the_keys_that_name_records_are_those_of_every_stage_each_once():
-    assert keys_of("record", "ladder") == ["validation.record", "validation.ladder", "identification.ladder"]
+    assert keys_of("record", "test_series") == [
+        "validation.record",
+        "validation.test_series",
+        "identification.test_series",
+    ]
     assert keys_of("motions") == ["records", "population.records"]
 
 
 def test_what_only_joins_shares_runs_again_with_any_of_them():
-    """The config of `natural` says what all that it joins was made with: shares of an earlier grid may lie there."""
-    parts = [key for name in ("natural_walls", "natural_records") for key in STAGES[name].config]
-    assert set(STAGES["natural"].config) == set(parts)
+    """The config of `earthquakes` says what all that it joins was made with: shares of an earlier grid may lie there."""
+    parts = [key for name in ("earthquake_walls", "earthquake_records") for key in STAGES[name].config]
+    assert set(STAGES["earthquakes"].config) == set(parts)
 
 
 def test_the_report_is_given_every_study_and_no_decays():
     assert {f"match/{study}" for study in STUDIES} <= set(reported())
-    assert not {"decay/amplitude", "natural/records-0", "population/walls"} & set(reported())
+    assert not {"decay/amplitude", "earthquakes/records-0", "population/walls"} & set(reported())
 
 
 def test_a_fifth_study_stands_in_every_list(monkeypatch):
@@ -90,7 +94,7 @@ def test_a_figure_of_the_paper_has_its_number_and_one_beyond_it_has_none():
     numbers = {name: figure.number for name, figure in FIGURES.items() if figure.number}
     assert list(numbers)[:5] == [f"fig{n}" for n in range(1, 6)]
     assert all(number == f"Fig. {name[3]}" or name == "fig6_error" for name, number in numbers.items())
-    assert FIGURES["fig_orders"].number == ""
+    assert FIGURES["fig_convergence"].number == ""
 
 
 def test_reading_the_tables_takes_no_library_that_loads_for_long():

@@ -42,7 +42,7 @@ def test_every_file_of_the_tables_has_an_origin(expected):
     assert {f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("png", "pdf")} <= set(expected)
     assert {"report.html", "claims.csv", "claims.json", "errata.csv", "coefficients.csv"} <= set(expected)
     assert {stage.file for stage in STAGES.values() if "{" not in stage.file} <= set(expected)
-    assert {"decay/amplitude.nc", "match/slenderness.nc", "natural/records-1.nc", "population/walls-0.nc"} <= set(
+    assert {"decay/amplitude.nc", "match/slenderness.nc", "earthquakes/records-1.nc", "population/walls-0.nc"} <= set(
         expected
     )
 
@@ -66,12 +66,12 @@ def test_a_file_that_was_changed_is_named(folder, expected, file):
 
 
 def test_a_result_of_another_config_or_of_other_sources_is_named(folder, expected):
-    origin = expected["loops.nc"]
-    other = {**expected, "loops.nc": origin._replace(config_sha256="0" * 64)}
-    assert reasons(folder, other) == {"loops.nc": "was made with another config"}
-    other = {**expected, "loops.nc": origin._replace(code_version="0.1.0+0")}
+    origin = expected["damping_force.nc"]
+    other = {**expected, "damping_force.nc": origin._replace(config_sha256="0" * 64)}
+    assert reasons(folder, other) == {"damping_force.nc": "was made with another config"}
+    other = {**expected, "damping_force.nc": origin._replace(code_version="0.1.0+0")}
     assert reasons(folder, other) == {
-        "loops.nc": f"was made by other sources, {origin.code_version}; these are 0.1.0+0"
+        "damping_force.nc": f"was made by other sources, {origin.code_version}; these are 0.1.0+0"
     }
 
 
@@ -84,11 +84,11 @@ def test_without_a_list_that_can_be_read_no_result_is_verified(folder, expected,
 
 @pytest.mark.parametrize("attribute", ["config_sha256", "code_version"])
 def test_a_dataset_that_states_another_origin_is_not_listed(folder, expected, attribute):
-    path = folder / "loops.nc"
-    xr.Dataset(attrs={**expected["loops.nc"]._asdict(), attribute: "0"}).to_netcdf(path)
-    with pytest.raises(DatasetError, match=f"loops.nc states {attribute} 0; that of this run is .*; delete it"):
+    path = folder / "damping_force.nc"
+    xr.Dataset(attrs={**expected["damping_force.nc"]._asdict(), attribute: "0"}).to_netcdf(path)
+    with pytest.raises(DatasetError, match=f"damping_force.nc states {attribute} 0; that of this run is .*; delete it"):
         verification.write_checksums(folder, expected)
-    assert reasons(folder, expected) == {"loops.nc": DAMAGED}
+    assert reasons(folder, expected) == {"damping_force.nc": DAMAGED}
 
 
 def test_files_of_no_rule_are_named_and_results_of_another_config_below_are_not(folder, expected):
@@ -101,7 +101,7 @@ def test_files_of_no_rule_are_named_and_results_of_another_config_below_are_not(
 
 @pytest.mark.parametrize("odd", ["fifo", "folder", "link"])
 def test_a_pipe_a_folder_or_a_device_is_no_result_and_is_not_waited_for(folder, expected, odd):
-    (folder / "loops.nc").unlink()
+    (folder / "damping_force.nc").unlink()
     make = {"fifo": os.mkfifo, "folder": os.mkdir, "link": lambda path: os.symlink("/dev/zero", path)}[odd]
-    make(folder / "loops.nc")
-    assert reasons(folder, expected) == {"loops.nc": DAMAGED}
+    make(folder / "damping_force.nc")
+    assert reasons(folder, expected) == {"damping_force.nc": DAMAGED}

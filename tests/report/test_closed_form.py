@@ -94,7 +94,7 @@ def test_the_script_knows_the_curve_and_the_dampers(run):
     x = np.linspace(0.001, 1.0, 40)
     for case in (curves()[0], *curves()[-4:]):
         curve = TrilinearCurve(*case[:4])
-        inside = x[x < float(curve.ultimate_ratio)]
+        inside = x[x < float(curve.ultimate_displacement_ratio)]
         calls = [(name, [named(*case[:4]), at]) for name in ("force", "energy") for at in x]
         calls += [("speedAt", [named(*case[:4]), at, float(x[-1])]) for at in x]
         own = [*curve.force(x), *curve.energy(x), *np.sqrt(2 * (curve.energy(x[-1]) - curve.energy(x)))]

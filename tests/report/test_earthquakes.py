@@ -12,13 +12,13 @@ from rockdamp import report
 from rockdamp.report import earthquakes
 from rockdamp.text import number
 
-CONFIG = {"natural": {"restitution_change": 0.017}, "curve": {"plateau_ratio": 0.83}}
+CONFIG = {"earthquakes": {"restitution_change": 0.017}, "curve": {"strength_ratio": 0.83}}
 
 
 def datasets(compared=None):
     compared = made_up.comparison() if compared is None else compared
     advice = made_up.recommendation(compared)
-    return {"comparison": compared, "recommendation": advice, "natural/walls": made_up.walls()}
+    return {"comparison": compared, "recommendation": advice, "earthquakes/walls": made_up.walls()}
 
 
 def told(compared=None, **more):
@@ -73,7 +73,7 @@ def sample():
 
 def test_samples_solved_event_by_event_are_told_by_stratum_where_there_are_any():
     assert "event by event" not in told()
-    text = told(**{"natural/check": sample()}).replace("\u202f", " ")
+    text = told(**{"earthquakes/check": sample()}).replace("\u202f", " ")
     assert "Histories of the study, solved again event by event" in text and "of the population" not in text
     assert "stands, peak below 0.5 u ins 12 345 40 0 % 2.5 % 0.040 % 1.1 %" in text
     assert "outcome depends on the step 20 20 5 % – 0.20 % 13 %" in text
@@ -83,15 +83,15 @@ def test_samples_solved_event_by_event_are_told_by_stratum_where_there_are_any()
 
 
 def test_histories_whose_bound_exceeds_their_peak_are_named_once():
-    histories = made_up.natural()
-    assert "exceeds the peak" not in told(natural=histories)
-    at = {"record": "far-field/2/a", "scale": made_up.SCALE[0], "wall": "church", "restitution": 0.85}
+    histories = made_up.earthquakes()
+    assert "exceeds the peak" not in told(earthquakes=histories)
+    at = {"record": "far-field/2/a", "velocity_ratio": made_up.SCALE[0], "wall": "church", "restitution": 0.85}
     bound, peak = (histories[name] for name in ("peak_ratio_uncertainty", "peak_ratio"))
     bound.loc[{**at, "damping_model": "CR"}] = 2 * peak.loc[{**at, "damping_model": "CR"}]  # from every source
-    bound.loc[{**at, "damping_model": "SDR", "damping_ratio_source": "fit"}] = 3 * peak.sel(
-        **at, damping_model="SDR", damping_ratio_source="fit"
+    bound.loc[{**at, "damping_model": "SDR", "damping_ratio_source": "polynomial"}] = 3 * peak.sel(
+        **at, damping_model="SDR", damping_ratio_source="polynomial"
     )
-    text = told(natural=histories)
+    text = told(earthquakes=histories)
     assert "The bound exceeds the peak itself in 2 histories, named below." in text
     rows = re.findall(r"far-field/2/a church 0.200 0.85 (\w+) (\w+|–) \S+ (\d)", text)
     assert rows == [("SDR", "polynomials", "3"), ("CR", "–", "2")]
@@ -125,7 +125,7 @@ def test_a_closed_form_that_errs_more_is_told():
 
 
 def test_one_that_no_other_equals_is_said_to_be_the_only_one():
-    alone = told(scaled("log_error", 0.1, damping_model="SDR", damping_ratio_source="error"))
+    alone = told(scaled("log_error", 0.1, damping_model="SDR", damping_ratio_source="least error"))
     assert alone.count("All others err more.") == 3
     assert "Every other is told apart from the least error at some e." in alone
 
@@ -225,7 +225,7 @@ def test_a_study_too_small_for_any_number_has_dashes_and_no_recommendation():
 
 
 def test_without_the_study_the_report_has_no_section_on_it(short, html):
-    gone = {name for name in short.datasets if name.startswith("natural")}
+    gone = {name for name in short.datasets if name.startswith("earthquakes")}
     less = {name: data for name, data in short.datasets.items() if name not in gone}
     without = report.build(dataclasses.replace(short, datasets=less))
     assert 'id="earthquakes"' not in without and 'href="#earthquakes"' not in without

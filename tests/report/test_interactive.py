@@ -10,8 +10,8 @@ from rockdamp.vocabulary import MODELS
 WALL = rockdamp.Wall(thickness=0.3, height=4.5, hinge_ratio=0.7)
 
 
-def given(step=0.0025, window=8.0):
-    return interactive.data(rockdamp.TrilinearCurve(0.04, 0.85), WALL, step, window, 0.85, 0.5)
+def given(step=0.0025, response_length=8.0):
+    return interactive.data(rockdamp.TrilinearCurve(0.04, 0.85), WALL, step, response_length, 0.85, 0.5)
 
 
 def test_the_closed_form_is_given_the_packages_constants():

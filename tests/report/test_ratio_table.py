@@ -14,7 +14,7 @@ import pytest
 import rockdamp as rd
 from rockdamp.equivalence import tabulated
 from rockdamp.report import ratio_table
-from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, PAPER_MODELS
 
 NODE = shutil.which("node") or shutil.which("nodejs")
 needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page's script without a browser, is absent")
@@ -27,7 +27,7 @@ def read(tmp_path_factory):
     (folder / "table.js").write_text(
         files("rockdamp.report").joinpath("ratio_table.js").read_text(encoding="utf-8"), encoding="utf-8"
     )
-    (folder / "data.json").write_text(json.dumps(ratio_table.data(DEFAULT_WINDOW)), encoding="utf-8")
+    (folder / "data.json").write_text(json.dumps(ratio_table.data(DEFAULT_RESPONSE_LENGTH)), encoding="utf-8")
     (folder / "read.js").write_text(
         """
         const table = require("./table.js")(require("./data.json"));
@@ -81,14 +81,16 @@ def test_the_page_reads_the_packages_ratios_and_refuses_where_it_refuses(read, s
 def test_a_wall_of_steeper_softening_that_ends_early_is_refused_on_the_page(read):
     wall = {"model": "CDR", "e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 0.9, "softening": "steeper", "x0": 0.5}
     early, whole = read([wall, {**wall, "a3": 1}])
-    assert early["xi"] is None and early["refusal"].startswith("ultimate_ratio (a3) must be 1 with steeper softening")
+    assert early["xi"] is None and early["refusal"].startswith(
+        "ultimate_displacement_ratio (a3) must be 1 with steeper softening"
+    )
     answer = rd.damping_ratio_table(rd.TrilinearCurve(0.04, 0.85), "CDR", 0.85)
     assert whole["xi"] == pytest.approx(float(answer), rel=1e-3)
 
 
 def test_a_page_over_another_length_of_the_response_has_no_table():
-    assert ratio_table.data(DEFAULT_WINDOW + 4) is None
+    assert ratio_table.data(DEFAULT_RESPONSE_LENGTH + 4) is None
 
 
 def test_the_page_holds_less_than_half_a_megabyte_of_it():
-    assert len(json.dumps(ratio_table.data(DEFAULT_WINDOW))) < 500_000
+    assert len(json.dumps(ratio_table.data(DEFAULT_RESPONSE_LENGTH))) < 500_000

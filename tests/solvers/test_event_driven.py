@@ -24,7 +24,7 @@ from rockdamp.vocabulary import MODELS
 @pytest.mark.parametrize("restitution", [0.7, 0.93, 1.0])
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.97])
 def test_cr_peaks_and_their_times_follow_the_energy_of_each_impact(curve, restitution, share):
-    x0 = share * float(curve.ultimate_ratio)
+    x0 = share * float(curve.ultimate_displacement_ratio)
     run = history(curve, Damping.cr(restitution), [60.0], release_amplitude=x0)
     peaks = cr_peaks(curve, restitution, x0, run.turning_tau.size)
     # At y = a3 - x0 = 0.03 an error of 1e-15 in energy is one of 1e-15/y^2 = 1e-12 in time, and it adds up.
@@ -39,7 +39,7 @@ def test_cr_peaks_and_their_times_follow_the_energy_of_each_impact(curve, restit
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("xi", [0.01, 0.1, 0.4])
 def test_ecd_peaks_lose_the_energy_of_a_linear_oscillator_from_any_amplitude(curve, xi):
-    x0 = 0.95 * float(curve.ultimate_ratio)
+    x0 = 0.95 * float(curve.ultimate_displacement_ratio)
     run = history(curve, Damping("ECD", xi), [25.0], release_amplitude=x0)
     root = np.sqrt(curve.energy(np.abs(np.concatenate([[x0], run.turning_displacement]))))
     assert root[1:] / root[:-1] == pytest.approx(np.exp(-np.pi * xi / np.sqrt(1 - xi**2)), rel=1e-10)
@@ -73,7 +73,7 @@ def test_one_impact_per_crossing_of_a_linear_oscillator_is_its_logarithmic_decre
 
 def test_softening_branch_is_hyperbolic_until_the_plateau():
     curve, x0 = CURVES[4], 0.84
-    k, a3 = float(curve.softening_stiffness), float(curve.ultimate_ratio)
+    k, a3 = float(curve.softening_stiffness), float(curve.ultimate_displacement_ratio)
     reaches = np.arccosh((a3 - curve.plateau_end) / (a3 - x0)) / np.sqrt(k)
     times = np.linspace(0, reaches, 20)
     run = history(curve, Damping.cr(0.9), times, release_amplitude=x0)
@@ -173,7 +173,7 @@ def test_collapse_ends_the_run_at_the_time_that_the_kernel_finds(curve, damper):
     assert -step < run.outcome_tau - kernel.outcome_tau < 10 * step**2
     gone = times > run.outcome_tau
     assert np.isnan(run.displacement[gone]).all() and np.isnan(run.velocity[gone]).all()
-    assert np.abs(run.displacement[~gone]).max() <= curve.ultimate_ratio
+    assert np.abs(run.displacement[~gone]).max() <= curve.ultimate_displacement_ratio
 
 
 def test_a_run_that_ends_before_collapse_is_completed():
@@ -185,7 +185,7 @@ def test_a_run_that_ends_before_collapse_is_completed():
 
 def test_energy_decides_between_collapse_and_return():
     curve = CURVES[1]
-    needed = float(np.sqrt(2 * (curve.energy(curve.ultimate_ratio) - curve.energy(0.5))))
+    needed = float(np.sqrt(2 * (curve.energy(curve.ultimate_displacement_ratio) - curve.energy(0.5))))
     for factor, outcome in ((1 - 1e-9, "completed"), (1 + 1e-9, "collapsed")):
         start = {"release_amplitude": 0.5, "release_velocity": factor * needed}
         assert history(curve, Damping.cr(1.0), [40.0], **start).outcome == outcome

@@ -115,7 +115,7 @@ def test_a_wall_at_rest_stays_at_rest_until_the_load_comes(damper):
     curve=st.sampled_from(CURVES),
 )
 def test_the_mirrored_motion_is_the_mirror_image(x0, v0, seed, damper, curve):
-    load, x0 = smooth_load(seed, 11), x0 * float(curve.ultimate_ratio)
+    load, x0 = smooth_load(seed, 11), x0 * float(curve.ultimate_displacement_ratio)
     right, left = (
         history(
             curve,
@@ -189,11 +189,16 @@ def test_kernel_converges_to_the_exact_history_at_second_order(forced, damper):
     for softening in SOFTENING:
         curves = ensemble(softening)
         share = 0.15 if forced else np.linspace(0.4, 0.8, curves.shape[0])
-        start = np.broadcast_to(share * curves.ultimate_ratio, curves.shape)
+        start = np.broadcast_to(share * curves.ultimate_displacement_ratio, curves.shape)
         ground, factor = smooth_load(1, steps // 8 + 1), np.linspace(0.6, 1.4, curves.shape[0])
         exacts = []
         for a1, b1, a3, x0, f in zip(
-            curves.cracked_stiffness_ratio, curves.plateau_ratio, curves.ultimate_ratio, start, factor, strict=True
+            curves.yield_displacement_ratio,
+            curves.strength_ratio,
+            curves.ultimate_displacement_ratio,
+            start,
+            factor,
+            strict=True,
         ):
             load = f * ground if forced else ()
             wall = TrilinearCurve(a1, b1, a3, softening)

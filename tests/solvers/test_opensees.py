@@ -33,8 +33,8 @@ SUBSTEPS = 2 ** np.arange(2, 7)
 def opensees_history(damping_ratio, release, ground, substeps, wall=WALL, curve=CURVE, sample=SAMPLE, samples=SAMPLES):
     """Displacements at the samples. [m]"""
     u_ins, strength = float(wall.instability_displacement), float(wall.rigid_strength)
-    mass, b1 = float(wall.effective_mass), float(curve.plateau_ratio)
-    corners = [float(x) for x in (curve.cracked_stiffness_ratio, curve.plateau_end, curve.ultimate_ratio)]
+    mass, b1 = float(wall.effective_mass), float(curve.strength_ratio)
+    corners = [float(x) for x in (curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio)]
     w1 = np.sqrt(b1 * strength / (corners[0] * u_ins) / mass)
     # The material goes on along its last slope: the far point keeps it at zero beyond the collapse.
     strain = np.array([0.0, *corners, 100.0]) * u_ins
@@ -146,6 +146,6 @@ def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
     (coarse, _), (fine, outcome) = ours(substeps), ours(2 * substeps)
     coarse_peer, fine_peer = theirs(substeps), theirs(2 * substeps)
     stands = outcome == 0
-    assert (fine[stands] > curve.cracked_stiffness_ratio).any() and (fine_peer[~stands] > 1).all()
+    assert (fine[stands] > curve.yield_displacement_ratio).any() and (fine_peer[~stands] > 1).all()
     bound = np.abs(coarse - fine) + np.abs(coarse_peer - fine_peer) + 1e-3 * fine
     assert (np.abs(fine - fine_peer)[stands] <= bound[stands]).all()

@@ -29,7 +29,7 @@ def pulse(step, amplitude=1.1, length=1.5, end=8.0):
 @pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
 def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order, curve):
     for e, share in ((0.7, 0.9), (0.9, 0.02)):
-        x0 = share * float(curve.ultimate_ratio)
+        x0 = share * float(curve.ultimate_displacement_ratio)
         end = 1.5 * float(curve.period(x0))
         run = event_driven.history(curve, Damping.of_restitution(e, order=order), [end], release_amplitude=x0)
         peaks = np.abs(run.turning_displacement)

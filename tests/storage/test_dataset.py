@@ -31,19 +31,19 @@ def orders():
 
 
 def write(data, path):
-    dataset.write(data, path, "orders", config={"seed": 1}, code_version="0+0")
+    dataset.write(data, path, "convergence", config={"seed": 1}, code_version="0+0")
 
 
 def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):
-    write(orders, tmp_path / "orders.nc")
-    with xr.open_dataset(tmp_path / "orders.nc") as back:
+    write(orders, tmp_path / "convergence.nc")
+    with xr.open_dataset(tmp_path / "convergence.nc") as back:
         xr.testing.assert_equal(back.load(), orders)
         assert float(back["order"].sel(damping_model="ECD", excitation="free").item()) == 2.0
 
 
 def test_every_variable_has_units_and_a_name_and_every_file_its_origin(orders, tmp_path):
-    write(orders, tmp_path / "orders.nc")
-    back = dataset.open(tmp_path / "orders.nc")
+    write(orders, tmp_path / "convergence.nc")
+    back = dataset.open(tmp_path / "convergence.nc")
     for name, variable in back.variables.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name
         assert "_FillValue" not in variable.attrs
@@ -70,9 +70,9 @@ def test_large_variables_are_compressed_but_the_long_histories_of_the_decays(ord
     coords = {"slenderness": [12.0], "restitution": [0.9], "tau": many}
     decays = xr.Dataset(decay, coords).set_coords("frequency_parameter")
     dataset.write(decays, tmp_path / "decay.nc", "decay", config={}, code_version="0+0")
-    write(orders.isel(step=[0]).sel(step=np.ones(many.size)), tmp_path / "orders.nc")
+    write(orders.isel(step=[0]).sel(step=np.ones(many.size)), tmp_path / "convergence.nc")
     for name, compressed in (("displacement", False), ("solver_error", True)):
-        stored = dataset.open(tmp_path / ("orders.nc" if compressed else "decay.nc"))[name].encoding
+        stored = dataset.open(tmp_path / ("convergence.nc" if compressed else "decay.nc"))[name].encoding
         assert (bool(stored["zlib"]), bool(stored["shuffle"]), bool(stored["fletcher32"])) == (
             compressed,
             compressed,
@@ -81,7 +81,7 @@ def test_large_variables_are_compressed_but_the_long_histories_of_the_decays(ord
 
 
 def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, monkeypatch):
-    path = tmp_path / "orders.nc"
+    path = tmp_path / "convergence.nc"
     write(orders, path)
     before = path.read_bytes()
 
@@ -90,7 +90,9 @@ def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, m
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", full_disk)
-    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be written .No space left on device.; its folder"):
+    with pytest.raises(
+        dataset.DatasetError, match="convergence.nc cannot be written .No space left on device.; its folder"
+    ):
         write(orders, path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
@@ -98,21 +100,21 @@ def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, m
 
 def test_what_the_registry_does_not_know_is_not_written(orders, tmp_path):
     with pytest.raises(dataset.DatasetError, match="surprise"):
-        write(orders.assign(surprise=1.0), tmp_path / "orders.nc")
+        write(orders.assign(surprise=1.0), tmp_path / "convergence.nc")
     with pytest.raises(dataset.DatasetError, match="missing.*order"):
-        write(orders.drop_vars("order"), tmp_path / "orders.nc")
+        write(orders.drop_vars("order"), tmp_path / "convergence.nc")
     with pytest.raises(dataset.DatasetError, match="dimensions"):
-        write(orders.assign(order=orders["order"].isel(scheme=0)), tmp_path / "orders.nc")
+        write(orders.assign(order=orders["order"].isel(scheme=0)), tmp_path / "convergence.nc")
     with pytest.raises(dataset.DatasetError, match="kind"):
-        dataset.write(orders, tmp_path / "orders.nc", "nonsense", config={}, code_version="")
+        dataset.write(orders, tmp_path / "convergence.nc", "nonsense", config={}, code_version="")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_truncated_file_is_named(orders, tmp_path):
-    path = tmp_path / "orders.nc"
+    path = tmp_path / "convergence.nc"
     write(orders, path)
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be read"):
+    with pytest.raises(dataset.DatasetError, match="convergence.nc cannot be read"):
         dataset.open(path)
     with pytest.raises(dataset.DatasetError, match="missing.nc cannot be read"):
         dataset.open(tmp_path / "missing.nc")
@@ -120,19 +122,19 @@ def test_a_truncated_file_is_named(orders, tmp_path):
 
 def test_what_is_left_of_the_file_it_was_read_from_is_not_written(orders, tmp_path):
     orders["order"].encoding["coordinates"] = "of_another_file"
-    write(orders, tmp_path / "orders.nc")
-    with xr.open_dataset(tmp_path / "orders.nc", decode_coords=False) as raw:
+    write(orders, tmp_path / "convergence.nc")
+    with xr.open_dataset(tmp_path / "convergence.nc", decode_coords=False) as raw:
         assert "coordinates" not in raw["order"].attrs
 
 
 @pytest.mark.parametrize("name", ["solver_error", "order", "step"])
 def test_a_flipped_bit_is_an_error_not_another_value(name, orders, tmp_path):
-    path = tmp_path / "orders.nc"
+    path = tmp_path / "convergence.nc"
     write(orders, path)
     damaged = bytearray(path.read_bytes())
     damaged[damaged.index(orders[name].values.tobytes()) + 7] ^= 1
     path.write_bytes(damaged)
-    with pytest.raises(dataset.DatasetError, match="orders.nc cannot be read .* delete it and run again"):
+    with pytest.raises(dataset.DatasetError, match="convergence.nc cannot be read .* delete it and run again"):
         dataset.open(path)
 
 
@@ -152,7 +154,7 @@ def test_a_name_has_one_unit_in_every_dataset_and_scale_one_meaning():
     every = [entry for kind in dataset.kinds() for entry in dataset.variables(kind, "slenderness").items()]
     units = {name: {entry["units"] for own, entry in every if own == name} for name, _ in every}
     assert {name for name, own in units.items() if len(own) > 1} == TWO_UNITS
-    assert {entry["symbol"] for name, entry in every if name == "scale"} == {"lambda PGV/(p u_ins)"}
+    assert {entry["symbol"] for name, entry in every if name == "velocity_ratio"} == {"lambda PGV/(p u_ins)"}
 
 
 def test_a_study_dataset_needs_its_dimension():

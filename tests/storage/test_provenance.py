@@ -17,7 +17,7 @@ STAGES = [
     "studies.matches",
     "studies.response_length",
     "studies.polynomial_fits",
-    "studies.damping_loops",
+    "studies.damping_force",
     "studies.force_curves",
     "studies.validation",
     "studies.calibration",
@@ -186,16 +186,16 @@ def test_a_config_that_json_cannot_hold_has_no_digest(value):
 
 
 def test_a_part_of_the_config_keeps_its_nesting_and_nothing_else():
-    curve = {"plateau_ratio": 0.85, "softening": "steeper", "ultimate_ratio": 1.0}
-    config = {"release_amplitude": 0.5, "curve": curve, "matching": {"window": 8, "scan": {"points": 3}}}
-    part = provenance.subset(config, "release_amplitude", "curve.plateau_ratio", "matching.scan", "curve.softening")
+    curve = {"strength_ratio": 0.85, "softening": "steeper", "ultimate_displacement_ratio": 1.0}
+    config = {"release_amplitude": 0.5, "curve": curve, "matching": {"response_length": 8, "scan": {"points": 3}}}
+    part = provenance.subset(config, "release_amplitude", "curve.strength_ratio", "matching.scan", "curve.softening")
     assert part == {
         "release_amplitude": 0.5,
-        "curve": {"plateau_ratio": 0.85, "softening": "steeper"},
+        "curve": {"strength_ratio": 0.85, "softening": "steeper"},
         "matching": {"scan": {"points": 3}},
     }
 
 
 def test_a_part_that_does_not_exist_is_an_error():
     with pytest.raises(KeyError, match="plateau"):
-        provenance.subset({"curve": {"plateau_ratio": 0.85}}, "curve.plateau")
+        provenance.subset({"curve": {"strength_ratio": 0.85}}, "curve.plateau")

@@ -25,8 +25,8 @@ def config(paper):
     small["studies"]["amplitude"]["release_amplitude"] = [0.3, 0.5, 0.9]
     small["studies"]["slenderness"]["slenderness"] = [10, 15, 30]
     small["studies"]["overburden"]["overburden_ratio"] = [0.0, 0.5]
-    small["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.02, 0.04, 0.10, 0.20]
-    small["windows"] = {"start": 3, "stop": 16, "step": 1}
+    small["studies"]["cracked_stiffness"]["yield_displacement_ratio"] = [0.02, 0.04, 0.10, 0.20]
+    small["response_lengths"] = {"start": 3, "stop": 16, "step": 1}
     return small
 
 

@@ -5,7 +5,7 @@ import pytest
 from repository import ROOT
 from snakemake.utils import update_config
 
-from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import read_record
@@ -28,11 +28,11 @@ EXACT = (0, 1, 2, 4, 8)  # orders at which the histories of the event-driven sol
 
 @pytest.fixture(scope="module")
 def config():
-    """That of the small chain, but for the window and the solver's step."""
+    """That of the small chain, but for the response length and the solver's step."""
     small, least = (
         yaml_file.load((ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")) for name in ("default", "minimal")
     )
-    del least["matching"]["window"], least["solver"]
+    del least["matching"]["response_length"], least["solver"]
     update_config(small, least)
     small["damper_order"] |= {"restitution": [0.7, 0.85], "release_share": [0.3, 0.5, 0.9]}
     return small
@@ -58,10 +58,12 @@ def test_the_error_falls_with_every_order_on_every_curve_from_every_release_at_e
 
 
 def test_the_peaks_are_exact_at_every_order_but_for_the_step():
-    e, window = np.array([0.85, 0.6]), 6.0
+    e, response_length = np.array([0.85, 0.6]), 6.0
     dampers = Dampers(np.array([0, 4, 32]), e, 0.01)
     coarse, fine = (
-        measured(CURVE, np.array([0.5, 0.3]), dampers, window=window, step=step, scheme="newmark")["peak_error"]
+        measured(CURVE, np.array([0.5, 0.3]), dampers, response_length=response_length, step=step, scheme="newmark")[
+            "peak_error"
+        ]
         for step in (0.004, 0.002)
     )
     assert np.all(fine[:3] < 2e-4) and np.all(fine[3:] > 0.01)
@@ -71,7 +73,9 @@ def test_the_peaks_are_exact_at_every_order_but_for_the_step():
 @pytest.mark.parametrize("scheme", ["newmark", "paper"])
 def test_every_measure_of_restitution_against_itself_is_zero(scheme):
     itself = Dampers(np.array([]), np.array([0.85, 0.6]), 0.0)
-    for name, values in measured(CURVE, np.array([0.5, 0.3]), itself, window=8.0, step=0.005, scheme=scheme).items():
+    for name, values in measured(
+        CURVE, np.array([0.5, 0.3]), itself, response_length=8.0, step=0.005, scheme=scheme
+    ).items():
         assert values.shape == (2, 2) and (values == 0).all(), name
 
 
@@ -79,7 +83,7 @@ def test_the_measures_are_those_of_the_event_driven_solver():
     e, step, x0 = 0.8, 0.0025, 0.5
     tau = step * np.arange(1, 3201)
     dampers = Dampers(np.array(EXACT), np.array([e]), 0.01)
-    by_steps = measured(CURVE, np.array([x0]), dampers, window=8.0, step=step, scheme="newmark")
+    by_steps = measured(CURVE, np.array([x0]), dampers, response_length=8.0, step=step, scheme="newmark")
     impact, *others = [
         event_driven.history(CURVE, damping, tau, release_amplitude=x0)
         for damping in (Damping.cr(e), *dampers.each(lambda damping: damping.map(np.squeeze)))

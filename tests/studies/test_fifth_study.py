@@ -11,15 +11,15 @@ from rockdamp.errors import InputError
 from rockdamp.pipeline import dictionary
 from rockdamp.storage import dataset, yaml_file
 from rockdamp.storage.registry import registry
-from rockdamp.studies import damping_loops, decays, matches
+from rockdamp.studies import damping_force, decays, matches
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.vocabulary import STUDIES
 
 SCHEMA, DEFAULT = ROOT / "workflow/schemas/config.schema.yaml", ROOT / "config/default.yaml"
-MEANINGS = {"hinge_ratio": "height of the hinge over height of the wall", "plateau_ratio": "plateau over strength"}
+MEANINGS = {"hinge_ratio": "height of the hinge over height of the wall", "strength_ratio": "plateau over strength"}
 
 
-HINGE, PLATEAU = ("hinge", "hinge_ratio", [0.6, 0.7]), ("plateau", "plateau_ratio", [0.6, 0.85])
+HINGE, PLATEAU = ("hinge", "hinge_ratio", [0.6, 0.7]), ("plateau", "strength_ratio", [0.6, 0.85])
 
 
 @pytest.fixture(params=[HINGE, PLATEAU], ids=["of the wall", "of the curve"])
@@ -32,13 +32,17 @@ def fifth(request, monkeypatch):
     config["solver"]["step"] = 0.01
     config["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.05}
     config["studies"] |= {name: {parameter: values}}
-    config["matching"] |= {"window": 5.0, "refinement": 2, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
-    config["windows"] = {"start": 3, "stop": 10, "step": 1}
-    config["loops"]["window"] = 12
+    config["matching"] |= {
+        "response_length": 5.0,
+        "refinement": 2,
+        "scan": {"smallest": 0.3, "largest": 3.0, "points": 60},
+    }
+    config["response_lengths"] = {"start": 3, "stop": 10, "step": 1}
+    config["damping_force"]["response_length"] = 12
     config["accuracy"] |= {"restitutions": 1, "doublings": 0, "halvings": 1, "minima": 2, "bracket": 0.3}
     config["accuracy"]["rigid"] |= {"slenderness": [8], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
     config["studies"]["amplitude"]["release_amplitude"] = [0.5]
-    config["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.02, 0.04]
+    config["studies"]["cracked_stiffness"]["yield_displacement_ratio"] = [0.02, 0.04]
     return name, parameter, config
 
 
@@ -67,11 +71,11 @@ def test_accuracy_is_given_it_and_measures_it(fifth):
     config["studies"]["overburden"]["overburden_ratio"] = [0.0]
     released = {study: decays.study(study, config) for study in STUDIES}
     matched = {study: matches.match(study, config, released[study]) for study in STUDIES}
-    measured = accuracy(config, damping_loops.loops(config), *matched.values(), *released.values())
+    measured = accuracy(config, damping_force.damping_force(config), *matched.values(), *released.values())
     assert measured["study"].values.tolist() == [*STUDIES]
     assert float(measured["decay_energy_residual"].sel(study=name)) < 1e-3
     assert int(measured["published_count"]) == sum(one["damping_ratio"][0].size for one in matched.values())
-    assert sorted(measured["plateau_ratio"].values) == [0.6, 0.85, 0.85]  # of the curves: 0.85 at two values of a1
+    assert sorted(measured["strength_ratio"].values) == [0.6, 0.85, 0.85]  # of the curves: 0.85 at two values of a1
 
 
 def test_a_study_that_is_not_handed_over_is_missed(fifth):
@@ -95,7 +99,7 @@ def test_its_values_are_checked_before_the_run(fifth, monkeypatch):
     lines = "\n".join(map(str, checks.problems(config)))
     said = {
         "hinge": "studies.hinge.hinge_ratio[0] is 0.05; at",
-        "plateau": "studies.plateau cannot be used: cracked_stiffness_ratio (a1) is 0.04; it must be less than a2",
+        "plateau": "studies.plateau cannot be used: yield_displacement_ratio (a1) is 0.04; it must be less than a2",
     }
     assert said[name] in lines
     config["studies"][name][parameter] = wrong[::-1]

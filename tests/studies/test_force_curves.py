@@ -15,16 +15,16 @@ def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config):
     rigid = found["force"].sel(curve_name="bi-linear")
     assert (found["force"] <= rigid + 1e-12).all()
     drawn = found.sel(curve_name="severe")
-    assert (float(drawn["plateau_ratio"]), float(drawn["cracked_stiffness_ratio"])) == (0.5, 0.2)
+    assert (float(drawn["strength_ratio"]), float(drawn["yield_displacement_ratio"])) == (0.5, 0.2)
 
 
 @pytest.mark.parametrize("a1, b1, lower", [(0.04, 0.85, 0.85), (0.2, 0.75, 0.63)])
 def test_both_variants_of_fig_2_end_where_it_draws_them_on_a_plateau_that_leaves_them_room(a1, b1, lower):
     drawn = force_curves.drawn_variants(TrilinearCurve(a1, b1))
-    assert [float(drawn[name].plateau_ratio) for name in ("steeper", "translated")] == pytest.approx([b1, lower])
+    assert [float(drawn[name].strength_ratio) for name in ("steeper", "translated")] == pytest.approx([b1, lower])
     for curve in drawn.values():
-        assert float(curve.ultimate_ratio) == force_curves.DRAWN_ULTIMATE_RATIO
-        assert float(curve.cracked_stiffness_ratio) == a1 < float(curve.plateau_end)
+        assert float(curve.ultimate_displacement_ratio) == force_curves.DRAWN_ULTIMATE_RATIO
+        assert float(curve.yield_displacement_ratio) == a1 < float(curve.plateau_end)
 
 
 def test_the_stage_of_fig_1_tabulates_what_the_wall_gives(paper):

@@ -8,7 +8,7 @@ import pytest
 from rockdamp.config.settings import MatchSettings, PulseSettings
 from rockdamp.config.walls import make_wall
 from rockdamp.equivalence.minima import Cases, global_minima
-from rockdamp.studies import damping_loops, polynomial_fits, pulses
+from rockdamp.studies import damping_force, polynomial_fits, pulses
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.earthquakes import incremental
 from rockdamp.studies.matches import match
@@ -18,7 +18,7 @@ from rockdamp.vocabulary import STUDIES
 @pytest.mark.parametrize("name", STUDIES)
 def test_the_matched_error_is_what_the_definition_gives(name, matches, config):
     match = matches[name]
-    assert float(match["steps"] * match["step"]) == pytest.approx(float(match["window"]))
+    assert float(match["steps"] * match["step"]) == pytest.approx(float(match["response_length"]))
     np.testing.assert_allclose(match["rms_error"], np.sqrt(match["error"] / match["steps"]))
     assert (match["local_minima"] >= 1).all()
     assert (match["damping_ratio_uncertainty"] < 0.03 * match["damping_ratio"]).all()
@@ -39,7 +39,7 @@ def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(name, pa
     given, value = MatchSettings.of(config), float(matched[parameter][-1])
     restitution = matched["restitution"].values[[0, 3]]
     reference, wall = (make_wall(sizes) for sizes in (config["wall"], {**config["wall"], parameter: value}))
-    length = float(matched["window"]) * wall.frequency_parameter / reference.frequency_parameter
+    length = float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
     step, steps = given.solver.step, round(length / given.solver.step)
     curve, release = given.curve.map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
     cases = Cases.released(curve, release, restitution, step=step, steps=steps)
@@ -60,7 +60,7 @@ def test_studies_agree_where_they_meet(matches):
         matches["amplitude"]["damping_ratio"].sel(release_amplitude=0.5).values,
         matches["slenderness"]["damping_ratio"].sel(slenderness=15).values,
         matches["overburden"]["damping_ratio"].sel(overburden_ratio=0).values,
-        matches["cracked_stiffness"]["damping_ratio"].sel(cracked_stiffness_ratio=0.04).values,
+        matches["cracked_stiffness"]["damping_ratio"].sel(yield_displacement_ratio=0.04).values,
     ]
     for other in values[1:]:
         np.testing.assert_allclose(other, values[0], rtol=1e-6)
@@ -73,15 +73,15 @@ def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
     small = copy.deepcopy(config)
     small["solver"]["scheme"] = scheme
     small["restitution"] = {"start": 0.78, "stop": 0.86, "step": 0.04}
-    small["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.04]
-    small["loops"]["restitution"] = e
+    small["studies"]["cracked_stiffness"]["yield_displacement_ratio"] = [0.04]
+    small["damping_force"]["restitution"] = e
     small["pulses"]["restitution"] = [0.8, e]
-    small["natural"]["restitution"] = [e]
+    small["earthquakes"]["restitution"] = [e]
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values
-    looped = damping_loops.loops(small)["damping_ratio"].values[1:]
-    pulsed = pulses.damping_ratios(PulseSettings.of(small))[pulses.SOURCES.index("error"), :, 1]
+    looped = damping_force.damping_force(small)["damping_ratio"].values[1:]
+    pulsed = pulses.damping_ratios(PulseSettings.of(small))[pulses.SOURCES.index("least error"), :, 1]
     shaken = incremental.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
-    top_storey = shaken.sel(wall="top storey", damping_ratio_source="error", restitution=e).values[1:]
+    top_storey = shaken.sel(wall="top storey", damping_ratio_source="least error", restitution=e).values[1:]
     for other in (looped, pulsed, top_storey):
         np.testing.assert_array_equal(other, published)

@@ -19,9 +19,9 @@ def test_a_quadratic_is_fitted_exactly(matches, config):
 
 def test_fits_keep_to_the_reference_plateau_and_match_numpy(matches, config):
     fit = polynomial_fits.fit(config, matches["cracked_stiffness"])
-    assert fit["cracked_stiffness_ratio"].values.tolist() == [0.02, 0.04, 0.10]
+    assert fit["yield_displacement_ratio"].values.tolist() == [0.02, 0.04, 0.10]
     e = fit["restitution"].values
-    one = fit.sel(damping_model="SDR", cracked_stiffness_ratio=0.04)
+    one = fit.sel(damping_model="SDR", yield_displacement_ratio=0.04)
     expected = np.polyfit(e, one["damping_ratio"].values, 2)
     np.testing.assert_allclose(one["coefficient"], expected[::-1], rtol=1e-8)
     np.testing.assert_allclose(fit["giannini_masiani"], giannini_masiani(e))
@@ -36,7 +36,7 @@ def with_ratio(match, values):
 def test_the_fit_in_delta_is_that_of_the_least_relative_error_and_vanishes_without_loss(matches, config):
     match = matches["cracked_stiffness"]
     fit = polynomial_fits.fit(config, match)
-    one = fit.sel(damping_model="CDC", cracked_stiffness_ratio=0.02)
+    one = fit.sel(damping_model="CDC", yield_displacement_ratio=0.02)
     delta = -np.log(one["restitution"].values)
     expected = np.polyfit(delta, one["damping_ratio"].values / delta, 2)
     np.testing.assert_allclose(one["delta_coefficient"], expected[::-1], rtol=1e-8)
@@ -76,11 +76,11 @@ def test_a_range_without_any_e_has_no_error(matches, config):
 def test_the_table_of_coefficients_holds_every_polynomial_once(matches, config):
     fit = polynomial_fits.fit(config, matches["cracked_stiffness"])
     table = polynomial_fits.table(fit)
-    assert len(table) == fit.sizes["damping_model"] * fit.sizes["cracked_stiffness_ratio"]
-    row = table[(table.damping_model == "CDR") & (table.cracked_stiffness_ratio == 0.10)].iloc[0]
-    own = fit["coefficient"].sel(damping_model="CDR", cracked_stiffness_ratio=0.10).values
+    assert len(table) == fit.sizes["damping_model"] * fit.sizes["yield_displacement_ratio"]
+    row = table[(table.damping_model == "CDR") & (table.yield_displacement_ratio == 0.10)].iloc[0]
+    own = fit["coefficient"].sel(damping_model="CDR", yield_displacement_ratio=0.10).values
     assert [row.c0, row.c1, row.c2] == own.tolist()
-    own = fit.sel(damping_model="CDR", cracked_stiffness_ratio=0.10)
+    own = fit.sel(damping_model="CDR", yield_displacement_ratio=0.10)
     assert [row.d0, row.d1, row.d2] == own["delta_coefficient"].values.tolist()
     assert row["delta_largest_relative_error_to_0.96"] == own["delta_largest_relative_error"].sel(
         restitution_range=0.96

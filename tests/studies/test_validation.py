@@ -25,7 +25,7 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
 RICKER_PEAK = 14.0  # [m s-2]; near the strength of the wall, which peaks at 0.36 u_ins
-NOMINAL = {"cracked_stiffness_ratio": 0.03, "plateau_ratio": 0.80, "restitution": 0.835}
+NOMINAL = {"yield_displacement_ratio": 0.03, "strength_ratio": 0.80, "restitution": 0.835}
 
 
 def validated(config, record, equivalence):
@@ -47,10 +47,10 @@ def equivalence():
     ]
     fits = np.polynomial.polynomial.polyfit(e, np.reshape(ratios, (-1, e.size)).T, 2)
     return xr.Dataset(
-        {"coefficient": (("damping_model", "cracked_stiffness_ratio", "degree"), fits.T.reshape(-1, 3, 3))},
+        {"coefficient": (("damping_model", "yield_displacement_ratio", "degree"), fits.T.reshape(-1, 3, 3))},
         coords={
             "damping_model": list(VISCOUS_MODELS),
-            "cracked_stiffness_ratio": a1,
+            "yield_displacement_ratio": a1,
             "degree": [0, 1, 2],
             "restitution": e,
         },
@@ -72,7 +72,7 @@ def record_of(motion):
     """Record of the nominal CR model, without noise, under a motion at `OVERSAMPLING` times the record's sampling."""
     elapsed = np.arange(motion.size // OVERSAMPLING + 1) / SAMPLING
     solved = history(
-        TrilinearCurve(NOMINAL["cracked_stiffness_ratio"], NOMINAL["plateau_ratio"]),
+        TrilinearCurve(NOMINAL["yield_displacement_ratio"], NOMINAL["strength_ratio"]),
         Damping.cr(NOMINAL["restitution"]),
         P * elapsed,
         load=float(WALL.load_factor) * motion,
@@ -108,7 +108,7 @@ def test_damping_ratios_are_the_mean_of_the_polynomials_as_in_the_paper(equivale
     for model in VISCOUS_MODELS:
         fits = equivalence["coefficient"].sel(damping_model=model)
         each = [
-            np.polynomial.polynomial.polyval(0.835, fits.sel(cracked_stiffness_ratio=a1).values) for a1 in (0.02, 0.04)
+            np.polynomial.polynomial.polyval(0.835, fits.sel(yield_displacement_ratio=a1).values) for a1 in (0.02, 0.04)
         ]
         assert found[model] == pytest.approx(np.mean(each), rel=1e-12)
 
@@ -116,7 +116,7 @@ def test_damping_ratios_are_the_mean_of_the_polynomials_as_in_the_paper(equivale
 def test_between_the_stored_a1_the_polynomials_are_interpolated_whatever_their_order(equivalence):
     between = damping_ratios(equivalence, 0.9, [0.025])
     low, high = (damping_ratios(equivalence, 0.9, [a1]) for a1 in (0.02, 0.04))
-    shuffled = damping_ratios(equivalence.isel(cracked_stiffness_ratio=[2, 0, 1]), 0.9, [0.025])
+    shuffled = damping_ratios(equivalence.isel(yield_displacement_ratio=[2, 0, 1]), 0.9, [0.025])
     for model in VISCOUS_MODELS:
         assert between[model] == pytest.approx(0.75 * low[model] + 0.25 * high[model], rel=1e-12)
         assert shuffled[model] == between[model]
@@ -125,7 +125,7 @@ def test_between_the_stored_a1_the_polynomials_are_interpolated_whatever_their_o
 def test_a_fit_is_not_used_outside_its_range(equivalence):
     with pytest.raises(InputError, match="restitution is 0.6; it must be within the range of the fits, 0.7 to 0.98"):
         damping_ratios(equivalence, 0.6, [0.02])
-    with pytest.raises(InputError, match="fit_cracked_stiffness_ratios is 0.3; .* 0.02 to 0.06"):
+    with pytest.raises(InputError, match="fit_yield_displacement_ratios is 0.3; .* 0.02 to 0.06"):
         damping_ratios(equivalence, 0.8, [0.02, 0.3])
 
 
@@ -272,7 +272,7 @@ def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_abo
 
 def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equivalence):
     weak = {**config, "validation": {**config["validation"], "curve": {**config["validation"]["curve"]}}}
-    weak["validation"]["curve"]["plateau_ratio"] = 0.76
+    weak["validation"]["curve"]["strength_ratio"] = 0.76
     one = validated(weak, record, equivalence).sel(damping_model="CR")
     assert int(one["collapsed"]) == 1
     assert float(one["peak_displacement"]) >= U_INS
@@ -299,24 +299,24 @@ def test_a_record_that_cannot_be_misfitsd_says_why(config, record, equivalence):
         validated(config, replace(record, displacement=0.001 * record.displacement), equivalence)
 
 
-# --- a ladder of records
+# --- a test series of records
 
 
 @pytest.fixture(scope="module")
-def rungs(config):
-    paths = [ROOT / path for path in config["validation"]["ladder"] if "/cr-" in path]
+def levels(config):
+    paths = [ROOT / path for path in config["validation"]["test_series"] if "/cr-" in path]
     return {path.stem: read_record(path) for path in paths}
 
 
-def test_a_ladder_is_misfitsd_record_by_record_in_place_of_a_synthetic_one(config, record, rungs, equivalence):
-    whole = validate(config, record, rungs, equivalence)
-    assert list(whole["record"].values) == list(rungs)
+def test_a_test_series_is_misfitsd_record_by_record_in_place_of_a_synthetic_one(config, record, levels, equivalence):
+    whole = validate(config, record, levels, equivalence)
+    assert list(whole["record"].values) == list(levels)
     assert set(whole["record_made_by"].values) == {"CR"}
     name = "cr-half"
-    one = validated(config, rungs[name], equivalence)
+    one = validated(config, levels[name], equivalence)
     of_one = whole.sel(record=name).isel(half_cycle=slice(one.sizes["half_cycle"]))
     xr.testing.assert_identical(of_one.drop_attrs().drop_vars("record"), one.drop_attrs().drop_vars("record"))
-    # The higher rungs hold a free decay, with decrements; the lowest hardly rocks.
+    # The higher levels hold a free decay, with decrements; the lowest hardly rocks.
     free = whole["half_cycle_free"].sum("half_cycle").values
     assert free[0] == 0 and np.all(free[1:] >= 8)
     for name in ("log_decrement", "measured_log_decrement", "decay_peak_misfit", "period_drift"):
@@ -325,24 +325,24 @@ def test_a_ladder_is_misfitsd_record_by_record_in_place_of_a_synthetic_one(confi
     assert np.all(np.diff(whole["measured_peak_displacement"]) > 0)
 
 
-def test_a_measured_record_is_not_mixed_with_a_synthetic_ladder(config, record, rungs, equivalence):
+def test_a_measured_record_is_not_mixed_with_a_synthetic_test_series(config, record, levels, equivalence):
     measured = replace(record, header={**record.header, "synthetic": "no"})
-    alone = validate(config, measured, rungs, equivalence)
+    alone = validate(config, measured, levels, equivalence)
     assert alone.sizes["record"] == 1
     assert alone.attrs["record_synthetic"] == "no"
     assert list(alone["record_made_by"].values) == ["measured"]
-    own = {name: replace(one, header={**one.header, "synthetic": "no"}) for name, one in rungs.items()}
+    own = {name: replace(one, header={**one.header, "synthetic": "no"}) for name, one in levels.items()}
     assert list(compared(measured, own)) == list(own)
     assert list(compared(record, {})) == ["record"]
 
 
-def test_records_of_a_ladder_must_be_sampled_alike(record, rungs):
+def test_records_of_a_test_series_must_be_sampled_alike(record, levels):
     with pytest.raises(InputError, match="other begins at 0 s with a step of 0.01 s; .* at 0 s with 0.00390625 s"):
         compared(
-            record, {**rungs, "other": Record(0.01 * np.arange(9), np.zeros(9), np.zeros(9), {"synthetic": "yes"})}
+            record, {**levels, "other": Record(0.01 * np.arange(9), np.zeros(9), np.zeros(9), {"synthetic": "yes"})}
         )
 
 
-def test_what_is_wrong_with_a_record_of_a_ladder_names_it(config, record, rungs, equivalence):
+def test_what_is_wrong_with_a_record_of_a_test_series_names_it(config, record, levels, equivalence):
     with pytest.raises(InputError, match="cr-half: the record has no column displacement_m"):
-        validate(config, record, {**rungs, "cr-half": replace(rungs["cr-half"], displacement=None)}, equivalence)
+        validate(config, record, {**levels, "cr-half": replace(levels["cr-half"], displacement=None)}, equivalence)

@@ -35,6 +35,6 @@ def made_up(config, name, models=VISCOUS_MODELS):
             "damping_model": list(models),
             study.parameter: study.values,
             "restitution": e,
-            "window": float(config["matching"]["window"]),
+            "response_length": float(config["matching"]["response_length"]),
         },
     )

@@ -41,7 +41,7 @@ def _dataset(path: Path, number: float) -> None:
         {"solver_error": ((*dims, "step"), errors), "order": (dims, orders), "finest_order": (dims, orders)},
         {"scheme": ["newmark"], "excitation": ["free"], "damping_model": ["CR"], "step": np.arange(1.0, 501.0)},
     )
-    dataset.write(made, path, "orders", config={}, code_version="0")
+    dataset.write(made, path, "convergence", config={}, code_version="0")
 
 
 def _figure(path: Path, number: float) -> None:

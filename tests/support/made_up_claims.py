@@ -38,8 +38,8 @@ VISCOUS = ["CDC", "CDR", "SDR", "ECD"]
 MODELS = ["CR", *VISCOUS]
 E = np.array([0.70, 0.75, 0.80, 0.85, 0.90, 0.95])
 AMPLITUDES = np.array([0.1, 0.3, 0.5, 0.9])
-WINDOWS = np.array([6.0, 8.0, 10.0])
-RELEASE, RESTITUTION, WINDOW = 0.5, 0.85, 8.0
+RESPONSE_LENGTHS = np.array([6.0, 8.0, 10.0])
+RELEASE, RESTITUTION, RESPONSE_LENGTH = 0.5, 0.85, 8.0
 STEP, FREQUENCY = 0.0025, 2.0
 
 
@@ -67,7 +67,10 @@ def bilinear():
     """Every peak of the bi-linear curve is larger, but where no wall rocks, and one more of its runs collapses."""
     small, large = np.array([[0.03, 0.2, 0.4]] * 2), np.array([[0.001, 0.3, 0.5]] * 2)
     fell = np.array([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 0, 1]]], dtype=np.int8)
-    pulse, record = ("force_curve", "pulse", "pulse_frequency", "load_ratio"), ("force_curve", "record", "scale")
+    pulse, record = (
+        ("force_curve", "pulse", "pulse_frequency", "load_ratio"),
+        ("force_curve", "record", "velocity_ratio"),
+    )
     peak = np.stack([small, large])
     return xr.Dataset(
         {
@@ -75,7 +78,7 @@ def bilinear():
             "pulse_collapsed": (pulse, fell[:, None]),
             "record_peak_ratio": (record, peak),
             "record_collapsed": (record, 0 * fell),
-            "cracked_stiffness_ratio": ("force_curve", [0.04, 0.005]),
+            "yield_displacement_ratio": ("force_curve", [0.04, 0.005]),
         },
         coords={
             "force_curve": ["tri-linear", "bi-linear"],
@@ -83,7 +86,7 @@ def bilinear():
             "pulse_frequency": [1.0, 2.0],
             "load_ratio": [1.0, 2.0, 3.0],
             "record": ["one", "two"],
-            "scale": [0.5, 1.0, 2.0],
+            "velocity_ratio": [0.5, 1.0, 2.0],
         },
     )
 
@@ -95,7 +98,7 @@ def matched(parameter, values, relative, **more):
     error = np.array([4.0, 1.0, 1.2, 1.0])[:, None, None] * 0.005 * (1 - E) * np.ones((1, len(values), 1))
     data = xr.Dataset(
         {"damping_ratio": (dims, xi), "rms_error": (dims, error)},
-        coords={"damping_model": VISCOUS, parameter: values, "restitution": E, "window": WINDOW},
+        coords={"damping_model": VISCOUS, parameter: values, "restitution": E, "response_length": RESPONSE_LENGTH},
     )
     return data.assign(damping_ratio_fixed_seconds=data["damping_ratio"] * 1.0, **more)
 
@@ -119,9 +122,9 @@ def amplitude_study():
 
 def stiffness_study():
     relative = {"CDC": [-0.4, 0.0, 0.4, 0.5], "CDR": [-0.02, 0.0, 0.02, 3.0], "SDR": [0.1, 0.0, -0.1, 9.0]}
-    data = matched("cracked_stiffness_ratio", [0.02, 0.04, 0.1, 0.2], relative | {"ECD": [0.0] * 4})
+    data = matched("yield_displacement_ratio", [0.02, 0.04, 0.1, 0.2], relative | {"ECD": [0.0] * 4})
     # The last has another plateau and must stay out of every spread.
-    return data.assign_coords(plateau_ratio=("cracked_stiffness_ratio", [0.85, 0.85, 0.85, 0.75]))
+    return data.assign_coords(strength_ratio=("yield_displacement_ratio", [0.85, 0.85, 0.85, 0.75]))
 
 
 def indifferent(parameter):
@@ -167,30 +170,30 @@ def loops():
     )
 
 
-def windows():
+def response_lengths():
     """CDR errs least from 0.80 to 0.90 and SDR elsewhere, at 8 only; elsewhere CDR does everywhere."""
-    error = np.empty((WINDOWS.size, E.size, len(VISCOUS)))
+    error = np.empty((RESPONSE_LENGTHS.size, E.size, len(VISCOUS)))
     error[:] = np.array([4.0, 1.0, 1.2, 2.0]) * (1 - E[:, None])
     middle = (E > 0.79) & (E < 0.92)
     error[1, ~middle, 2] = 0.9 * (1 - E[~middle])
-    coords = {"window": WINDOWS, "restitution": E, "damping_model": VISCOUS}
-    dims = ("window", "restitution", "damping_model")
+    coords = {"response_length": RESPONSE_LENGTHS, "restitution": E, "damping_model": VISCOUS}
+    dims = ("response_length", "restitution", "damping_model")
     return xr.Dataset(
         {
             "error": (dims, error),
             "rms_error": (dims, error),
-            "misclassified": ("window", [3, 0, 3]),
-            "cdr_lowest_in_paper_range": ("window", [0, 1, 0]),
-            "secant_below_constant": ("window", [1, 1, 1]),
-            "error_rises_as_restitution_falls": (("window", "damping_model"), np.ones((3, 4), dtype=int)),
-            "near_misclassified": ("near_window", [3, 1, 0, 0, 2]),
-            "inferred_window_of_release": ("release_amplitude", [6.0, 8.0, 12.0]),
+            "misclassified": ("response_length", [3, 0, 3]),
+            "cdr_lowest_in_paper_range": ("response_length", [0, 1, 0]),
+            "secant_below_constant": ("response_length", [1, 1, 1]),
+            "error_rises_as_restitution_falls": (("response_length", "damping_model"), np.ones((3, 4), dtype=int)),
+            "near_misclassified": ("near_response_length", [3, 1, 0, 0, 2]),
+            "inferred_response_length_of_release": ("release_amplitude", [6.0, 8.0, 12.0]),
             "misclassified_of_release": ("release_amplitude", [5, 0, 2]),
         },
         coords={
             **coords,
-            "inferred_window": WINDOW,
-            "near_window": [7.0, 7.5, 8.0, 8.5, 9.0],
+            "inferred_response_length": RESPONSE_LENGTH,
+            "near_response_length": [7.0, 7.5, 8.0, 8.5, 9.0],
             "release_amplitude": [0.3, 0.5, 0.9],
         },
     )
@@ -202,10 +205,10 @@ def equivalence():
     fits = np.stack([[factor * gm for factor in relative[model]] for model in VISCOUS])
     return xr.Dataset(
         {
-            "damping_ratio_fit": (("damping_model", "cracked_stiffness_ratio", "restitution"), fits),
+            "damping_ratio_fit": (("damping_model", "yield_displacement_ratio", "restitution"), fits),
             "giannini_masiani": ("restitution", gm),
         },
-        coords={"damping_model": VISCOUS, "cracked_stiffness_ratio": a1, "restitution": E},
+        coords={"damping_model": VISCOUS, "yield_displacement_ratio": a1, "restitution": E},
     )
 
 
@@ -258,7 +261,7 @@ def force_in_half_cycles(model, factors):
     """Scale the damping force in each half cycle, the last factor to the end."""
 
     def change(data):
-        loops = data["loops"]
+        loops = data["damping_force"]
         half = np.minimum(np.floor(FREQUENCY * loops["tau"].values / np.pi).astype(int), len(factors) - 1)
         loops["damping_force"].loc[{"damping_model": model}] *= np.asarray(factors)[half]
 
@@ -269,7 +272,7 @@ def spread_force(model, like, halves=None):
     """Give a model the loops of another, in some half cycles."""
 
     def change(data):
-        loops = data["loops"]
+        loops = data["damping_force"]
         taken = np.floor(FREQUENCY * loops["tau"].values / np.pi) < (np.inf if halves is None else halves)
         force = loops["damping_force"]
         force.loc[{"damping_model": model}] = np.where(
@@ -281,7 +284,7 @@ def spread_force(model, like, halves=None):
 
 def out_of_phase(model):
     def change(data):
-        rocking = data["loops"]["rocking_displacement"]
+        rocking = data["damping_force"]["rocking_displacement"]
         rocking.loc[{"rocking_model": model}] = 0.9 * np.cos(1.1 * FREQUENCY * rocking["tau"].values)
 
     return change
@@ -310,12 +313,12 @@ def flat(dataset, model, dim):
 
 
 def jump(data):
-    velocity, tau = data["loops"]["velocity"], data["loops"]["tau"].values
+    velocity, tau = data["damping_force"]["velocity"], data["damping_force"]["tau"].values
     velocity.loc[{"damping_model": "CDR"}] = velocity.sel(damping_model="CDR") * np.where(tau > 0.8, 0.8, 1.0)
 
 
 def noisy_velocity(data):
-    velocity, tau = data["loops"]["velocity"], data["loops"]["tau"].values
+    velocity, tau = data["damping_force"]["velocity"], data["damping_force"]["tau"].values
     velocity.loc[{"damping_model": "CDR"}] = velocity.sel(damping_model="CDR") + 0.3 * np.sin(tau)
 
 
@@ -328,7 +331,7 @@ XI, AT = "damping_ratio", "release_amplitude"
 nothing = all_of()
 SECANT = ["CDR", "SDR"]
 CDR_WIDE = scaled(STUDY, XI, 0.5, damping_model=["CDR"], release_amplitude=[0.9])
-CDR_A1 = scaled(A1, XI, 0.2, damping_model=["CDR"], cracked_stiffness_ratio=[0.02])
+CDR_A1 = scaled(A1, XI, 0.2, damping_model=["CDR"], yield_displacement_ratio=[0.02])
 
 
 def row(listed, data, name):

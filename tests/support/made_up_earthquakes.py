@@ -17,7 +17,7 @@ def by_model(models, other, **known):
 
 
 MODELS = list(ALL_MODELS)
-SOURCES = ["fit", "error", "closed form"]
+SOURCES = ["polynomial", "least error", "closed form"]
 VARIATIONS = ["step", "impact", "lower e", "higher e"]
 WALLS = ["tested", "veneer", "church", "rubble", "parapet"]
 E = np.array([0.8, 0.85, 0.9])
@@ -31,7 +31,7 @@ COORDS = {
     "damping_model": MODELS,
     "damping_ratio_source": SOURCES,
     "wall": WALLS,
-    "scale": SCALE,
+    "velocity_ratio": SCALE,
     "variation": VARIATIONS,
 }
 
@@ -46,14 +46,14 @@ def complete(data, kind):
     return data
 
 
-def natural(records=6):
+def earthquakes(records=6):
     """Peaks that grow with scale and collapse beyond 1, and those of the dampers by `FACTOR`."""
     strength = np.exp(BETA * np.linspace(-1.5, 1.5, records))
     wall = 0.8 + 0.1 * np.arange(len(WALLS))
     cr = 0.2 * strength[:, None, None, None] * SCALE[:, None, None] ** 1.2 / wall[:, None] / (1.2 - 0.2 * E)
     peak = cr[..., None, None] * FACTOR[:, None] * np.ones(3)
     collapsed = (peak > 1).astype(np.int8)
-    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
     collapsed[:, :, 3, :, 1:, 0] = -1  # one wall lies beyond the polynomials
     data = xr.Dataset(
         {"peak_ratio": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
@@ -64,7 +64,7 @@ def natural(records=6):
             "station": ("record", [f"far-field/{i}" for i in range(records)]),
         },
     )
-    return complete(data, "natural")
+    return complete(data, "earthquakes")
 
 
 def comparison():
@@ -87,17 +87,17 @@ def comparison():
             **_statistic("log_error", (*e_dims, "band"), error),
             **_statistic("varied_median_ratio", ("restitution", "variation", "band"), 1 + 0.1 * own),
             **_statistic("varied_log_error", ("restitution", "variation", "band"), own),
-            **_statistic("median_scale", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
+            **_statistic("median_velocity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
             **_statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
             **_statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
             **_statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
             **_statistic("wall_median_scale", wall_dims, of_wall),
             **_statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
             **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
-            "collapse_fraction": ((*wall_dims, "scale"), collapse),
-            "fractile": (("probability", *wall_dims, "scale"), np.where(peaks < 1, peaks, np.nan)),
+            "collapse_fraction": ((*wall_dims, "velocity_ratio"), collapse),
+            "fractile": (("probability", *wall_dims, "velocity_ratio"), np.where(peaks < 1, peaks, np.nan)),
             "median_decay_misfit": (
-                (*e_dims, "scale"),
+                (*e_dims, "velocity_ratio"),
                 np.broadcast_to(0.01 * FACTOR[:, None, None] * SCALE**0.1, (*lead, SCALE.size)),
             ),
             "pooled": ("wall", np.array([1, 1, 1, 0, 1])),
@@ -153,8 +153,8 @@ def walls():
                     "height",
                     "slenderness",
                     "overburden_ratio",
-                    "cracked_stiffness_ratio",
-                    "plateau_ratio",
+                    "yield_displacement_ratio",
+                    "strength_ratio",
                     "instability_displacement",
                     "frequency_parameter",
                     "initial_period",
@@ -163,7 +163,7 @@ def walls():
         },
         coords={name: COORDS[name] for name in ("wall", "restitution", "damping_model", "damping_ratio_source")},
     )
-    return complete(data, "natural_walls")
+    return complete(data, "earthquake_walls")
 
 
 def population():

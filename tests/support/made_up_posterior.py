@@ -5,7 +5,7 @@ import xarray as xr
 
 from rockdamp.vocabulary import CANDIDATES
 
-PARAMETERS = ["cracked_stiffness_ratio", "plateau_ratio", "restitution", "order", "sensor_correlation"]
+PARAMETERS = ["yield_displacement_ratio", "strength_ratio", "restitution", "order", "sensor_correlation"]
 
 
 def made_up_posterior(*, compared: bool = True) -> xr.Dataset:

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from made_up_earthquakes import by_model, complete
 
-from rockdamp.studies.amplitude_dispersion import DAMPERS
+from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
@@ -29,10 +29,10 @@ def mechanism():
     data = xr.Dataset(
         {
             "force": (("curve_name", "displacement"), np.stack([force[0], *force[2:]])),
-            "cracked_stiffness_ratio": ("curve_name", a1),
+            "yield_displacement_ratio": ("curve_name", a1),
             "plateau_end_ratio": ("curve_name", a2),
-            "ultimate_ratio": ("curve_name", a3),
-            "plateau_ratio": ("curve_name", b1),
+            "ultimate_displacement_ratio": ("curve_name", a3),
+            "strength_ratio": ("curve_name", b1),
             "thickness": 0.3,
             "height": 4.5,
             "hinge_ratio": 0.7,
@@ -81,7 +81,7 @@ def loops():
             "rocking_frequency_parameter": 3.8,
         },
     )
-    return complete(data, "loops")
+    return complete(data, "damping_force")
 
 
 def match(parameter, values, *, fixed=False, plateau=None):
@@ -104,15 +104,15 @@ def match(parameter, values, *, fixed=False, plateau=None):
     if fixed:
         data["damping_ratio_fixed_seconds"] = (dims, ratio * (1 + 0.01 * value))
     if plateau is not None:
-        data["plateau_ratio"] = (parameter, np.asarray(plateau))
-    coords = {"damping_model": VISCOUS, parameter: values, "restitution": E, "window": 8.0}
+        data["strength_ratio"] = (parameter, np.asarray(plateau))
+    coords = {"damping_model": VISCOUS, parameter: values, "restitution": E, "response_length": 8.0}
     return complete(xr.Dataset(data, coords=coords), "match")
 
 
 def equivalence():
     a1 = [0.02, 0.04, 0.10]
-    dims = ("damping_model", "cracked_stiffness_ratio", "restitution")
-    matched = match("cracked_stiffness_ratio", a1)["damping_ratio"].values
+    dims = ("damping_model", "yield_displacement_ratio", "restitution")
+    matched = match("yield_displacement_ratio", a1)["damping_ratio"].values
     data = xr.Dataset(
         {
             "damping_ratio": (dims, matched),
@@ -126,39 +126,39 @@ def equivalence():
                 )
                 for name, factor in (("largest_relative_error", 0.01), ("delta_largest_relative_error", 0.002))
             },
-            "plateau_ratio": 0.85,
+            "strength_ratio": 0.85,
         },
         coords={
             "damping_model": VISCOUS,
-            "cracked_stiffness_ratio": a1,
+            "yield_displacement_ratio": a1,
             "restitution": E,
             "restitution_range": [0.90, 0.96, 1.00],
-            "window": 8.0,
+            "response_length": 8.0,
         },
     )
     return complete(data, "equivalence")
 
 
-RUNGS, LADDERS = (0.06, 0.25, 0.5, 0.88), ("CR", "ECD", "CR, degrading")
+LEVELS, MAKERS = (0.06, 0.25, 0.5, 0.88), ("CR", "ECD", "CR, degrading")
 ONCE = ("damping_ratio", "restitution", "instability_displacement")  # whatever the record
 
 
-def ladder():
-    """The same record on four rungs, three times: the higher the rung, the less each model is off."""
+def test_series():
+    """The same record on four levels, three times: the higher the level, the less each model is off."""
     one, u_ins = validation(), 0.075
-    rungs = []
-    for number, maker in enumerate(LADDERS):
-        for height in RUNGS:
-            rung = one.assign_coords(record=[f"{number} at {height}"]).copy(deep=True)
+    levels = []
+    for number, maker in enumerate(MAKERS):
+        for height in LEVELS:
+            level = one.assign_coords(record=[f"{number} at {height}"]).copy(deep=True)
             factor = height * u_ins / float(one["measured_peak_displacement"].item())
             for name in ("displacement", "measured", "measured_peak_displacement", "decay_peak", "measured_decay_peak"):
-                rung[name] = rung[name] * factor
-            rung["peak_ratio_to_measured"] = 1 - (1 - rung["peak_ratio_to_measured"]) * (1 - height) * (number + 1)
-            rung["record_made_by"] = ("record", [maker])
-            if height == RUNGS[0]:
-                rung["measured_log_decrement"][:] = np.nan
-            rungs.append(rung)
-    joined = xr.concat(rungs, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+                level[name] = level[name] * factor
+            level["peak_ratio_to_measured"] = 1 - (1 - level["peak_ratio_to_measured"]) * (1 - height) * (number + 1)
+            level["record_made_by"] = ("record", [maker])
+            if height == LEVELS[0]:
+                level["measured_log_decrement"][:] = np.nan
+            levels.append(level)
+    joined = xr.concat(levels, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
     return complete(joined, "validation")
 
 
@@ -204,7 +204,7 @@ def validation(**attributes):
     return complete(data.drop_vars(ONCE).expand_dims(record=["a test"]).assign(once), "validation")
 
 
-def orders():
+def convergence():
     step = 0.02 / 2.0 ** np.arange(5)
     printed = by_model(ALL, 1.4, CR=1.0, CDC=2.0, CDR=1.2, SDR=1.3, ECD=1.1)
     slopes = np.array([[np.full(len(ALL), 2.0)] * 2, [printed] * 2])
@@ -224,12 +224,12 @@ def orders():
             "step": step,
         },
     )
-    return complete(data, "orders")
+    return complete(data, "convergence")
 
 
 def identification():
-    """Return uniform ranks but for those of b1, which are too high, and a ladder of two origins."""
-    names = ["cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation", "sensor_correlation"]
+    """Return uniform ranks but for those of b1, which are too high, and a test series of two origins."""
+    names = ["yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation"]
     ranks = np.stack([np.roll((np.arange(40) + 0.5) / 40, 7 * index) for index in range(5)], axis=1)
     ranks[:, 1] = np.sqrt(ranks[:, 1])
     by_least_squares = np.where(np.arange(5) < 3, 0.5 + 0.9 * (ranks - 0.5), np.nan)
@@ -269,13 +269,13 @@ def identification():
     return complete(data, "identification")
 
 
-def dispersion():
+def amplitude_dependence():
     share, e = np.linspace(0.05, 0.95, 10), np.array([0.75, 0.85, 0.95])
     models, a1, b1 = list(DAMPERS), np.array([0.02, 0.04, 0.2]), np.array([0.85, 0.85, 0.75])
     slope = by_model(models, 0.1, CDC=-0.6, CDR=-0.2, SDR=0.3, POWER=0.01, ECD=0.0)[:, None, None, None]
     peaks = (1 + slope * share[:, None] * (1 - a1)[:, None, None]) * (1 - e) / np.pi
     spread = abs(slope[..., 0]) * np.ones((len(models), 3, 3)) * (1 - a1)[:, None]
-    dims, grid = ("damping_model", "case", "release_share", "restitution"), ("map_softening", "map_plateau_ratio")
+    dims, grid = ("damping_model", "case", "release_share", "restitution"), ("map_softening", "map_strength_ratio")
     map_a1 = np.array([0.01, 0.04, 0.10, 0.20])
     best = np.broadcast_to(1.1 + 2.5 * map_a1 - 0.02 * np.arange(2)[:, None], (3, 2, 4))
     data = xr.Dataset(
@@ -285,9 +285,9 @@ def dispersion():
             "damping_ratio_energy": (dims, peaks * (1 - 0.2 * slope * (1 - e))),
             "damping_ratio_middle": (dims, peaks * (1 + 0.05 * slope * (1 - e))),
             **{f"spread_{name}": ((*dims[:2], dims[3]), spread) for name in ("error", "peaks", "energy")},
-            "map_best_exponent": ((*grid, "map_cracked_stiffness_ratio"), best),
+            "map_best_exponent": ((*grid, "map_yield_displacement_ratio"), best),
             "map_spread": (
-                ("damping_model", *grid, "map_cracked_stiffness_ratio"),
+                ("damping_model", *grid, "map_yield_displacement_ratio"),
                 abs(slope) * np.broadcast_to(0.8 - map_a1, (3, 2, 4)),
             ),
         },
@@ -296,17 +296,17 @@ def dispersion():
             "case": ["stiff", "paper", "soft"],
             "release_share": share,
             "restitution": e,
-            "cracked_stiffness_ratio": ("case", a1),
-            "plateau_ratio": ("case", b1),
-            "ultimate_ratio": ("case", np.ones(3)),
+            "yield_displacement_ratio": ("case", a1),
+            "strength_ratio": ("case", b1),
+            "ultimate_displacement_ratio": ("case", np.ones(3)),
             "softening": ("case", ["none"] * 3),
             "release_amplitude": (("case", "release_share"), np.tile(share, (3, 1))),
             "map_softening": ["none", "steeper", "translated"],
-            "map_plateau_ratio": [0.75, 0.85],
-            "map_cracked_stiffness_ratio": map_a1,
+            "map_strength_ratio": [0.75, 0.85],
+            "map_yield_displacement_ratio": map_a1,
         },
     )
-    return complete(data, "dispersion")
+    return complete(data, "amplitude_dependence")
 
 
 def pulses():
@@ -333,7 +333,7 @@ def pulses():
             **{name: ("restitution", np.full(3, 480)) for name in ("reference_collapses", "reference_survivals")},
         },
         coords={
-            "damping_ratio_source": ["closed form", "error"],
+            "damping_ratio_source": ["closed form", "least error"],
             "damping_model": VISCOUS,
             "pulse": ["Ricker", "sine"],
             "pulse_frequency": frequency,
@@ -352,21 +352,21 @@ def pulses():
 def made_up():
     return {
         "mechanism": mechanism(),
-        "loops": loops(),
+        "damping_force": loops(),
         "match/amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),
         "match/slenderness": match("slenderness", [10, 15, 30], fixed=True),
         "match/overburden": match("overburden_ratio", [0, 1, 8], fixed=True),
         "match/cracked_stiffness": match(
-            "cracked_stiffness_ratio", [0.02, 0.04, 0.14, 0.17], plateau=[0.85, 0.85, 0.85, 0.75]
+            "yield_displacement_ratio", [0.02, 0.04, 0.14, 0.17], plateau=[0.85, 0.85, 0.85, 0.75]
         ),
         "equivalence": equivalence(),
         "validation": validation(),
         "identification": identification(),
-        "orders": orders(),
-        "dispersion": dispersion(),
+        "convergence": convergence(),
+        "amplitude_dependence": amplitude_dependence(),
         "pulses": pulses(),
-        "natural": earthquakes.natural(),
-        "natural/walls": earthquakes.walls(),
+        "earthquakes": earthquakes.earthquakes(),
+        "earthquakes/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),
         "population": earthquakes.population(),
     }

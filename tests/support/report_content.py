@@ -14,7 +14,7 @@ from rockdamp.pipeline.stages import STAGES, reported, writes
 from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
-from rockdamp.studies.amplitude_dispersion import DAMPERS
+from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
@@ -30,8 +30,8 @@ COORDINATES = {
     "release_amplitude": [0.3, 0.5, 0.9],
     "slenderness": [10.0, 15.0, 30.0],
     "overburden_ratio": [0.0, 2.0],
-    "cracked_stiffness_ratio": [0.02, 0.04, 0.1],
-    "damping_ratio_source": ["fit", "error", "closed form"],
+    "yield_displacement_ratio": [0.02, 0.04, 0.1],
+    "damping_ratio_source": ["polynomial", "error", "closed form"],
     "variation": ["step", "impact", "lower e", "higher e"],
     "bound": ["lower", "upper"],
     "share": [0.5, 0.9, 1.0],
@@ -40,15 +40,15 @@ COORDINATES = {
     "tau": [0.05 * i for i in range(61)],
 }
 SCALARS = {
-    "window": 8.0,
+    "response_length": 8.0,
     "release_amplitude": 0.5,
     "restitution": 0.85,
-    "cracked_stiffness_ratio": 0.04,
-    "ultimate_ratio": 1.0,
-    "plateau_ratio": 0.85,
+    "yield_displacement_ratio": 0.04,
+    "ultimate_displacement_ratio": 1.0,
+    "strength_ratio": 0.85,
     "plateau_end_ratio": 0.15,
 }
-WITHOUT_CR = {"match", "equivalence", "dispersion", "pulses", "windows"}
+WITHOUT_CR = {"match", "equivalence", "dispersion", "pulses", "response_lengths"}
 
 
 def made_up(kind, parameter=None):
@@ -70,7 +70,7 @@ def made_up(kind, parameter=None):
             found[name] = (dims, random.uniform(0.05, 0.95, [sizes[dim] for dim in dims]))
     made = xr.Dataset(found)
     if kind == "match":
-        made["plateau_ratio"] = (parameter, np.full(sizes[parameter], 0.85))
+        made["strength_ratio"] = (parameter, np.full(sizes[parameter], 0.85))
     for name, entry in entries.items():
         made[name].attrs = {key: entry[key] for key in dataset.ATTRIBUTES if key in entry}
     attributes = {"title": dataset.registry()["datasets"][kind]["title"], "config_sha256": "ab" * 32}

@@ -208,12 +208,12 @@ def _judged(rows: list[Row | BadRow], meant: list[tuple[str, Cells | None]] | No
 
 def _is_made(row: Row, cells: Cells) -> bool:
     """Whether a row holds the numbers of its cells."""
-    a1, b1 = float(row.curve.cracked_stiffness_ratio), float(row.curve.plateau_ratio)
+    a1, b1 = float(row.curve.yield_displacement_ratio), float(row.curve.strength_ratio)
     own = {name: getattr(row.wall, name, None) for name in SIZES} | {"a1": a1, "b1": b1}
     same = [own[name] == float(cells[name]) for name in own if name in cells]
     if "preset" in cells:
         curve = rd.TrilinearCurve.preset(cells["preset"])
-        same += [(a1, b1) == (curve.cracked_stiffness_ratio, curve.plateau_ratio)]
+        same += [(a1, b1) == (curve.yield_displacement_ratio, curve.strength_ratio)]
     if cells.get("restitution", "a")[0] in "+ 0123456789":
         same += [row.restitution == float(cells["restitution"])]
     return all(same) and isinstance(row.wall, rd.Parapet) == ("parapet" in cells)

@@ -46,7 +46,7 @@ def test_the_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_
     assert record.synthetic
     assert record.header["licence"] == "CC0-1.0"
     assert {"specimen", "source", "units"} <= set(record.header)
-    assert float(record.header["generator_plateau_ratio"]) == experimental_style.PLATEAU_RATIO
+    assert float(record.header["generator_strength_ratio"]) == experimental_style.PLATEAU_RATIO
     assert record.step == 1 / 256
     assert "sin-03-00-synthetic.csv,The rockdamp developers,CC0-1.0,yes" in (ROOT / "data/sources.csv").read_text()
 
@@ -57,8 +57,8 @@ def test_the_generator_has_the_walls_geometry_of_the_config_but_not_its_nominal_
     assert wall.frequency_parameter == pytest.approx(float(experimental_style.WALL.frequency_parameter), rel=1e-12)
     assert U_INS == pytest.approx(float(wall.instability_displacement), rel=1e-12)
     for made, nominal in (
-        (experimental_style.CRACKED_STIFFNESS_RATIO, section["curve"]["cracked_stiffness_ratio"]),
-        (experimental_style.PLATEAU_RATIO, section["curve"]["plateau_ratio"]),
+        (experimental_style.CRACKED_STIFFNESS_RATIO, section["curve"]["yield_displacement_ratio"]),
+        (experimental_style.PLATEAU_RATIO, section["curve"]["strength_ratio"]),
         (experimental_style.RESTITUTION, section["restitution"]),
     ):
         assert 0.004 < abs(made / nominal - 1) < 0.12  # different, slightly

@@ -11,7 +11,7 @@ CURVE, DAMPING, WALL = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05), r
 TIME = 0.01 * np.arange(100)
 RECORD = rd.Record(TIME, 3 * np.sin(2 * np.pi * TIME), 0.01 * np.sin(TIME), {"synthetic": "yes"})
 RUN = {"curve": CURVE, "damping": DAMPING, "step": 0.01, "steps": 20}
-SHAPE = {"cracked_stiffness_ratio": 0.04, "plateau_ratio": 0.85}
+SHAPE = {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85}
 CLOSED = {"curve": CURVE, "damping_model": "CDR", "restitution": 0.85, "release_amplitude": 0.5}
 
 # Every public function with arguments for which it answers.
@@ -20,7 +20,7 @@ CALLS = {
     "Parapet": (rd.Parapet, {"thickness": 0.3, "height": 2.0}),
     "Wall.rigid_period": (WALL.rigid_period, {"release_amplitude": 0.5}),
     "Wall.rigid_force": (WALL.rigid_force, {"u": 0.1}),
-    "Wall.rocking_onset": (WALL.rocking_onset, {"plateau_ratio": 0.5}),
+    "Wall.rocking_onset": (WALL.rocking_onset, {"strength_ratio": 0.5}),
     "TrilinearCurve": (rd.TrilinearCurve, SHAPE),
     "TrilinearCurve.preset": (rd.TrilinearCurve.preset, {"name": "new"}),
     "TrilinearCurve.force": (CURVE.force, {"x": 0.3}),
@@ -37,8 +37,8 @@ CALLS = {
     "stable_step": (rd.stable_step, {"curve": CURVE}),
     "free_decay": (rd.free_decay, {"curve": CURVE, "damping": DAMPING, "length": 1.0, "points": 3}),
     "respond": (rd.respond, {"wall": WALL, "curve": CURVE, "damping": DAMPING, "record": RECORD}),
-    "equivalent": (rd.equivalent, {"restitution": 0.85, **SHAPE, "window": 4.0}),
-    "equivalent_dampings": (rd.equivalent_dampings, {"restitution": 0.85, "curve": CURVE, "window": 4.0}),
+    "equivalent": (rd.equivalent, {"restitution": 0.85, **SHAPE, "response_length": 4.0}),
+    "equivalent_dampings": (rd.equivalent_dampings, {"restitution": 0.85, "curve": CURVE, "response_length": 4.0}),
     "damping_ratio_energy": (rd.damping_ratio_energy, CLOSED),
     "damping_ratio_table": (rd.damping_ratio_table, CLOSED),
     "table_refusal": (rd.table_refusal, CLOSED),

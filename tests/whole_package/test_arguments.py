@@ -99,10 +99,10 @@ def test_what_is_kept_is_a_copy_that_cannot_be_written():
     wall, curve = rd.Wall(0.3, heights), rd.TrilinearCurve(0.01 * heights, 0.85)
     record = rd.Record([0.0, 0.1, 0.2], accelerations)
     heights[0], accelerations[1] = np.nan, np.nan
-    assert wall.height[0] == 3.0 and curve.cracked_stiffness_ratio[0] == 0.03 and record.ground_acceleration[1] == 1.0
+    assert wall.height[0] == 3.0 and curve.yield_displacement_ratio[0] == 0.03 and record.ground_acceleration[1] == 1.0
     for kept in (
         wall.height,
-        curve.cracked_stiffness_ratio,
+        curve.yield_displacement_ratio,
         record.ground_acceleration,
         rd.Damping.cr(0.8).restitution,
     ):

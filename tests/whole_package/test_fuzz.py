@@ -50,7 +50,7 @@ RULES = checks.read_schema(SCHEMA)
 PATHS = sorted(paths(WHOLE), key=str)
 # Of the sections that the cheap stages below read, so that more than the schema is asked.
 READ = [
-    path for path in PATHS if path[0] in ("wall", "curve", "studies", "natural", "restitution", "release_amplitude")
+    path for path in PATHS if path[0] in ("wall", "curve", "studies", "earthquakes", "restitution", "release_amplitude")
 ]
 ODD = st.one_of(
     st.none(),
@@ -91,7 +91,7 @@ def judge(config):
     try:
         made = [StudySettings.of(config).study(name).frequency_parameter for name in STUDIES]
         made += [force_curves.mechanism(config)["force"].values, DecaySettings.of(config).restitution]
-        made += [named.wall.frequency_parameter for named in map(make_named_wall, config["natural"]["walls"])]
+        made += [named.wall.frequency_parameter for named in map(make_named_wall, config["earthquakes"]["walls"])]
     except InputError as error:
         assert str(error)
     else:
@@ -148,7 +148,7 @@ def test_a_response_that_completed_is_finite(
     a1, b1, a3, softening, model, parameter, release, velocity, step, steps, factor, motion, scheme
 ):
     try:
-        curve = rd.TrilinearCurve(a1, b1, ultimate_ratio=a3, softening=softening)
+        curve = rd.TrilinearCurve(a1, b1, ultimate_displacement_ratio=a3, softening=softening)
         response = rd.solve(
             curve,
             rd.Damping(model, parameter),

@@ -75,7 +75,7 @@ def respond(curve, damping, start, ground, scheme, *, scale=1.0, step=0.01):
     return solve(
         curve,
         damping,
-        release_amplitude=x0 * curve.ultimate_ratio,
+        release_amplitude=x0 * curve.ultimate_displacement_ratio,
         release_velocity=v0 * scale,
         load_factor=1.0,
         ground_acceleration=scale * ground,
@@ -115,7 +115,7 @@ def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(scheme, curv
     other = respond(small, damping, start, ground, scheme, scale=s)
     # A power of two scales without rounding, but where a2 = a3 - b1 is formed; a collapse may fall on the next step.
     if one.outcome == other.outcome == COMPLETED:
-        assume(np.abs(one.displacement).max() < 0.98 * curve.ultimate_ratio)
+        assume(np.abs(one.displacement).max() < 0.98 * curve.ultimate_displacement_ratio)
         np.testing.assert_allclose(other.displacement / s, one.displacement, atol=1e-9)
 
 
@@ -186,7 +186,7 @@ def test_the_general_exponent_at_0_1_and_2_is_cdc_cdr_and_sdr(curve, start, xi, 
     general = respond(curve, Damping.power(np.array([0.0, 1.0, 2.0]), xi), start, load(seed), "newmark")
     for lane, response in enumerate(named):
         both = np.array([response.displacement, general.displacement[lane]])
-        assume(np.nanmax(np.abs(both)) < 0.98 * curve.ultimate_ratio)
+        assume(np.nanmax(np.abs(both)) < 0.98 * curve.ultimate_displacement_ratio)
         np.testing.assert_allclose(both[0], both[1], atol=1e-9)
 
 
@@ -197,7 +197,7 @@ def test_a_restitution_of_one_and_a_damping_ratio_of_zero_are_the_same_undamped_
     ground, step = load(seed), 0.0025
     viscous = respond(curve, Damping("CDR", 0.0), start, 0 * ground, scheme, step=step)
     impacts = respond(curve, Damping.cr(1.0), start, 0 * ground, scheme, step=step)
-    assume(np.nanmax(np.abs([viscous.displacement, impacts.displacement])) < 0.9 * curve.ultimate_ratio)
+    assume(np.nanmax(np.abs([viscous.displacement, impacts.displacement])) < 0.9 * curve.ultimate_displacement_ratio)
     # As printed, the very same steps; located, a step is split in two, which only a second-order error tells.
     tolerance = 1e-12 if scheme == "paper" else 2e-3
     np.testing.assert_allclose(impacts.displacement, viscous.displacement, atol=tolerance)
@@ -207,7 +207,7 @@ def test_a_restitution_of_one_and_a_damping_ratio_of_zero_are_the_same_undamped_
 @settings(max_examples=100)
 def test_a_free_decay_never_exceeds_its_release_nor_collapses(curve, damping, x0):
     step = float(stable_step(curve)) / 40
-    release = x0 * float(curve.ultimate_ratio)
+    release = x0 * float(curve.ultimate_displacement_ratio)
     response = solve(curve, damping, release_amplitude=release, step=step, steps=2000)
     assert response.outcome == COMPLETED
     # A corner inside a step costs at most the fraction (w1 step)^2/4 = 6e-4 of the energy, in either direction; a half
@@ -220,7 +220,7 @@ def test_a_free_decay_never_exceeds_its_release_nor_collapses(curve, damping, x0
 def test_under_the_energy_consistent_damper_the_phase_portrait_of_any_curve_is_the_linear_oscillator_s(curve, x0, xi):
     """With y = sgn(x) sqrt(2 V), v dv/dy = -(2 xi v + y): so the distance from the spiral of unit frequency is zero."""
     step = float(stable_step(curve)) / 400
-    release = x0 * float(curve.ultimate_ratio)
+    release = x0 * float(curve.ultimate_displacement_ratio)
     response = solve(curve, Damping("ECD", xi), release_amplitude=release, step=step, steps=6000, store_every=1)
     y = np.sign(response.displacement) * np.sqrt(2 * curve.energy(response.displacement))
     v, y0 = response.velocity, np.sqrt(2 * curve.energy(release))
@@ -252,9 +252,9 @@ def test_the_stored_energy_rises_with_the_displacement_and_its_slope_is_the_forc
 @example(curve=TrilinearCurve(0.04, 0.85), fraction=1.0)
 @example(curve=TrilinearCurve(0.04, 0.85), fraction=0.0)
 def test_the_energy_at_the_amplitude_of_an_energy_is_that_energy(curve, fraction):
-    energy = fraction * curve.energy(curve.ultimate_ratio)
+    energy = fraction * curve.energy(curve.ultimate_displacement_ratio)
     found = curve.amplitude(energy)
-    assert 0 <= found <= curve.ultimate_ratio
+    assert 0 <= found <= curve.ultimate_displacement_ratio
     assert curve.energy(found) == pytest.approx(energy, rel=1e-12, abs=1e-16)
 
 
@@ -267,7 +267,7 @@ def test_force_tangent_secant_and_energy_have_their_parities(curve, x):
 
 @given(curve=curves())
 def test_the_curve_is_continuous_and_below_the_bilinear_law(curve):
-    corners = np.array([curve.cracked_stiffness_ratio, curve.plateau_end, curve.ultimate_ratio])
+    corners = np.array([curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio])
     inside, outside = corners * (1 - 1e-12), corners * (1 + 1e-12)
     np.testing.assert_allclose(curve.force(inside), curve.force(outside), atol=1e-9)
     x = np.linspace(0, 1.2, 200)

@@ -16,7 +16,7 @@ def wall_and_curve() -> tuple[rd.Wall, rd.TrilinearCurve]:
 
 
 def damping_ratios() -> dict[str, float]:
-    rows: list[rd.Equivalent] = rd.equivalent(0.85, cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    rows: list[rd.Equivalent] = rd.equivalent(0.85, yield_displacement_ratio=0.04, strength_ratio=0.85)
     return {row["damping_model"]: row["damping_ratio"] for row in rows}
 
 

@@ -22,7 +22,7 @@ def make(place, *arguments):
 
 def test_clean_keeps_the_data_dictionary_and_removes_the_rest(tree):
     (tree / "results/figures").mkdir(parents=True)
-    for name in ("README.md", "loops.nc", ".loops.nc.1.part", "figures/fig1.png"):
+    for name in ("README.md", "damping_force.nc", ".damping_force.nc.1.part", "figures/fig1.png"):
         (tree / "results" / name).touch()
     run = make(tree, "clean")
     assert run.returncode == 0, run.stderr
@@ -39,9 +39,9 @@ def test_clean_from_elsewhere_touches_nothing(tree, tmp_path):
         assert "run make in the folder of the Makefile, as in: make -C FOLDER clean" in run.stderr
     assert (elsewhere / "results/thesis.txt").exists()
     (tree / "results").mkdir()
-    (tree / "results/loops.nc").touch()
+    (tree / "results/damping_force.nc").touch()
     assert make(elsewhere, "-C", str(tree), "clean").returncode == 0
-    assert not (tree / "results/loops.nc").exists()
+    assert not (tree / "results/damping_force.nc").exists()
 
 
 @pytest.mark.parametrize("name", ["a$x", "a`b`", 'a"b', "a\\b", "a:b", "a\nb"])
@@ -58,10 +58,10 @@ def test_a_folder_whose_name_a_shell_would_expand_is_refused_before_anything_is_
 
 def test_clean_does_not_follow_a_link_and_says_so(tree, tmp_path):
     (tmp_path / "store").mkdir()
-    (tmp_path / "store/loops.nc").touch()
+    (tmp_path / "store/damping_force.nc").touch()
     (tree / "results").symlink_to(tmp_path / "store")
     (tree / "logs").mkdir()
     run = make(tree, "clean")
     assert run.returncode != 0
     assert f"results is a link, to {tmp_path / 'store'}: remove what it holds, or the link, yourself" in run.stderr
-    assert (tmp_path / "store/loops.nc").exists()
+    assert (tmp_path / "store/damping_force.nc").exists()

@@ -41,7 +41,7 @@ def test_it_answers_as_the_repository_does(installed):
     assert Path(run(installed, "-c", code).strip()).is_relative_to(installed)
     options = "equivalent --restitution 0.85 --a1 0.04 --b1 0.85 --json".split()
     found = json.loads(run(installed, "-m", "rockdamp", *options))
-    from rockdamp.equivalence.one_curve import equivalent
+    from rockdamp.equivalence.equivalent import equivalent
 
     # Another process may have compiled it, so the last bits may differ.
     for one, other in zip(found, equivalent(0.85, 0.04, 0.85), strict=True):

@@ -53,9 +53,9 @@ def record_files(stage):
     return [stated(config, stage.record)] if stage.record else []
 
 
-def ladder_files(stage):
+def test_series_files(stage):
     """Return the files of further records that a stage reads."""
-    return stated(config, stage.ladder) if stage.ladder else []
+    return stated(config, stage.test_series) if stage.test_series else []
 
 
 def motion_files(stage):

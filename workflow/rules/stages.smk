@@ -14,7 +14,7 @@ for stage in STAGES.values():
                 stage.rule
             input:
                 record=record_files(stage),
-                ladder=ladder_files(stage),
+                test_series=test_series_files(stage),
                 datasets=dataset_files(stage.inputs, stage),
                 motions=motion_files(stage),
                 code=source_files(stage.modules),
@@ -27,7 +27,7 @@ for stage in STAGES.values():
                 function=stage.function,
                 kind=stage.name,
                 lazy=stage.lazy,
-                ladder=bool(stage.ladder),
+                test_series=bool(stage.test_series),
                 attributes=expected_attributes,
                 version=code_version(*stage.modules),
                 config=config_part(stage.config),
@@ -60,7 +60,7 @@ localrules:
     decay,
     match,
     equivalence,
-    natural,
+    earthquakes,
 
 
 rule decay:
@@ -85,8 +85,8 @@ rule equivalence:
         "The polynomials, as a dataset and as a table"
 
 
-rule natural:
+rule earthquakes:
     input:
-        dataset_files(["natural", "natural/check", "comparison"]),
+        dataset_files(["earthquakes", "earthquakes/check", "comparison"]),
     message:
         "The study of earthquakes"

@@ -10,8 +10,8 @@ with job(snakemake):
 
     params, paths = snakemake.params, snakemake.input
     inputs = [read_record(path) for path in paths.record]
-    if params.ladder:
-        inputs.append({Path(path).stem: read_record(path) for path in paths.ladder})
+    if params.test_series:
+        inputs.append({Path(path).stem: read_record(path) for path in paths.test_series})
     inputs += open_datasets(snakemake, lazily=params.lazy)
     with files_named(paths.record, paths.datasets):
         result = call(params.function, *snakemake.wildcards, params.config, *inputs)

@@ -140,7 +140,7 @@ def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
             return [BadRow(rows[0].line, rows[0].id, f"line {rows[0].line}: {error}")]
         half = len(rows) // 2
         return [*_of(rows[:half], run), *_of(rows[half:], run)]
-    fit, onset = lognormal(counted), wall.rocking_onset(curve.plateau_ratio)
+    fit, onset = lognormal(counted), wall.rocking_onset(curve.strength_ratio)
     ratio = np.stack([np.full(len(rows), np.nan) if one.is_impact else one.damping_ratio for one in dampings], axis=1)
     peaks = _median(np.where(counted.collapsed, np.inf, counted.peak)[..., 0])
     share = counted.stripe_collapsed.mean(axis=2)

@@ -100,7 +100,7 @@ def assess(
     counted = collapses(wall, curve, dampings, motions, measure, intensity, step=step, tail=tail)
     groups = [motion.group for motion in motions]
     answer = _dataset(counted, dampings, groups).assign(
-        rocking_onset=float(wall.rocking_onset(curve.plateau_ratio)), restitution=float(e), records=len(motions)
+        rocking_onset=float(wall.rocking_onset(curve.strength_ratio)), restitution=float(e), records=len(motions)
     )
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]

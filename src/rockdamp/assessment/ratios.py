@@ -52,7 +52,7 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
 
 
 def _released(row: Row | BadRow, x0: float) -> Row | BadRow:
-    if isinstance(row, BadRow) or 0 < x0 < row.curve.ultimate_ratio:
+    if isinstance(row, BadRow) or 0 < x0 < row.curve.ultimate_displacement_ratio:
         return row
     wrong = InputError(f"release_amplitude is {x0:g}; it must be greater than 0 and less than a3")
     return BadRow(row.line, row.id, f"line {row.line}: {wrong}")
@@ -62,7 +62,10 @@ def _of_alike(rows: list[Row], softening: str, x0: float) -> dict[int, list[Rati
     """By line, the damping ratios of walls whose curves have one kind of last branch."""
     if not rows:
         return {}
-    lengths = [(row.curve.cracked_stiffness_ratio, row.curve.plateau_ratio, row.curve.ultimate_ratio) for row in rows]
+    lengths = [
+        (row.curve.yield_displacement_ratio, row.curve.strength_ratio, row.curve.ultimate_displacement_ratio)
+        for row in rows
+    ]
     a1, b1, a3 = np.array(lengths, dtype=float).T
     curve = TrilinearCurve(a1, b1, a3, softening)
     e = np.array([row.restitution for row in rows])

@@ -163,7 +163,7 @@ def _wall(given: Mapping[str, str]) -> Wall | Parapet:
 
 
 def _curve(given: Mapping[str, str]) -> TrilinearCurve:
-    last: dict[str, float | str] = {"ultimate_ratio": _number("a3", given["a3"])} if "a3" in given else {}
+    last: dict[str, float | str] = {"ultimate_displacement_ratio": _number("a3", given["a3"])} if "a3" in given else {}
     last |= {"softening": given["softening"]} if "softening" in given else {}
     if "preset" in given:
         if "a1" in given or "b1" in given:

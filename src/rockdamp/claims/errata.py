@@ -165,7 +165,7 @@ def a1_of_section_7(_: Datasets) -> dict[str, str]:
 def eq_17(data: Datasets) -> dict[str, str]:
     """Damping ratios by the words of Eq. (17) over those by its formula, less one."""
     match = data["match/amplitude"].sortby("restitution")
-    release = float(data["loops"]["release_amplitude"])
+    release = float(data["damping_force"]["release_amplitude"])
     squares = match["damping_ratio"].sel(release_amplitude=release, method="nearest")
     change = (match["damping_ratio_absolute"] / squares - 1).sel(damping_model=MODELS)
     ends = {model: (float(of.min()), float(of.max())) for model, of in zip(MODELS, change, strict=True)}
@@ -179,7 +179,7 @@ def eq_17(data: Datasets) -> dict[str, str]:
 
 def sdr_and_a1(data: Datasets) -> dict[str, str]:
     """Direction of the change of SDR's damping ratio with a1."""
-    dim = "cracked_stiffness_ratio"
+    dim = "yield_displacement_ratio"
     xi = ratios(data["match/cracked_stiffness"]).sel(damping_model="SDR").sortby(dim)
     mean = xi.mean("restitution").values
     return {
@@ -195,27 +195,31 @@ def sdr_and_a1(data: Datasets) -> dict[str, str]:
 
 def err_range_and_err_e(data: Datasets) -> dict[str, str]:
     """Lengths of the response at which each of the two sentences holds."""
-    windows = data["windows"]
-    in_range = windows["cdr_lowest_in_paper_range"].astype(bool)
-    rises = windows["error_rises_as_restitution_falls"].astype(bool)
+    response_lengths = data["response_lengths"]
+    in_range = response_lengths["cdr_lowest_in_paper_range"].astype(bool)
+    rises = response_lengths["error_rises_as_restitution_falls"].astype(bool)
     models = {model: rises.sel(damping_model=model).drop_vars("damping_model") for model in MODELS}
     together = models["CDC"] & models["CDR"] & models["SDR"]
-    least = windows["error"].sel(damping_model=MODELS).idxmin("damping_model") == "CDR"
+    least = response_lengths["error"].sel(damping_model=MODELS).idxmin("damping_model") == "CDR"
     of_rising = least.sum("restitution").where(models["SDR"], 0)
-    error = windows["rms_error"].sel(window=float(windows["inferred_window"]), method="nearest").sortby("restitution")
+    error = (
+        response_lengths["rms_error"]
+        .sel(response_length=float(response_lengths["inferred_response_length"]), method="nearest")
+        .sortby("restitution")
+    )
     sdr, cdr = (error.sel(damping_model=model) for model in ("SDR", "CDR"))
     return {
         "range": spans(in_range, "tau"),
         "all_rise": spans(together, "tau"),
         "both": spans(in_range & together, "tau"),
         **{model.lower(): spans(held, "tau") for model, held in models.items()},
-        "window": number(error["window"]),
+        "response_length": number(error["response_length"]),
         "top": number(sdr.idxmax("restitution")),
         "lowest": number(sdr["restitution"][0]),
         "share": percent(sdr[0] / sdr.max()),
         "share_cdr": percent(cdr[0] / cdr.max()),
         "most": str(int(of_rising.max())),
-        "count": str(windows.sizes["restitution"]),
+        "count": str(response_lengths.sizes["restitution"]),
     }
 
 

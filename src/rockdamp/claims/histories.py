@@ -28,48 +28,48 @@ from rockdamp.vocabulary import PAPER_MODELS
 # --- loops ---------------------------------------------------------------------------------------------------------
 
 
-def areas(loops: xr.Dataset, model: str, window: float, inner: float = 1.0) -> Array:
-    """Return the work of the damping force in each half cycle that ends within `window`, over K0 u_ins^2.
+def areas(loops: xr.Dataset, model: str, response_length: float, inner: float = 1.0) -> Array:
+    """Return the work of the damping force in each half cycle that ends within `response_length`, over K0 u_ins^2.
 
     Only of displacements up to `inner` times the peak that the half cycle starts from.
     """
     u, v, force = (
         loops[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
     )
-    peaks = turning_points(v[loops["tau"].values <= window])
+    peaks = turning_points(v[loops["tau"].values <= response_length])
     work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
     middle = np.abs(0.5 * (u[1:] + u[:-1]))
     halves = pairwise(peaks)
     return np.array([work[i:j][middle[i:j] <= inner * abs(u[i])].sum() for i, j in halves])
 
 
-def impact_losses(loops: xr.Dataset, window: float) -> Array:
-    """Return the energy that CR loses at each impact in the half cycles that end within `window`, over K0 u_ins^2."""
+def impact_losses(loops: xr.Dataset, response_length: float) -> Array:
+    """Return the energy that CR loses at each impact in the half cycles that end within `response_length`, over K0 u_ins^2."""
     history = loops.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
-    last = turning_points(v[loops["tau"].values <= window])[-1]
+    last = turning_points(v[loops["tau"].values <= response_length])[-1]
     before = np.flatnonzero(passes_zero(u[: last + 1]))
     return 0.5 * v[before] ** 2 * (1 - float(loops["restitution"]) ** 2)
 
 
 def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare the areas of the loops in total, over two lengths, and half cycle by half cycle."""
-    loops, window = data["loops"], float(data["match/amplitude"]["window"])
+    loops, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
     parts = {}
-    for name, length in (("total", window), ("long", float(loops["tau"].values[-1]))):
+    for name, length in (("total", response_length), ("long", float(loops["tau"].values[-1]))):
         totals = np.array([areas(loops, model, length).sum() for model in PAPER_MODELS])
         apart = totals / totals.mean() - 1
         each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
         totals_apart = measured(f"in total against their mean, up to tau {number(length)}", each)
         finding = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
         parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, finding)
-    losses = impact_losses(loops, window)
-    loop_areas = [areas(loops, model, window) for model in PAPER_MODELS]
+    losses = impact_losses(loops, response_length)
+    loop_areas = [areas(loops, model, response_length) for model in PAPER_MODELS]
     of_loss = np.array([values.sum() for values in loop_areas]) / losses.sum()
     each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, of_loss, strict=True))
     parts["decay"] = Part(
         bool((np.abs(of_loss - 1) <= limits["same"]).all()),
-        measured(f"in total over CR's loss, up to tau {number(window)}", each),
+        measured(f"in total over CR's loss, up to tau {number(response_length)}", each),
         finding={"of_loss": between(of_loss, percent)},
     )
     count = min(losses.size, *(values.size for values in loop_areas))
@@ -91,10 +91,10 @@ def by_half_cycle(held: NDArray[np.bool_]) -> xr.DataArray:
 
 def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compute the share of each loop's area near zero displacement."""
-    loops, window = data["loops"], float(data["match/amplitude"]["window"])
+    loops, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
     parts = {}
     for model in PAPER_MODELS:
-        share = areas(loops, model, window, limits["inner"]) / areas(loops, model, window)
+        share = areas(loops, model, response_length, limits["inner"]) / areas(loops, model, response_length)
         concentrated = share > limits["concentrated"]
         held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
         ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
@@ -114,7 +114,7 @@ def rms(values: Array) -> float:
 
 def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare the nearly rigid tri-linear model with two references."""
-    rocking = data["loops"]["rocking_displacement"]
+    rocking = data["damping_force"]["rocking_displacement"]
     model, release = rocking.sel(rocking_model="tri-linear").values, abs(float(rocking[0, 0]))
     parts = {}
     for name, reference in (("slender", "slender"), ("exact", "large rotation")):
@@ -138,8 +138,8 @@ def peaks(displacement: Array, count: int) -> Array:
 
 def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare CDR with CR: velocity step by step, and differences of the histories."""
-    loops = data["loops"]
-    matched = loops["tau"].values <= float(data["match/amplitude"]["window"])
+    loops = data["damping_force"]
+    matched = loops["tau"].values <= float(data["match/amplitude"]["response_length"])
     u, v = (
         {model: loops[name].sel(damping_model=model).values for model in ("CR", "CDR")}
         for name in ("displacement", "velocity")

@@ -85,7 +85,7 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
     pairs, parts = data["bilinear"], {}
     collapses = dict.fromkeys(("bi-linear", "tri-linear"), 0)
     runs = 0
-    for name, case, noun in (("pulse", "pulse_frequency", "w/p"), ("record", "scale", "intensity")):
+    for name, case, noun in (("pulse", "pulse_frequency", "w/p"), ("record", "velocity_ratio", "intensity")):
         ratio = paired_ratio(pairs, name)
         others = [dim for dim in ratio.dims if dim != case]
         median = ratio.median(others).dropna(case)
@@ -110,7 +110,7 @@ def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
     """Return the bi-linear over the tri-linear peak; NaN where the latter does not rock or both collapse."""
     peak = pairs[f"{name}_peak_ratio"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
     bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
-    first_branch = float(pairs["cracked_stiffness_ratio"].sel(force_curve="tri-linear"))
+    first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
     both = np.isinf(bilinear) & np.isinf(trilinear)
     return (bilinear / trilinear.where(~both & (trilinear > first_branch))).drop_vars("force_curve", errors="ignore")
 

@@ -30,7 +30,7 @@ ROUNDING = 1e-9
 
 def matched_error(data: Datasets) -> xr.DataArray:
     """Return rms_error (damping_model, restitution) at the matched length, released at the reference amplitude."""
-    reference = float(data["loops"]["release_amplitude"])
+    reference = float(data["damping_force"]["release_amplitude"])
     at_reference = data["match/amplitude"]["rms_error"].sel(release_amplitude=reference, method="nearest")
     return at_reference.sel(damping_model=MODELS).sortby("restitution")
 
@@ -38,7 +38,7 @@ def matched_error(data: Datasets) -> xr.DataArray:
 def mean_errors(data: Datasets) -> tuple[xr.DataArray, tuple[Measured, ...]]:
     """Return the mean over e for each model over the release amplitude, and the same in words."""
     mean = matched_error(data).mean("restitution")
-    relative = mean / float(data["loops"]["release_amplitude"])
+    relative = mean / float(data["damping_force"]["release_amplitude"])
     return relative, measured(f"mean rms error {per_model(relative, percent)} of the release")
 
 
@@ -58,25 +58,31 @@ def err_secant(limits: Limits, data: Datasets) -> dict[str, Part]:
     finding = {**words_by_model(mean), "both": spans_of(held)}
     return {
         "matched": judged(held, below + mean_in_words, "e", limits["enough"], finding),
-        "lengths": lengths(data["windows"]["secant_below_constant"], "below CDC at every e"),
+        "lengths": lengths(data["response_lengths"]["secant_below_constant"], "below CDC at every e"),
     }
 
 
 def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Name the model that errs least at each e, at the inferred length."""
-    windows = data["windows"]
-    inferred = windows["error"].sel(window=float(windows["inferred_window"]), method="nearest")
+    response_lengths = data["response_lengths"]
+    inferred = response_lengths["error"].sel(
+        response_length=float(response_lengths["inferred_response_length"]), method="nearest"
+    )
     error = inferred.sel(damping_model=MODELS).transpose("damping_model", ...)
     lowest = error["damping_model"][error.argmin("damping_model")].drop_vars("damping_model")
     e = error["restitution"]
     in_range = (e >= limits["low"] - ROUNDING) & (e <= limits["high"] + ROUNDING)
-    exact = spans(windows["cdr_lowest_in_paper_range"], "tau")
-    wrong = windows["misclassified"].sel(window=[w for w in windows["window"].values if w != float(inferred["window"])])
+    exact = spans(response_lengths["cdr_lowest_in_paper_range"], "tau")
+    wrong = response_lengths["misclassified"].sel(
+        response_length=[
+            w for w in response_lengths["response_length"].values if w != float(inferred["response_length"])
+        ]
+    )
     others = measured(f"at least {int(wrong.min())} misfits at any other length studied") if wrong.size else ()
-    near = windows["near_misclassified"]
+    near = response_lengths["near_misclassified"]
     none, few = spans(near == 0, "tau"), spans(near <= 2, "tau")
     others += measured(f"between those next to it none at {none}, at most 2 at {few}")
-    length = windows["inferred_window_of_release"].dropna("release_amplitude")
+    length = response_lengths["inferred_response_length_of_release"].dropna("release_amplitude")
     implied = ", ".join(
         f"{number(at)} (u0/u_ins {number(release)})"
         for release, at in zip(length["release_amplitude"].values, length.values, strict=True)
@@ -85,13 +91,13 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     parts = {}
     for name, model, where in (("inside", "CDR", in_range), ("outside", "SDR", ~in_range)):
         held = (lowest == model)[where.values]
-        at = f", at {number(inferred['window'])} in tau" if name == "outside" else ""
+        at = f", at {number(inferred['response_length'])} in tau" if name == "outside" else ""
         lowest_at = measured(f"{model} lowest at {spans_of(held)} {name}{at}")
         parts[name] = judged(held, lowest_at, "e", limits["enough"], {name: spans_of(held)})
     last = parts["outside"]
     all_measured = last.measured + measured(f"the range is exactly so for {exact}") + others
     finding = {
-        "window": number(inferred["window"]),
+        "response_length": number(inferred["response_length"]),
         "elsewhere": f"At any other it misses at least {int(wrong.min())} e" if wrong.size else "No other was studied",
     }
     return parts | {"outside": replace(last, measured=all_measured, finding={**last.finding, **finding})}
@@ -116,7 +122,7 @@ def err_e(limits: Limits, data: Datasets) -> dict[str, Part]:
     parts["trend"] = Part(
         bool((correlation <= limits["correlation"]).all()), measured(f"rank correlation {per_model(correlation)}")
     )
-    flag = data["windows"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
+    flag = data["response_lengths"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
     by_model = ", ".join(f"{model} {spans(flag.sel(damping_model=model), 'tau')}" for model in MODELS)
     together = lengths(flag.all("damping_model"), "all rise at every step")
     (item,) = together.measured
@@ -128,8 +134,8 @@ def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     error, mean_in_words = mean_errors(data)
     amplitudes = papers(ratios(data["match/amplitude"]), limits["release_amplitudes"])
     amplitude = mean_spread(amplitudes, "release_amplitude")
-    stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
-    of_lengths = data["windows"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
+    stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "yield_displacement_ratio")
+    of_lengths = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
     return {
         "error": Part(bool(is_smallest(error, "CDR")), mean_in_words, against_others("error", error)),
         "amplitude": Part(
@@ -157,7 +163,7 @@ def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     error, mean_in_words = mean_errors(data)
     sdr, cdc = error.sel(damping_model="SDR"), error.sel(damping_model="CDC")
     times = float(sdr / error.min("damping_model"))
-    of_lengths = data["windows"]["rms_error"].mean("restitution")
+    of_lengths = data["response_lengths"]["rms_error"].mean("restitution")
     below = of_lengths.sel(damping_model="SDR").drop_vars("damping_model") < of_lengths.sel(damping_model="CDC")
     return {
         "small": Part(bool(sdr <= limits["small"]), mean_in_words, words_by_model(error)),

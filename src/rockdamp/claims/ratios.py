@@ -31,9 +31,9 @@ OTHERS = {"slenderness": "slenderness", "overburden_ratio": "overburden"}  # wha
 def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
     """Select the paper's models and, in the cracked-stiffness study, the a1 that have the plateau of the first."""
     xi = matched[variable].sel(damping_model=MODELS)
-    if "plateau_ratio" in matched.coords:
-        plateau = matched["plateau_ratio"].values
-        xi = xi.isel(cracked_stiffness_ratio=np.flatnonzero(np.isclose(plateau, plateau[0])))
+    if "strength_ratio" in matched.coords:
+        plateau = matched["strength_ratio"].values
+        xi = xi.isel(yield_displacement_ratio=np.flatnonzero(np.isclose(plateau, plateau[0])))
     return xi
 
 
@@ -167,7 +167,7 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare CDR and SDR at the lowest amplitude with those at the reference."""
     xi = ratios(data["match/amplitude"]).sortby("release_amplitude")
     low = xi.isel(release_amplitude=0)
-    reference = xi.sel(release_amplitude=float(data["loops"]["release_amplitude"]), method="nearest")
+    reference = xi.sel(release_amplitude=float(data["damping_force"]["release_amplitude"]), method="nearest")
     gap, gap_reference = (
         float(np.abs(ratio.sel(damping_model="SDR") / ratio.sel(damping_model="CDR") - 1).mean())
         for ratio in (low, reference)
@@ -221,7 +221,7 @@ def _independence(dim: str, study: str) -> Judge:
 
 def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare the spread over cracked stiffness with those over slenderness and overburden."""
-    a1 = mean_spread(ratios(data["match/cracked_stiffness"]), "cracked_stiffness_ratio")
+    a1 = mean_spread(ratios(data["match/cracked_stiffness"]), "yield_displacement_ratio")
     parts: dict[str, Part] = {}
     for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
         others = {dim: mean_spread(ratios(data[f"match/{study}"], variable), dim) for dim, study in OTHERS.items()}
@@ -238,7 +238,7 @@ def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
 def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Rank the models' spreads over a1."""
     xi = ratios(data["match/cracked_stiffness"])
-    at_each, dim = spread(xi, "cracked_stiffness_ratio"), "cracked_stiffness_ratio"
+    at_each, dim = spread(xi, "yield_displacement_ratio"), "yield_displacement_ratio"
     values = at_each.mean("restitution")
     held = is_largest(at_each, "CDC") & is_smallest(at_each, "CDR")
     return {
@@ -256,7 +256,7 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Follow the direction of the change with a1 at each e."""
-    xi, dim = ratios(data["match/cracked_stiffness"]).sortby("cracked_stiffness_ratio"), "cracked_stiffness_ratio"
+    xi, dim = ratios(data["match/cracked_stiffness"]).sortby("yield_displacement_ratio"), "yield_displacement_ratio"
     parts = {}
     for name, model, sign in (("cdc", "CDC", 1), ("cdr", "CDR", 1), ("sdr-less", "SDR", 1), ("sdr-more", "SDR", -1)):
         held = steady(xi.sel(damping_model=model), dim, sign)
@@ -282,12 +282,12 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
         finding = {name: between(of_model)}
         parts[name] = Part(bool(held.all()), in_words, finding, "" if held.all() else partly)
     apart = float(np.abs(relative.sel(damping_model="CDR")).mean())
-    values = mean_spread(xi, "cracked_stiffness_ratio")
+    values = mean_spread(xi, "yield_displacement_ratio")
     off = measured(f"CDR off by {percent(apart)} in the mean")
     parts["cdr-slightly"] = Part(apart <= limits["slight"], off, {"apart": brief(apart)})
     parts["cdr-a1"] = Part(
         bool(is_smallest(values, "CDR")),
-        measured(f"spread over {extent(xi['cracked_stiffness_ratio'], 'a1')}", per_model(values, percent)),
+        measured(f"spread over {extent(xi['yield_displacement_ratio'], 'a1')}", per_model(values, percent)),
     )
     return parts
 

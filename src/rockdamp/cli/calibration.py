@@ -75,7 +75,7 @@ def calibrate_command(
 
     measured = read_record(record)
     with concerning(record):
-        fit = calibrate(measured, wall, ultimate_ratio=a3, softening=softening)
+        fit = calibrate(measured, wall, ultimate_displacement_ratio=a3, softening=softening)
     if output is not None:
         write_dataset(fit, output, "calibration", "rockdamp.identification.calibration", record=measured.digest)
     if plot is not None:
@@ -119,7 +119,7 @@ def _posterior(
             wall,
             damping_model,
             compared=CANDIDATES if evidence else (),
-            ultimate_ratio=a3,
+            ultimate_displacement_ratio=a3,
             softening=softening,
             prior=prior,
             seed=seed,

@@ -220,7 +220,7 @@ def respond_command(
             print_json(found) if as_json else print_table(_standing(found), UNITS)
             return
     motion = motions[0].record
-    onset = float(wall.rocking_onset(curve.plateau_ratio))
+    onset = float(wall.rocking_onset(curve.strength_ratio))
     factor = float(scales_of(motion, asked)[0])
     with concerning(motions[0].name):
         histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)

@@ -165,7 +165,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     if preset is not None:
         if a1 is not None or b1 is not None:
             raise click.UsageError("--preset stands for --a1 and --b1; it must be given without them")
-        return TrilinearCurve.preset(preset, ultimate_ratio=a3, softening=softening)
+        return TrilinearCurve.preset(preset, ultimate_displacement_ratio=a3, softening=softening)
     for name, value in (("--a1", a1), ("--b1", b1)):
         if value is None:
             raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
@@ -180,7 +180,7 @@ def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalen
     click.UsageError
         If the options do not go together.
     """
-    from rockdamp.equivalence.one_curve import equivalent_dampings
+    from rockdamp.equivalence.equivalent import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
 
     model, ratio, restitution = options["damping_model"], options["damping_ratio"], options["restitution"]

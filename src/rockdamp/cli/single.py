@@ -91,7 +91,7 @@ def wall(
         curve = make_curve(options)
     else:
         refuse_unused(("a3", "softening"), "--a1 and --b1, or --preset")
-    values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.plateau_ratio))
+    values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.strength_ratio))
     in_g = values["rocking_onset"] / STANDARD_GRAVITY
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     given = dict(UNITS)
@@ -142,7 +142,7 @@ def _periods(
     """Return the rows of periods; unless `strict`, amplitudes beyond the end of the curve are left out."""
     rows = []
     for x0 in amplitudes:
-        if curve is not None and not strict and x0 >= float(curve.ultimate_ratio):
+        if curve is not None and not strict and x0 >= float(curve.ultimate_displacement_ratio):
             continue
         row = {
             "amplitude": x0,
@@ -193,19 +193,19 @@ def equivalent_command(
     refuse_unused(("output",), "--walls")
     if restitution is None:
         raise click.UsageError("there must be --restitution and a curve, or --walls")
-    from rockdamp.equivalence.one_curve import equivalent
+    from rockdamp.equivalence.equivalent import equivalent
     from rockdamp.equivalence.polynomials import SHIPPED_PLATEAU_RATIO
-    from rockdamp.vocabulary import DEFAULT_WINDOW
+    from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
     curve = make_curve(options)
     rows = equivalent(
         restitution,
-        float(curve.cracked_stiffness_ratio),
-        float(curve.plateau_ratio),
+        float(curve.yield_displacement_ratio),
+        float(curve.strength_ratio),
         options["a3"],
         options["softening"],
         release,
-        DEFAULT_WINDOW if response_length is None else response_length,
+        DEFAULT_RESPONSE_LENGTH if response_length is None else response_length,
     )
     if as_json:
         print_json(rows)
@@ -213,8 +213,8 @@ def equivalent_command(
     print_table(rows)
     if any(row["damping_ratio_fit"] is None for row in rows):
         click.echo("\n-: outside the range of the polynomials (a1 or e)", err=True)
-    if curve.plateau_ratio != SHIPPED_PLATEAU_RATIO:
-        told = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.plateau_ratio):g}"
+    if curve.strength_ratio != SHIPPED_PLATEAU_RATIO:
+        told = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.strength_ratio):g}"
         click.echo(f"\n{told}", err=True)
 
 
@@ -245,7 +245,7 @@ def presets(as_json: bool) -> None:
     from rockdamp.vocabulary import PRESETS
 
     rows = [
-        {"preset": name, "plateau_ratio": b1, "cracked_stiffness_ratio": a1, "options": f"--a1 {a1:g} --b1 {b1:g}"}
+        {"preset": name, "strength_ratio": b1, "yield_displacement_ratio": a1, "options": f"--a1 {a1:g} --b1 {b1:g}"}
         for name, (b1, a1) in PRESETS.items()
     ]
     if as_json:

@@ -1,4 +1,4 @@
-"""The sections ``natural`` and ``population`` of the config, parsed: what each stage under earthquakes depends on."""
+"""The sections ``earthquakes`` and ``population`` of the config, parsed: what each stage under earthquakes depends on."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ PARAMETERS = (
     "slenderness",
     "overburden_ratio",
     "hinge_ratio",
-    "cracked_stiffness_ratio",
-    "plateau_ratio",
+    "yield_displacement_ratio",
+    "strength_ratio",
     "restitution",
 )
 
@@ -55,8 +55,8 @@ def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
 @dataclass(frozen=True)
 class EarthquakeWallSettings(Settings):
     solver: Solver
-    walls: Annotated[NamedWalls, "natural.walls"]
-    restitution: Annotated[Ascending, "natural.restitution"]
+    walls: Annotated[NamedWalls, "earthquakes.walls"]
+    restitution: Annotated[Ascending, "earthquakes.restitution"]
     release_amplitude: float
     matching: Matching
 
@@ -64,47 +64,47 @@ class EarthquakeWallSettings(Settings):
 @dataclass(frozen=True)
 class EarthquakeRecordSettings(Settings):
     records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "natural.walls"]
-    restitution_change: Annotated[float, "natural.restitution_change"]
-    scale: Annotated[Array, "natural.scale", geometric]
-    step: Annotated[float, "natural.step"]
-    tail: Annotated[float, "natural.tail"]
-    records_per_job: Annotated[int, "natural.records_per_job"]
+    walls: Annotated[NamedWalls, "earthquakes.walls"]
+    restitution_change: Annotated[float, "earthquakes.restitution_change"]
+    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
+    step: Annotated[float, "earthquakes.step"]
+    tail: Annotated[float, "earthquakes.tail"]
+    records_per_job: Annotated[int, "earthquakes.records_per_job"]
 
 
 @dataclass(frozen=True)
 class ComparisonSettings(Settings):
-    bands: Annotated[Ascending, "natural.bands"]
-    bootstrap: Annotated[Bootstrap, "natural.bootstrap"]
+    bands: Annotated[Ascending, "earthquakes.bands"]
+    bootstrap: Annotated[Bootstrap, "earthquakes.bootstrap"]
 
 
 @dataclass(frozen=True)
 class OrderRecordSettings(Settings):
     records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "natural.walls"]
-    restitution: Annotated[Ascending, "natural.orders.restitution"]
-    restitution_change: Annotated[float, "natural.restitution_change"]
-    order: Annotated[Ascending, "natural.orders.order"]
-    scale: Annotated[Array, "natural.scale", geometric]
-    step: Annotated[float, "natural.orders.step"]
-    tail: Annotated[float, "natural.tail"]
-    records_per_job: Annotated[int, "natural.records_per_job"]
+    walls: Annotated[NamedWalls, "earthquakes.walls"]
+    restitution: Annotated[Ascending, "earthquakes.orders.restitution"]
+    restitution_change: Annotated[float, "earthquakes.restitution_change"]
+    order: Annotated[Ascending, "earthquakes.orders.order"]
+    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
+    step: Annotated[float, "earthquakes.orders.step"]
+    tail: Annotated[float, "earthquakes.tail"]
+    records_per_job: Annotated[int, "earthquakes.records_per_job"]
 
 
 @dataclass(frozen=True)
 class OrderComparisonSettings(Settings):
-    restitution_change: Annotated[float, "natural.restitution_change"]
-    bands: Annotated[Ascending, "natural.bands"]
-    bootstrap: Annotated[Bootstrap, "natural.bootstrap"]
+    restitution_change: Annotated[float, "earthquakes.restitution_change"]
+    bands: Annotated[Ascending, "earthquakes.bands"]
+    bootstrap: Annotated[Bootstrap, "earthquakes.bootstrap"]
 
 
 @dataclass(frozen=True)
 class EventDrivenCheckSettings(Settings):
     records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "natural.walls"]
-    tail: Annotated[float, "natural.tail"]
-    histories: Annotated[int, "natural.check.histories"]
-    seed: Annotated[int, "natural.check.seed"]
+    walls: Annotated[NamedWalls, "earthquakes.walls"]
+    tail: Annotated[float, "earthquakes.tail"]
+    histories: Annotated[int, "earthquakes.check.histories"]
+    seed: Annotated[int, "earthquakes.check.seed"]
 
 
 # --- population ------------------------------------------------------------------------------------------------------

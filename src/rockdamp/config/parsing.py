@@ -1,6 +1,6 @@
 """From values of the config to the fields of a frozen dataclass: a field's type says what its value must be.
 
-An annotation may add the dotted key that the value stands at, ``Annotated[float, "windows.stop"]``, and a function that
+An annotation may add the dotted key that the value stands at, ``Annotated[float, "response_lengths.stop"]``, and a function that
 parses it, ``Annotated[Array, geometric]``; a field without the first is named after its key.
 """
 

@@ -21,10 +21,10 @@ from rockdamp.config.earthquakes import (
 from rockdamp.config.parsing import ConfigError
 from rockdamp.config.settings import (
     AccuracySettings,
+    AmplitudeDependenceSettings,
     DamperOrderSettings,
+    DampingForceSettings,
     DecaySettings,
-    DispersionSettings,
-    LoopSettings,
     MatchSettings,
     PulseSettings,
     ResponseLengthSettings,
@@ -48,16 +48,18 @@ def studies_of(config: Config) -> list[Study]:
     return [settings.study(name) for name in STUDIES]
 
 
-def dispersion_curves(config: Config) -> TrilinearCurve:
+def amplitude_curves(config: Config) -> TrilinearCurve:
     """Return the curves of the dispersion with a3 = 1, and those of the presets."""
-    settings = DispersionSettings.of(config)
-    a1 = settings.dispersion.cracked_stiffness_ratio
-    b1 = settings.plateau_ratio_beyond.at(a1, settings.plateau_ratio)
+    settings = AmplitudeDependenceSettings.of(config)
+    a1 = settings.amplitude_dependence.yield_displacement_ratio
+    b1 = settings.strength_ratio_beyond.at(a1, settings.strength_ratio)
     presets = np.array(list(PRESETS.values()))
     try:
         return TrilinearCurve(np.append(a1, presets[:, 1]), np.append(b1, presets[:, 0]))
     except InputError as error:
-        raise ConfigError("dispersion.cracked_stiffness_ratio", f"has a curve that cannot be: {error}") from None
+        raise ConfigError(
+            "amplitude_dependence.yield_displacement_ratio", f"has a curve that cannot be: {error}"
+        ) from None
 
 
 # --- time ------------------------------------------------------------------------------------------------------------
@@ -69,9 +71,9 @@ def steps_are_stable(config: Config) -> Problems:
     of_solver = {
         "curve": solver.curve,
         **{f"studies.{study.name}": study.curve for study in studies_of(config)},
-        "loops.rigid": LoopSettings.of(config).loops.rigid.curve,
-        "dispersion": dispersion_curves(config),
-        **{f"natural.walls[{i}]": wall.curve for i, wall in enumerate(EarthquakeWallSettings.of(config).walls)},
+        "damping_force.rigid": DampingForceSettings.of(config).damping_force.rigid.curve,
+        "dispersion": amplitude_curves(config),
+        **{f"earthquakes.walls[{i}]": wall.curve for i, wall in enumerate(EarthquakeWallSettings.of(config).walls)},
     }
     for key, step, curves in (
         ("solver.step", solver.solver.step, of_solver),
@@ -89,39 +91,42 @@ def steps_are_stable(config: Config) -> Problems:
 def releases_are_within_the_curve(config: Config) -> Problems:
     """A decay must start where the wall still stands."""
     for study in studies_of(config):
-        bad = study.release_amplitude >= study.curve.ultimate_ratio
+        bad = study.release_amplitude >= study.curve.ultimate_displacement_ratio
         for index in np.flatnonzero(bad)[:1]:
             varied = study.parameter == "release_amplitude"
             key = f"studies.{study.name}.release_amplitude[{index}]" if varied else "release_amplitude"
-            a3 = np.broadcast_to(study.curve.ultimate_ratio, bad.shape)[index]
+            a3 = np.broadcast_to(study.curve.ultimate_displacement_ratio, bad.shape)[index]
             text = f"is {study.release_amplitude[index]}; it must be less than a3, {a3:g}, where the wall collapses"
             yield ConfigError(key, text)
 
 
 def responses_have_an_impact(config: Config) -> Problems:
     """A response must last beyond its first impact, before which no damping ratio is defined."""
-    x0, window = stated(config, "release_amplitude"), MatchSettings.of(config).matching.window
-    loops, lengths = LoopSettings.of(config).loops, ResponseLengthSettings.of(config).windows
+    x0, response_length = stated(config, "release_amplitude"), MatchSettings.of(config).matching.response_length
+    force, lengths = DampingForceSettings.of(config).damping_force, ResponseLengthSettings.of(config).response_lengths
     latest = max(float(np.max(_first_impact(study.curve, study.release_amplitude))) for study in studies_of(config))
-    rigid = float(_first_impact(loops.rigid.curve, np.asarray(loops.rigid.release_amplitude)))
+    rigid = float(_first_impact(force.rigid.curve, np.asarray(force.rigid.release_amplitude)))
     for key, length, impact in (
-        ("windows.start", lengths[0], latest),
-        ("matching.window", window, latest),
-        ("loops.window", loops.window, rigid),
+        ("response_lengths.start", lengths[0], latest),
+        ("matching.response_length", response_length, latest),
+        ("damping_force.response_length", force.response_length, rigid),
     ):
         if not length > impact:
             allowed = f"greater than {impact:.6g}, the time of the latest first impact (in tau)"
             yield ConfigError(key, f"is {length}; it must be {allowed}")
     for index, named in enumerate(EarthquakeWallSettings.of(config).walls):
         impact = float(_first_impact(named.curve, np.asarray(x0)))
-        if not window > impact:
+        if not response_length > impact:
             text = f"has its first impact at {impact:.6g} (in tau) from {x0}; that must come before the end of"
-            yield ConfigError(f"natural.walls[{index}]", f"{text} matching.window, {window}")
-    share = DispersionSettings.of(config).dispersion.release_share[-1]
-    impact = float(np.max(_first_impact(dispersion_curves(config), share)))
-    if not window > impact:
+            yield ConfigError(f"earthquakes.walls[{index}]", f"{text} matching.response_length, {response_length}")
+    share = AmplitudeDependenceSettings.of(config).amplitude_dependence.release_share[-1]
+    impact = float(np.max(_first_impact(amplitude_curves(config), share)))
+    if not response_length > impact:
         text = f"is {share}; the first impact from there, at {impact:.6g} in tau, must come"
-        yield ConfigError("dispersion.release_share", f"{text} before the end of matching.window, {window}")
+        yield ConfigError(
+            "amplitude_dependence.release_share",
+            f"{text} before the end of matching.response_length, {response_length}",
+        )
 
 
 def _first_impact(curve: TrilinearCurve, x0: Array) -> Array:
@@ -130,16 +135,19 @@ def _first_impact(curve: TrilinearCurve, x0: Array) -> Array:
 
 
 def decays_are_as_long_as_matches(config: Config) -> Problems:
-    """Decays run to windows.stop, and what is matched to them must not be longer.
+    """Decays run to response_lengths.stop, and what is matched to them must not be longer.
 
     Held in seconds at the length that the reference wall has, the response of another wall is another length in tau.
     """
     settings = DecaySettings.of(config)
-    window, longest = settings.window, settings.longest
-    if not window <= longest:
-        yield ConfigError("matching.window", f"is {window}; it must be at most windows.stop, {longest:g} (in tau)")
+    response_length, longest = settings.response_length, settings.longest
+    if not response_length <= longest:
+        yield ConfigError(
+            "matching.response_length",
+            f"is {response_length}; it must be at most response_lengths.stop, {longest:g} (in tau)",
+        )
         return
-    seconds = window / settings.wall.frequency_parameter
+    seconds = response_length / settings.wall.frequency_parameter
     for study in studies_of(config):
         lengths = np.asarray(seconds * study.frequency_parameter)
         impact = np.broadcast_to(_first_impact(study.curve, study.release_amplitude), lengths.shape)
@@ -166,15 +174,15 @@ def grids_hold_what_is_looked_up(config: Config) -> Problems:
         text = f"is {test.restitution}; it must lie within the e of the polynomials, {e[0]:g} to {e[-1]:g}"
         yield ConfigError("validation.restitution", text)
     varied = StudySettings.of(config).study("cracked_stiffness")
-    a1 = varied.values[varied.curve.plateau_ratio == stated(config, "curve.plateau_ratio")]
+    a1 = varied.values[varied.curve.strength_ratio == stated(config, "curve.strength_ratio")]
     if not a1.size:
-        text = "has no value with the plateau of curve, below plateau_ratio_beyond; it must have one"
-        yield ConfigError("studies.cracked_stiffness.cracked_stiffness_ratio", text)
+        text = "has no value with the plateau of curve, below strength_ratio_beyond; it must have one"
+        yield ConfigError("studies.cracked_stiffness.yield_displacement_ratio", text)
         return
-    for index, value in enumerate(test.fit_cracked_stiffness_ratios):
+    for index, value in enumerate(test.fit_yield_displacement_ratios):
         if not a1[0] <= value <= a1[-1]:
             text = f"is {value}; it must lie within the a1 of the polynomials, {a1[0]:g} to {a1[-1]:g}"
-            yield ConfigError(f"validation.fit_cracked_stiffness_ratios[{index}]", text)
+            yield ConfigError(f"validation.fit_yield_displacement_ratios[{index}]", text)
 
 
 def changed_restitution_stays_possible(config: Config) -> Problems:
@@ -182,7 +190,7 @@ def changed_restitution_stays_possible(config: Config) -> Problems:
     walls, orders = EarthquakeWallSettings.of(config), OrderRecordSettings.of(config)
     test, order = DamperOrderSettings.of(config), DamperOrderSettings.of(config).damper_order
     for key, change, e in (
-        ("natural", orders.restitution_change, [*walls.restitution, *orders.restitution]),
+        ("earthquakes", orders.restitution_change, [*walls.restitution, *orders.restitution]),
         ("damper_order", order.restitution_change, [*order.restitution, test.tested_restitution]),
     ):
         if not (min(e) - change > 0 and max(e) + change <= 1):
@@ -190,22 +198,22 @@ def changed_restitution_stays_possible(config: Config) -> Problems:
             yield ConfigError(f"{key}.restitution_change", text)
 
 
-def dispersion_has_both_variants(config: Config) -> Problems:
-    """The steeper variant of every curve of the dispersion must exist."""
-    section = DispersionSettings.of(config).dispersion
-    b1 = min(float(np.min(dispersion_curves(config).plateau_ratio)), float(section.map.plateau_ratio[0]))
-    if not section.ultimate_ratio > 1 - b1:
-        text = f"is {section.ultimate_ratio}; a3 must be greater than 1 - b1, {1 - b1:.6g}"
-        yield ConfigError("dispersion.ultimate_ratio", text)
+def amplitude_dependence_has_both_variants(config: Config) -> Problems:
+    """The steeper variant of every curve of the amplitude study must exist."""
+    section = AmplitudeDependenceSettings.of(config).amplitude_dependence
+    b1 = min(float(np.min(amplitude_curves(config).strength_ratio)), float(section.map.strength_ratio[0]))
+    if not section.ultimate_displacement_ratio > 1 - b1:
+        text = f"is {section.ultimate_displacement_ratio}; a3 must be greater than 1 - b1, {1 - b1:.6g}"
+        yield ConfigError("amplitude_dependence.ultimate_displacement_ratio", text)
 
 
 def population_has_room_for_every_plateau(config: Config) -> Problems:
     """The largest a1 of the population must fit beside its largest b1, and a parameter correlates with others alone."""
     settings = PopulationWallSettings.of(config)
-    a1, b1 = (settings.parameters[name].high for name in ("cracked_stiffness_ratio", "plateau_ratio"))
+    a1, b1 = (settings.parameters[name].high for name in ("yield_displacement_ratio", "strength_ratio"))
     if not a1 < 1 - b1:
-        text = f"is {a1}; it must be less than 1 - b1, {1 - b1:.6g} at population.parameters.plateau_ratio.high = {b1}"
-        yield ConfigError("population.parameters.cracked_stiffness_ratio.high", text)
+        text = f"is {a1}; it must be less than 1 - b1, {1 - b1:.6g} at population.parameters.strength_ratio.high = {b1}"
+        yield ConfigError("population.parameters.yield_displacement_ratio.high", text)
     for name, other in settings.correlations:
         if name == other:
             text = f"states {name} itself; it must state other parameters"
@@ -213,10 +221,10 @@ def population_has_room_for_every_plateau(config: Config) -> Problems:
 
 
 def names_differ(config: Config) -> Problems:
-    """Walls under earthquakes and records of the ladder are told apart by their names."""
+    """Walls under earthquakes and records of the test series are told apart by their names."""
     walls = [wall.name for wall in EarthquakeWallSettings.of(config).walls]
-    records = [Path(record).stem for record in stated(config, "validation.ladder")]
-    for key, names in (("natural.walls[{}].name", walls), ("validation.ladder[{}]", records)):
+    records = [Path(record).stem for record in stated(config, "validation.test_series")]
+    for key, names in (("earthquakes.walls[{}].name", walls), ("validation.test_series[{}]", records)):
         for index, name in enumerate(names):
             if name in names[:index]:
                 text = f"is named {name!r}, as one before it; each must have a name of its own"
@@ -225,8 +233,8 @@ def names_differ(config: Config) -> Problems:
 
 def records_are_files(config: Config) -> Problems:
     """The records of the test must be there."""
-    ladder = stated(config, "validation.ladder")
-    keys = ["validation.record", *(f"validation.ladder[{index}]" for index in range(len(ladder)))]
+    test_series = stated(config, "validation.test_series")
+    keys = ["validation.record", *(f"validation.test_series[{index}]" for index in range(len(test_series)))]
     for key in keys:
         if not Path(stated(config, key)).is_file():
             yield ConfigError(key, f"is {stated(config, key)!r}; it must be a file, seen from the folder of the run")
@@ -239,7 +247,7 @@ def squat_walls_rock(config: Config) -> Problems:
     """Walls that are drawn or compared by their shape must rock, down to the most squat."""
     low = {name: drawn.low for name, drawn in PopulationWallSettings.of(config).parameters.items()}
     accuracy = AccuracySettings.of(config)
-    thickness, rigid = accuracy.loops.rigid.thickness, accuracy.accuracy.rigid
+    thickness, rigid = accuracy.damping_force.rigid.thickness, accuracy.accuracy.rigid
     squat = {
         "population.parameters.slenderness.low": (low["thickness"], low["slenderness"], low["hinge_ratio"]),
         "accuracy.rigid.slenderness": (thickness, min(rigid.slenderness), min(rigid.hinge_ratio)),
@@ -255,7 +263,7 @@ RULES = (
     steps_are_stable,
     grids_hold_what_is_looked_up,
     changed_restitution_stays_possible,
-    dispersion_has_both_variants,
+    amplitude_dependence_has_both_variants,
     population_has_room_for_every_plateau,
     names_differ,
     records_are_files,
@@ -279,8 +287,8 @@ def doubts(config: Config) -> Iterable[ConfigError]:
     walls: dict[str, Wall | Parapet] = {
         "wall": StudySettings.of(config).wall,
         "validation.wall": ValidationSettings.of(config).wall,
-        "loops.rigid": LoopSettings.of(config).loops.rigid.wall,
-        **{f"natural.walls[{i}]": named.wall for i, named in enumerate(EarthquakeWallSettings.of(config).walls)},
+        "damping_force.rigid": DampingForceSettings.of(config).damping_force.rigid.wall,
+        **{f"earthquakes.walls[{i}]": named.wall for i, named in enumerate(EarthquakeWallSettings.of(config).walls)},
     }
     sizes = {key: (float(wall.thickness), float(wall.height)) for key, wall in walls.items()}
     drawn = PopulationWallSettings.of(config).parameters

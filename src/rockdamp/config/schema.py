@@ -30,7 +30,20 @@ BOUNDS = {
 
 
 # Old names of keys, whole or of their last part alone, and the names that they have now.
-RENAMED: dict[str, str] = {}
+RENAMED: dict[str, str] = {
+    "natural": "earthquakes",
+    "earthquakes.scale": "earthquakes.velocity_ratio",
+    "windows": "response_lengths",
+    "window": "response_length",
+    "loops": "damping_force",
+    "dispersion": "amplitude_dependence",
+    "ladder": "test_series",
+    "cracked_stiffness_ratio": "yield_displacement_ratio",
+    "fit_cracked_stiffness_ratios": "fit_yield_displacement_ratios",
+    "plateau_ratio": "strength_ratio",
+    "plateau_ratio_beyond": "strength_ratio_beyond",
+    "ultimate_ratio": "ultimate_displacement_ratio",
+}
 
 ITEMS = {"minItems": "at least", "maxItems": "at most"}
 ODD_TEXT = "has a control character, or half a character; it must be one line of text"

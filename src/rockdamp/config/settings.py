@@ -16,16 +16,16 @@ from rockdamp.config.walls import Curve, PlateauBeyond, Strip, StudySettings
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
 # --- sections ---------------------------------------------------------------------------------------------------------
 
 
-def _window(value: Any, key: str) -> float:
-    return DEFAULT_WINDOW if value == "default" else number(value, key)
+def _response_length(value: Any, key: str) -> float:
+    return DEFAULT_RESPONSE_LENGTH if value == "default" else number(value, key)
 
 
-Window = Annotated[float, _window]  # in tau; "default" is the package's own
+Window = Annotated[float, _response_length]  # in tau; "default" is the package's own
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Solver:
 
 @dataclass(frozen=True)
 class Matching:
-    window: Window
+    response_length: Window
     refinement: int
     scan: Scan
 
@@ -48,8 +48,8 @@ class RigidWall:
     hinge_ratio: float
     restitution: float
     release_amplitude: float
-    cracked_stiffness_ratio: float
-    plateau_ratio: float
+    yield_displacement_ratio: float
+    strength_ratio: float
 
     def __post_init__(self) -> None:
         self.wall, self.curve  # noqa: B018 - sizes of which there is no wall or curve are refused here
@@ -60,28 +60,28 @@ class RigidWall:
 
     @property
     def curve(self) -> TrilinearCurve:
-        return TrilinearCurve(self.cracked_stiffness_ratio, self.plateau_ratio)
+        return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
 
 
 @dataclass(frozen=True)
-class Loops:
+class DampingForce:
     restitution: float
-    window: float
+    response_length: float
     rigid: RigidWall
 
 
 @dataclass(frozen=True)
 class CurveMap:
-    cracked_stiffness_ratio: Ascending
-    plateau_ratio: Ascending
+    yield_displacement_ratio: Ascending
+    strength_ratio: Ascending
 
 
 @dataclass(frozen=True)
-class Dispersion:
+class AmplitudeDependence:
     release_share: Ascending
     restitution: Ascending
-    cracked_stiffness_ratio: Array
-    ultimate_ratio: float
+    yield_displacement_ratio: Array
+    ultimate_displacement_ratio: float
     refinement: int
     map: CurveMap
 
@@ -148,8 +148,8 @@ class Accuracy:
 class DecaySettings(StudySettings):
     solver: Solver
     restitution: Annotated[Array, arithmetic]
-    window: Annotated[Window, "matching.window"]
-    longest: Annotated[float, "windows.stop"]
+    response_length: Annotated[Window, "matching.response_length"]
+    longest: Annotated[float, "response_lengths.stop"]
 
 
 @dataclass(frozen=True)
@@ -162,23 +162,23 @@ class MatchSettings(StudySettings):
 class ResponseLengthSettings(StudySettings):
     solver: Solver
     scan: Annotated[Scan, "matching.scan"]
-    windows: Annotated[Array, arithmetic]
+    response_lengths: Annotated[Array, arithmetic]
 
 
 @dataclass(frozen=True)
 class PolynomialSettings(Settings):
-    plateau_ratio: Annotated[float, "curve.plateau_ratio"]
-    ultimate_ratio: Annotated[float, "curve.ultimate_ratio"]
+    strength_ratio: Annotated[float, "curve.strength_ratio"]
+    ultimate_displacement_ratio: Annotated[float, "curve.ultimate_displacement_ratio"]
     release_amplitude: float
 
 
 @dataclass(frozen=True)
-class LoopSettings(Settings):
+class DampingForceSettings(Settings):
     solver: Solver
     curve: Curve
     release_amplitude: float
     matching: Matching
-    loops: Loops
+    damping_force: DampingForce
 
 
 @dataclass(frozen=True)
@@ -192,21 +192,21 @@ class ForceCurveSettings(Settings):
 class BilinearSettings(Settings):
     wall: Strip
     curve: Curve
-    loops: Loops
+    damping_force: DampingForce
     pulses: Pulses
     records: tuple[str, ...]
-    scale: Annotated[Array, "natural.scale", geometric]
-    step: Annotated[float, "natural.step"]
-    tail: Annotated[float, "natural.tail"]
+    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
+    step: Annotated[float, "earthquakes.step"]
+    tail: Annotated[float, "earthquakes.tail"]
 
 
 @dataclass(frozen=True)
-class DispersionSettings(Settings):
+class AmplitudeDependenceSettings(Settings):
     solver: Solver
-    plateau_ratio: Annotated[float, "curve.plateau_ratio"]
-    plateau_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.plateau_ratio_beyond"]
+    strength_ratio: Annotated[float, "curve.strength_ratio"]
+    strength_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.strength_ratio_beyond"]
     matching: Matching
-    dispersion: Dispersion
+    amplitude_dependence: AmplitudeDependence
 
 
 @dataclass(frozen=True)
@@ -217,10 +217,10 @@ class DamperOrderSettings(Settings):
     curve: Curve
     release_amplitude: float
     matching: Matching
-    dispersion: Dispersion
-    plateau_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.plateau_ratio_beyond"]
+    amplitude_dependence: AmplitudeDependence
+    strength_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.strength_ratio_beyond"]
     damper_order: DamperOrder
-    shown_restitution: Annotated[float, "loops.restitution"]
+    shown_restitution: Annotated[float, "damping_force.restitution"]
     tested_wall: Annotated[Strip, "validation.wall"]
     tested_curve: Annotated[Curve, "validation.curve"]
     tested_restitution: Annotated[float, "validation.restitution"]
@@ -252,14 +252,14 @@ class ValidationSettings(Settings):
     wall: Annotated[Strip, "validation.wall"]
     curve: Annotated[Curve, "validation.curve"]
     restitution: Annotated[float, "validation.restitution"]
-    fit_cracked_stiffness_ratios: Annotated[Array, "validation.fit_cracked_stiffness_ratios"]
+    fit_yield_displacement_ratios: Annotated[Array, "validation.fit_yield_displacement_ratios"]
     step: Annotated[float, "validation.step"]
 
 
 @dataclass(frozen=True)
 class CalibrationSettings(Settings):
     wall: Annotated[Strip, "validation.wall"]
-    ultimate_ratio: Annotated[float, "validation.curve.ultimate_ratio"]
+    ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
     softening: Annotated[str, "validation.curve.softening"]
     step: Annotated[float, "validation.step"]
 
@@ -268,7 +268,7 @@ class CalibrationSettings(Settings):
 class AccuracySettings(StudySettings):
     solver: Solver
     matching: Matching
-    loops: Loops
+    damping_force: DampingForce
     tested_wall: Annotated[Strip, "validation.wall"]
     tested_curve: Annotated[Curve, "validation.curve"]
     tested_restitution: Annotated[float, "validation.restitution"]

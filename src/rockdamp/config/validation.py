@@ -13,7 +13,7 @@ from rockdamp.config import Config, earthquakes, settings
 from rockdamp.config.merging import COMMAND_LINE, origin
 from rockdamp.config.parsing import ConfigError, Settings, section
 from rockdamp.config.results_folder import refuse_braces
-from rockdamp.config.rules import broken, dispersion_curves, doubts, studies_of
+from rockdamp.config.rules import amplitude_curves, broken, doubts, studies_of
 from rockdamp.config.schema import Problem, schema_problems
 from rockdamp.errors import InputError
 from rockdamp.motions import catalogue
@@ -81,7 +81,7 @@ def problems(config: Config) -> list[Problem]:
 
 def _refusals(config: Config) -> Iterator[ConfigError]:
     """Parse the settings of every stage, and make what they are the first to make of several."""
-    makers = [*(kind.of for kind in SETTINGS), _identification, studies_of, dispersion_curves]
+    makers = [*(kind.of for kind in SETTINGS), _identification, studies_of, amplitude_curves]
     for make in makers:
         try:
             make(config)
@@ -106,7 +106,7 @@ def require_readable_motions(config: Config) -> None:
         If one cannot be read, or a name has braces.
     """
     tests = [stated(config, key) for key in keys_of("record")]
-    tests += [path for key in keys_of("ladder") for path in stated(config, key)]
+    tests += [path for key in keys_of("test_series") for path in stated(config, key)]
     lists = [stated(config, key) for key in keys_of("motions")]
     own = [path for entries in lists for path in catalogue.files_of(entries)]
     refuse_braces([*tests, *own])

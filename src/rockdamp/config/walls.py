@@ -48,11 +48,11 @@ class NamedWall:
     curve: TrilinearCurve
 
 
-def make_named_wall(value: Any, key: str = "natural.walls") -> NamedWall:
-    """Build an entry of ``natural.walls``: a preset, or a1 and b1, with a3 = 1; a parapet has no hinge."""
+def make_named_wall(value: Any, key: str = "earthquakes.walls") -> NamedWall:
+    """Build an entry of ``earthquakes.walls``: a preset, or a1 and b1, with a3 = 1; a parapet has no hinge."""
     stated = value if isinstance(value, Mapping) else {}
     parapet, preset = stated.get("parapet", False), "preset" in stated
-    shape = ["preset"] if preset else ["cracked_stiffness_ratio", "plateau_ratio"]
+    shape = ["preset"] if preset else ["yield_displacement_ratio", "strength_ratio"]
     of_wall = ["thickness", "slenderness", "overburden_ratio", *([] if parapet else ["hinge_ratio"])]
     given = members(value, key, ["name", *of_wall, *shape], ["parapet"])
     sizes = _sizes({name: given[name] for name in of_wall}, key)
@@ -71,15 +71,15 @@ Curve = Annotated[TrilinearCurve, make_curve]
 
 @dataclass(frozen=True)
 class PlateauBeyond:
-    """The plateau b1 of curves with `cracked_stiffness_ratio` or more, for which the reference's leaves no room."""
+    """The plateau b1 of curves with `yield_displacement_ratio` or more, for which the reference's leaves no room."""
 
-    cracked_stiffness_ratio: float
-    plateau_ratio: float
+    yield_displacement_ratio: float
+    strength_ratio: float
 
-    def at(self, cracked_stiffness_ratio: Quantity, reference: Quantity) -> Array:
+    def at(self, yield_displacement_ratio: Quantity, reference: Quantity) -> Array:
         """Return b1 at each a1, where `reference` is b1 of the other curves. [-]"""
-        beyond = np.asarray(cracked_stiffness_ratio) >= self.cracked_stiffness_ratio
-        return np.where(beyond, self.plateau_ratio, reference)
+        beyond = np.asarray(yield_displacement_ratio) >= self.yield_displacement_ratio
+        return np.where(beyond, self.strength_ratio, reference)
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Varied:
     """The values of the parameter that a study varies."""
 
     values: Array
-    plateau_ratio_beyond: PlateauBeyond | None
+    strength_ratio_beyond: PlateauBeyond | None
 
 
 def _studies(value: Any, key: str) -> dict[str, Varied]:
@@ -98,10 +98,10 @@ def _studies(value: Any, key: str) -> dict[str, Varied]:
 
 
 def _varied(parameter: str, value: Any, key: str) -> Varied:
-    if parameter != "cracked_stiffness_ratio":
+    if parameter != "yield_displacement_ratio":
         return Varied(ascending(members(value, key, [parameter])[parameter], f"{key}.{parameter}"), None)
-    given = members(value, key, [parameter, "plateau_ratio_beyond"])
-    beyond = section(PlateauBeyond, given["plateau_ratio_beyond"], f"{key}.plateau_ratio_beyond")
+    given = members(value, key, [parameter, "strength_ratio_beyond"])
+    beyond = section(PlateauBeyond, given["strength_ratio_beyond"], f"{key}.strength_ratio_beyond")
     return Varied(ascending(given[parameter], f"{key}.{parameter}"), beyond)
 
 
@@ -172,9 +172,9 @@ class StudySettings(Settings):
         elif of_wall:
             wall = replace(wall, **{parameter: values})
         else:
-            beyond = varied.plateau_ratio_beyond
-            b1 = curve.plateau_ratio if beyond is None else beyond.at(values, curve.plateau_ratio)
-            changes: dict[str, Any] = {"plateau_ratio": b1, parameter: values}
+            beyond = varied.strength_ratio_beyond
+            b1 = curve.strength_ratio if beyond is None else beyond.at(values, curve.strength_ratio)
+            changes: dict[str, Any] = {"strength_ratio": b1, parameter: values}
             curve = replace(curve, **changes)
         return Study(
             name,

@@ -63,7 +63,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
 
     >>> import numpy as np
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> [round(np.pi * rd.equivalence_factor(curve, rd.Damping(model, 1), 0.5).item(), 2) for model in ("CDC", "SDR")]
     [0.44, 1.26]
     """
@@ -72,7 +72,9 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     require(not damping.is_impact, "damping_model", damping.model, "a viscous model")
     x0 = numbers("release_amplitude", release_amplitude)
     broadcast(release_amplitude=x0, curve=curve, damping=damping)
-    require((x0 > 0) & (x0 < curve.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
+    require(
+        (x0 > 0) & (x0 < curve.ultimate_displacement_ratio), "release_amplitude", x0, "greater than 0 and less than a3"
+    )
     unit = damping.replace(damping_ratio=np.ones(()))
     v0 = curve.energy(x0)
     _, _, _, a1, a2, _ = curve.parameters()
@@ -135,7 +137,7 @@ def damping_ratio_energy(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> rd.damping_ratio_energy(curve, "ECD", [0.8, 0.9], 0.5).round(4)
     array([0.0709, 0.0335])
     """

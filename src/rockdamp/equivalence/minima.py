@@ -21,7 +21,7 @@ from rockdamp.solvers.response import Reference
 SCAN = Scan(smallest=0.3, largest=3.0, points=200)
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
-WINDOWS_AT_ONCE = 8
+RESPONSE_LENGTHS_AT_ONCE = 8
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
 
 
@@ -131,7 +131,7 @@ class Cases:
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""
         curve = self.curve
-        shape = [curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio]
+        shape = [curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio]
         problem = np.stack([*shape, self.release_amplitude, self.restitution, self.exponents], axis=1)
         _, first, which = np.unique(problem, axis=0, return_index=True, return_inverse=True)
         return first, which
@@ -139,14 +139,14 @@ class Cases:
 
 @dataclass(frozen=True)
 class Minima:
-    """Global minima of Err; every array has the shape (windows, cases).
+    """Global minima of Err; every array has the shape (response_lengths, cases).
 
     Attributes
     ----------
     damping_ratio : ndarray
         xi at the minimum. [-]
     error : ndarray
-        Err, Eq. (17), over the steps 1 to k of the window. [-]
+        Err, Eq. (17), over the steps 1 to k of the response length. [-]
     local_minima : ndarray of int
         Number of local minima of Err over the damping ratios tried.
     """
@@ -159,13 +159,13 @@ class Minima:
 def global_minima(
     cases: Cases,
     damping_model: str,
-    window_steps: ArrayLike,
+    response_length_steps: ArrayLike,
     scan: Scan = SCAN,
     scheme: str = "newmark",
 ) -> Minima:
-    """Find the global minimum of Err over the damping ratio for each case and window.
+    """Find the global minimum of Err over the damping ratio for each case and response length.
 
-    A scan over multiples of the closed form's damping ratio finds the basins, for all windows in one pass; the lowest
+    A scan over multiples of the closed form's damping ratio finds the basins, for all response lengths in one pass; the lowest
     are refined by bracketing, all lanes at once. Of equal minima the smaller damping ratio is taken.
 
     Parameters
@@ -173,7 +173,7 @@ def global_minima(
     cases : Cases
     damping_model : str
         One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    window_steps : sequence of int, ascending
+    response_length_steps : sequence of int, ascending
         Lengths of the response in steps.
     scan : Scan
         Damping ratios tried.
@@ -183,33 +183,39 @@ def global_minima(
     Raises
     ------
     InputError
-        If a minimum lies at the edge of the scan, or a window ends before the first impact.
+        If a minimum lies at the edge of the scan, or a response length ends before the first impact.
     """
-    windows = np.asarray(window_steps, dtype=np.int64)
+    response_lengths = np.asarray(response_length_steps, dtype=np.int64)
     lossy = np.flatnonzero(cases.restitution < 1)
     if lossy.size < cases.restitution.size:
-        return _with_lossless(cases, damping_model, windows, scan, scheme, lossy)
-    _require_impacts(cases, windows)
+        return _with_lossless(cases, damping_model, response_lengths, scan, scheme, lossy)
+    _require_impacts(cases, response_lengths)
     guess = damping_ratio_energy(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
     )
     trial = guess[:, None] * np.geomspace(scan.smallest, scan.largest, scan.points)
-    coarse = _scan(cases, damping_model, trial, windows, scheme)
+    coarse = _scan(cases, damping_model, trial, response_lengths, scheme)
     lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])
     lowest = coarse.min(axis=-1)
-    _require_interior(cases, damping_model, windows, coarse, trial)
+    _require_interior(cases, damping_model, response_lengths, coarse, trial)
     rivals = lower & (coarse[..., 1:-1] <= RIVALS * lowest[..., None])
-    window, case, point = np.nonzero(rivals)
-    ratio, error = np.empty(window.size), np.empty(window.size)
-    for some in np.array_split(np.arange(windows.size), -(-windows.size // WINDOWS_AT_ONCE)):
-        chosen = np.isin(window, some)
+    response_length, case, point = np.nonzero(rivals)
+    ratio, error = np.empty(response_length.size), np.empty(response_length.size)
+    for some in np.array_split(np.arange(response_lengths.size), -(-response_lengths.size // RESPONSE_LENGTHS_AT_ONCE)):
+        chosen = np.isin(response_length, some)
         around = [trial[case[chosen], point[chosen] + shift] for shift in (0, 1, 2)]
         ratio[chosen], error[chosen] = _refine(
-            cases, damping_model, windows[some], window[chosen] - some[0], case[chosen], around, scheme
+            cases,
+            damping_model,
+            response_lengths[some],
+            response_length[chosen] - some[0],
+            case[chosen],
+            around,
+            scheme,
         )
     best = Minima(np.full(lowest.shape, np.nan), np.full(lowest.shape, np.inf), lower.sum(axis=-1))
     for w, c, xi, value in zip(
-        window, case, ratio, error, strict=True
+        response_length, case, ratio, error, strict=True
     ):  # ascending in xi: of equal errors the first stays
         if value < best.error[w, c]:
             best.damping_ratio[w, c], best.error[w, c] = xi, value
@@ -217,44 +223,46 @@ def global_minima(
 
 
 def _with_lossless(
-    cases: Cases, model: str, windows: NDArray[np.int64], scan: Scan, scheme: str, lossy: NDArray[np.int64]
+    cases: Cases, model: str, response_lengths: NDArray[np.int64], scan: Scan, scheme: str, lossy: NDArray[np.int64]
 ) -> Minima:
     """Search where energy is lost; where e = 1, xi = 0 follows the reference, with one minimum and no error."""
-    shape = (windows.size, cases.restitution.size)
+    shape = (response_lengths.size, cases.restitution.size)
     best = Minima(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
     if lossy.size:
-        of_lossy = global_minima(cases.take(lossy), model, windows, scan, scheme)
+        of_lossy = global_minima(cases.take(lossy), model, response_lengths, scan, scheme)
         best.damping_ratio[:, lossy], best.error[:, lossy] = of_lossy.damping_ratio, of_lossy.error
         best.local_minima[:, lossy] = of_lossy.local_minima
     return best
 
 
-def _require_impacts(cases: Cases, windows: NDArray[np.int64]) -> None:
+def _require_impacts(cases: Cases, response_lengths: NDArray[np.int64]) -> None:
     first = cases.curve.period(cases.release_amplitude).max() / 4
-    if windows.min() * cases.step <= first:
+    if response_lengths.min() * cases.step <= first:
         raise InputError(
-            f"window is {windows.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the time of the"
+            f"response_length is {response_lengths.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the time of the"
             " first impact, before which no damping ratio is defined"
         )
 
 
-def _require_interior(cases: Cases, model: str, windows: NDArray[np.int64], coarse: Array, trial: Array) -> None:
+def _require_interior(
+    cases: Cases, model: str, response_lengths: NDArray[np.int64], coarse: Array, trial: Array
+) -> None:
     at = coarse.argmin(axis=-1)
     bad = np.argwhere((at == 0) | (at == coarse.shape[-1] - 1))
     if bad.size:
         w, c = bad[0]
         raise InputError(
-            f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and window"
-            f" {windows[w] * cases.step:.6g} is lowest at the edge of the scan, xi = {trial[c, at[w, c]]:.6g};"
+            f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and response_length"
+            f" {response_lengths[w] * cases.step:.6g} is lowest at the edge of the scan, xi = {trial[c, at[w, c]]:.6g};"
             " matching.scan must reach further"
         )
 
 
-def _scan(cases: Cases, model: str, trial: Array, windows: NDArray[np.int64], scheme: str) -> Array:
-    """Err on the grid of damping ratios, shape (windows, cases, points), at a coarser step."""
+def _scan(cases: Cases, model: str, trial: Array, response_lengths: NDArray[np.int64], scheme: str) -> Array:
+    """Err on the grid of damping ratios, shape (response_lengths, cases, points), at a coarser step."""
     stable = float(stable_step(cases.curve).min())
     every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
-    marks = np.maximum(windows // every, 1)
+    marks = np.maximum(response_lengths // every, 1)
     index = np.arange(cases.restitution.size)[:, None]
     response = solve(
         cases.curve_of(index),
@@ -271,28 +279,28 @@ def _scan(cases: Cases, model: str, trial: Array, windows: NDArray[np.int64], sc
 def _refine(
     cases: Cases,
     model: str,
-    windows: NDArray[np.int64],
-    window: NDArray[np.int64],
+    response_lengths: NDArray[np.int64],
+    response_length: NDArray[np.int64],
     case: NDArray[np.int64],
     around: list[Array],
     scheme: str,
 ) -> tuple[Array, Array]:
     """Damping ratio and Err at the minimum next to each bracket of the scan."""
 
-    def err(xi: Array, window_: Array, case_: Array) -> Array:
-        window, case = window_.astype(np.int64), case_.astype(np.int64)
+    def err(xi: Array, response_length_: Array, case_: Array) -> Array:
+        response_length, case = response_length_.astype(np.int64), case_.astype(np.int64)
         response = solve(
             cases.curve_of(case),
             cases.damping_of(model, xi, case),
             release_amplitude=cases.release_amplitude[case],
             step=cases.step,
-            steps=int(windows[-1]),
-            reference=Reference(cases.displacement, case, windows),
+            steps=int(response_lengths[-1]),
+            reference=Reference(cases.displacement, case, response_lengths),
             scheme=scheme,
         )
-        return np.take_along_axis(response.error, window[None], axis=0)[0]
+        return np.take_along_axis(response.error, response_length[None], axis=0)[0]
 
-    args = (window.astype(float), case.astype(float))
+    args = (response_lengths.astype(float), case.astype(float))
     low, middle, high = around
     bracket = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=args)
     if not bracket.success.all():

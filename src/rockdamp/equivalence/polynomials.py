@@ -32,35 +32,35 @@ class Polynomials:
     ----------
     coefficient : mapping of ndarray, shape (a1, degree)
         By model; the constant first. [-]
-    cracked_stiffness_ratio : ndarray, shape (a1,)
+    yield_displacement_ratio : ndarray, shape (a1,)
         Of the fits, ascending. [-]
     restitution : tuple of two floats
         The smallest and the largest e of the fits. [-]
     """
 
     coefficient: Mapping[str, Array]
-    cracked_stiffness_ratio: Array
+    yield_displacement_ratio: Array
     restitution: tuple[float, float]
 
     @classmethod
     def of(cls, equivalence: xr.Dataset) -> Polynomials:
         """Take the polynomials of a built dataset: its ``coefficient`` and the range of its ``restitution``."""
-        fits = equivalence["coefficient"].sortby("cracked_stiffness_ratio")
-        fits = fits.transpose("damping_model", "cracked_stiffness_ratio", "degree")
+        fits = equivalence["coefficient"].sortby("yield_displacement_ratio")
+        fits = fits.transpose("damping_model", "yield_displacement_ratio", "degree")
         e = equivalence["restitution"].values
         models = map(str, fits["damping_model"].values)
         return cls(
             dict(zip(models, fits.values, strict=True)),
-            fits["cracked_stiffness_ratio"].values,
+            fits["yield_displacement_ratio"].values,
             (float(e.min()), float(e.max())),
         )
 
-    def covers(self, restitution: ArrayLike, cracked_stiffness_ratio: ArrayLike) -> NDArray[np.bool_]:
+    def covers(self, restitution: ArrayLike, yield_displacement_ratio: ArrayLike) -> NDArray[np.bool_]:
         """Tell where e and a1 lie within the range of the fits."""
-        e, a1 = np.asarray(restitution, dtype=float), np.asarray(cracked_stiffness_ratio, dtype=float)
-        return _within(e, self.restitution) & _within(a1, self.cracked_stiffness_ratio)
+        e, a1 = np.asarray(restitution, dtype=float), np.asarray(yield_displacement_ratio, dtype=float)
+        return _within(e, self.restitution) & _within(a1, self.yield_displacement_ratio)
 
-    def require_cover(self, restitution: ArrayLike, cracked_stiffness_ratio: ArrayLike, a1_name: str) -> None:
+    def require_cover(self, restitution: ArrayLike, yield_displacement_ratio: ArrayLike, a1_name: str) -> None:
         """Raise unless e and a1, which errors call `a1_name`, lie within the range of the fits.
 
         Raises
@@ -70,13 +70,13 @@ class Polynomials:
         """
         given = (
             ("restitution", restitution, self.restitution),
-            (a1_name, cracked_stiffness_ratio, self.cracked_stiffness_ratio),
+            (a1_name, yield_displacement_ratio, self.yield_displacement_ratio),
         )
         for name, value, fits in given:
             values = np.asarray(value, dtype=float)
             require(_within(values, fits), name, values, f"within the range of the fits, {fits[0]:g} to {fits[-1]:g}")
 
-    def __call__(self, damping_model: str, restitution: ArrayLike, cracked_stiffness_ratio: float) -> Array:
+    def __call__(self, damping_model: str, restitution: ArrayLike, yield_displacement_ratio: float) -> Array:
         """Evaluate xi(e), the coefficients linear in a1 between the fits. [-]
 
         Parameters
@@ -84,7 +84,7 @@ class Polynomials:
         damping_model : str
         restitution : float or ndarray
             e. [-]
-        cracked_stiffness_ratio : float
+        yield_displacement_ratio : float
             a1. [-]
 
         Returns
@@ -96,9 +96,9 @@ class Polynomials:
         if damping_model not in self.coefficient:
             return np.full(e.shape, np.nan)
         of_degree = self.coefficient[damping_model].T
-        at = [np.interp(cracked_stiffness_ratio, self.cracked_stiffness_ratio, values) for values in of_degree]
+        at = [np.interp(yield_displacement_ratio, self.yield_displacement_ratio, values) for values in of_degree]
         terms = np.array(at) * e[..., None] ** np.arange(len(at))
-        return np.where(self.covers(e, cracked_stiffness_ratio), terms.sum(axis=-1), np.nan)
+        return np.where(self.covers(e, yield_displacement_ratio), terms.sum(axis=-1), np.nan)
 
 
 def _within(values: Array, ends: ArrayLike) -> NDArray[np.bool_]:
@@ -129,6 +129,6 @@ def shipped() -> Polynomials:
     coefficient = np.stack([table[name] for name in ("c0", "c1", "c2")], axis=1)
     return Polynomials(
         {model: coefficient[own] for model, own in rows.items()},
-        np.unique(table["cracked_stiffness_ratio"]),
+        np.unique(table["yield_displacement_ratio"]),
         (float(table["smallest_restitution"].max()), float(table["largest_restitution"].min())),
     )

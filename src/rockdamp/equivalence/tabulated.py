@@ -28,7 +28,7 @@ from rockdamp.equivalence.closed_form import check_restitution, exact_ratio
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import DEFAULT_WINDOW, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, PAPER_MODELS, VISCOUS_MODELS
 
 FILE = Path(__file__).with_name("ratios.npz")
 LARGEST_ERROR = 0.01  # of xi, stated; tools/tabulate_ratios.py checks it
@@ -47,9 +47,9 @@ ROUNDING = 1e-9  # beyond the range, over its width, that still counts as within
 SCALED = ", for the table; with translated softening displacements and forces count over a3"
 REFUSALS = (  # what is refused, and what it must be
     ("restitution (e)", f"between {RESTITUTION[0]:g} and {RESTITUTION[1]:g}, for the table"),
-    ("plateau_ratio (b1)", f"between {PLATEAU_RATIO[0]:g} and {PLATEAU_RATIO[1]:g}{SCALED}"),
-    ("ultimate_ratio (a3)", f"between {ULTIMATE_RATIO[0]:g} and {ULTIMATE_RATIO[1]:g}, for the table"),
-    ("cracked_stiffness_ratio (a1)", f"between {LEAST_A1:g} and 1/(1/a2 + {ROOM:g}){SCALED}"),
+    ("strength_ratio (b1)", f"between {PLATEAU_RATIO[0]:g} and {PLATEAU_RATIO[1]:g}{SCALED}"),
+    ("ultimate_displacement_ratio (a3)", f"between {ULTIMATE_RATIO[0]:g} and {ULTIMATE_RATIO[1]:g}, for the table"),
+    ("yield_displacement_ratio (a1)", f"between {LEAST_A1:g} and 1/(1/a2 + {ROOM:g}){SCALED}"),
     (
         "release_amplitude",
         f"between {LEAST_RELEASE:g} + {BEYOND_A1:g} a1 and {LARGEST_RELEASE:g} a3{SCALED}",
@@ -101,7 +101,7 @@ def protocol(**made_by: float) -> str:
     """Return in words what a table is of; the file says the same of itself."""
     ranges = (RESTITUTION, (LEAST_A1, ROOM), PLATEAU_RATIO, ULTIMATE_RATIO)
     release = (LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE)
-    shared = {"window": DEFAULT_WINDOW, "nodes": NODES, "unit": UNIT}
+    shared = {"response_length": DEFAULT_RESPONSE_LENGTH, "nodes": NODES, "unit": UNIT}
     return json.dumps({**shared, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
 
 
@@ -194,7 +194,7 @@ def damping_ratio_table(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=[0.04, 0.06, 0.3], plateau_ratio=[0.85, 0.72, 0.6])
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=[0.04, 0.06, 0.3], strength_ratio=[0.85, 0.72, 0.6])
     >>> rd.damping_ratio_table(curve, "CDR", 0.85).round(3)
     array([0.045, 0.046,   nan])
     """
@@ -234,7 +234,7 @@ def table_refusal(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> rd.table_refusal(curve, "CDR", [0.85, 0.6]).tolist()
     ['', 'restitution (e) must be between 0.7 and 0.99, for the table']
     """
@@ -252,9 +252,11 @@ def _checked(
     model = one_of("damping_model", damping_model, VISCOUS_MODELS)
     e, x0 = check_restitution(restitution), numbers("release_amplitude", release_amplitude)
     shape = broadcast(restitution=e, release_amplitude=x0, curve=of)
-    require((x0 > 0) & (x0 < of.ultimate_ratio), "release_amplitude", x0, "greater than 0 and less than a3")
-    lengths = (of.cracked_stiffness_ratio, of.plateau_ratio, of.ultimate_ratio, x0)
-    scale = np.asarray(1.0 if of.softening == "steeper" else of.ultimate_ratio)
+    require(
+        (x0 > 0) & (x0 < of.ultimate_displacement_ratio), "release_amplitude", x0, "greater than 0 and less than a3"
+    )
+    lengths = (of.yield_displacement_ratio, of.strength_ratio, of.ultimate_displacement_ratio, x0)
+    scale = np.asarray(1.0 if of.softening == "steeper" else of.ultimate_displacement_ratio)
     return model, shape, (e, *(np.asarray(length) / scale for length in lengths))
 
 

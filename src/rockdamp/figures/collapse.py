@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
-from rockdamp.figures.natural import SOURCE, SOURCE_NAMES, at_source, plain_logarithmic
+from rockdamp.figures.earthquakes import SOURCE, SOURCE_NAMES, at_source, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
@@ -49,7 +49,7 @@ SHARES: dict[str, Any] = {  # of histories under CR that collapse
     "markerfacecolor": "white",
     "color": style_of(REFERENCE).colour,
 }
-SOURCE_MARKS = {"fit": "<", "error": "o", "closed form": ">"}
+SOURCE_MARKS = {"polynomial": "<", "least error": "o", "closed form": ">"}
 
 
 @styled
@@ -71,8 +71,15 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
         plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
         axes.set_xlabel(DISPLACEMENT)
-    standing = peaks["fractile"].max(("probability", "wall", "damping_model")).dropna("scale")["scale"].values
-    panels[0].set_ylim(float(peaks["scale"][0]), 1.1 * float(standing.max(initial=float(peaks["scale"][1]))))
+    standing = (
+        peaks["fractile"]
+        .max(("probability", "wall", "damping_model"))
+        .dropna("velocity_ratio")["velocity_ratio"]
+        .values
+    )
+    panels[0].set_ylim(
+        float(peaks["velocity_ratio"][0]), 1.1 * float(standing.max(initial=float(peaks["velocity_ratio"][1])))
+    )
     for axes in panels[::columns]:
         axes.set_ylabel(SCALE)
     for place, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
@@ -144,7 +151,7 @@ def _panels(
 
 
 def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
-    scale = wall["scale"].values
+    scale = wall["velocity_ratio"].values
     low, centre, high = (
         {str(model): values.sel(damping_model=model).values for model in wall["damping_model"].values}
         for values in wall["fractile"]
@@ -186,7 +193,7 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     halves = figure.add_gridspec(2, 1, height_ratios=[58.0 * rows, 55.0])
     panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, columns))
     for axes, unit in zip(panels, fragility["unit_velocity"].values, strict=True):
-        axes.set_xlim(*fragility["scale"].values[[0, -1]])
+        axes.set_xlim(*fragility["velocity_ratio"].values[[0, -1]])
         plain_logarithmic(axes, SCALE_TICKS)
         axes.set_ylim(0, 1.02)
         axes.set_xlabel(SCALE.replace("scale ", ""))
@@ -217,7 +224,7 @@ def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array,
 
 
 def _curves(axes: Axes, wall: xr.Dataset) -> None:
-    intensity = np.geomspace(float(wall["scale"][0]), float(wall["scale"][-1]), 201)
+    intensity = np.geomspace(float(wall["velocity_ratio"][0]), float(wall["velocity_ratio"][-1]), 201)
     cr = wall.sel(damping_model=REFERENCE)
     low, high = envelope(intensity, cr["wall_median_scale_interval"].values, cr["wall_dispersion_interval"].values)
     axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
@@ -227,7 +234,7 @@ def _curves(axes: Axes, wall: xr.Dataset) -> None:
         probability = ndtr(np.log(intensity / float(fragility["wall_median_scale"])) / beta)
         axes.plot(intensity, probability, label=model, **line_of(model))
     axes.plot(
-        wall["scale"],
+        wall["velocity_ratio"],
         cr["collapse_fraction"],
         markersize=2.8,
         zorder=4,
@@ -297,7 +304,7 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
 
     return f"""
     Where both medians stand, that of the damper differs from that of restitution by (median, and largest)
-    {by_damper(drawn, median_and_largest)}. Fractiles over {int(drawn["records"])} records at {drawn.sizes["scale"]}
+    {by_damper(drawn, median_and_largest)}. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
     scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
     """
 

@@ -14,7 +14,7 @@ from rockdamp.vocabulary import PRESETS
 RED = "#C1121F"  # the secant, as in the paper
 SECANT_AT = 0.45  # u/u_ins
 TOP = 1.34  # leaves room for the legends
-PARAMETERS = ("cracked_stiffness_ratio", "plateau_ratio")  # a1, b1
+PARAMETERS = ("yield_displacement_ratio", "strength_ratio")  # a1, b1
 FORCE = "$F/F_0$ [-]"
 
 
@@ -49,7 +49,7 @@ def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
     curve = mechanism.sel(curve_name="tri-linear")
     a1, a2, a3, b1 = (
         float(curve[name])
-        for name in ("cracked_stiffness_ratio", "plateau_end_ratio", "ultimate_ratio", "plateau_ratio")
+        for name in ("yield_displacement_ratio", "plateau_end_ratio", "ultimate_displacement_ratio", "strength_ratio")
     )
     axes.plot(curve["displacement"], curve["force"], color="black", label="tri-linear")
     for x, y in ((a1, b1), (a2, b1), (a3, 0.0)):
@@ -94,7 +94,7 @@ def _variants(axes: Axes, mechanism: xr.Dataset) -> None:
     ):
         curve = mechanism.sel(curve_name=name)
         axes.plot(curve["displacement"], curve["force"], color="black", linestyle=linestyle, label=meaning)
-    ultimate = float(mechanism["ultimate_ratio"].sel(curve_name="steeper"))
+    ultimate = float(mechanism["ultimate_displacement_ratio"].sel(curve_name="steeper"))
     axes.plot(ultimate, 0, "o", color="black", clip_on=False, zorder=5)
     axes.annotate(
         f"$a_3 = {ultimate:g}$",
@@ -113,7 +113,7 @@ def _presets(axes: Axes, mechanism: xr.Dataset) -> None:
         PRESETS, ("solid", "dashed", "dashdot"), ("black", "#404040", "#707070"), strict=True
     ):
         curve = mechanism.sel(curve_name=name)
-        a1, b1 = float(curve["cracked_stiffness_ratio"]), float(curve["plateau_ratio"])
+        a1, b1 = float(curve["yield_displacement_ratio"]), float(curve["strength_ratio"])
         label = f"{name}: $a_1 = {a1:.2f}$, $b_1 = {b1:.2f}$"
         axes.plot(curve["displacement"], curve["force"], color=colour, linestyle=linestyle, label=label)
     axes.legend(loc="upper right")
@@ -128,6 +128,6 @@ def fig2_caption(mechanism: xr.Dataset) -> str:
     (a) The tri-linear curve of the study, a<sub>1</sub>&nbsp;=&nbsp;{a1["tri-linear"]} and
     b<sub>1</sub>&nbsp;=&nbsp;{b1["tri-linear"]}, under the bi-linear law of rigid bodies. (b) The two variants of a
     last branch that ends before u<sub>ins</sub>, here at
-    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_ratio"])}. (c) Doherty's stages of degradation
+    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_displacement_ratio"])}. (c) Doherty's stages of degradation
     (a<sub>1</sub>, b<sub>1</sub>): {stages}.
     """

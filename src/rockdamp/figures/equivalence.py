@@ -56,9 +56,9 @@ def note(axes: Axes, text: str) -> None:
     axes.text(0.04, 0.04, text, transform=axes.transAxes, fontsize=7, ha="left", va="bottom")
 
 
-def window_text(dataset: xr.Dataset) -> str:
+def response_length_text(dataset: xr.Dataset) -> str:
     """Write over which length of the response the ratios are matched."""
-    return f"response length $\\tau = {float(dataset['window']):g}$"
+    return f"response length $\\tau = {float(dataset['response_length']):g}$"
 
 
 def changes_between(first: xr.Dataset, last: xr.Dataset) -> str:
@@ -100,7 +100,7 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     few_ticks(panels[0], 3)
     drawn = amplitude[["damping_ratio", "damping_ratio_energy"]].isel(release_amplitude=chosen)
     panels[0].set_ylim(0, 1.05 * float(drawn.to_array().max()))
-    note(panels[0], window_text(amplitude))
+    note(panels[0], response_length_text(amplitude))
     return figure
 
 
@@ -120,7 +120,7 @@ def fig5_caption(amplitude: xr.Dataset) -> str:
     return f"""
     From a release at {plain(chosen[0])} to one at {plain(chosen[-1])}&nbsp;u<sub>ins</sub>, ξ changes at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])} from {changes_between(low, high)}. It is the damping ratio of least error
-    over τ&nbsp;=&nbsp;{plain(amplitude["window"])}, with the closed form beside it. From one e to the next ξ/δ changes
+    over τ&nbsp;=&nbsp;{plain(amplitude["response_length"])}, with the closed form beside it. From one e to the next ξ/δ changes
     by {percent(steps.max())} at most:
     {"another minimum of Err takes over there" if jumps else "one minimum of Err moves, and no other takes over"}. The
     sharpest bend is that of {sharpest["damping_model"].item()} from
@@ -130,8 +130,8 @@ def fig5_caption(amplitude: xr.Dataset) -> str:
 
 def with_one_plateau(cracked_stiffness: xr.Dataset) -> xr.Dataset:
     """Keep the a1 whose curves have the first one's b1."""
-    b1 = cracked_stiffness["plateau_ratio"].values
-    return cracked_stiffness.isel(cracked_stiffness_ratio=np.isclose(b1, b1[0]))
+    b1 = cracked_stiffness["strength_ratio"].values
+    return cracked_stiffness.isel(yield_displacement_ratio=np.isclose(b1, b1[0]))
 
 
 @styled
@@ -143,14 +143,14 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     slenderness, overburden : xarray.Dataset
         ``damping_ratio`` and ``damping_ratio_fixed_seconds`` (damping_model, parameter, restitution).
     cracked_stiffness : xarray.Dataset
-        ``damping_ratio`` and ``plateau_ratio``; only the values of a1 with the first one's b1 are drawn.
+        ``damping_ratio`` and ``strength_ratio``; only the values of a1 with the first one's b1 are drawn.
     """
     cracked_stiffness = with_one_plateau(cracked_stiffness)
-    b1 = float(cracked_stiffness["plateau_ratio"][0])
+    b1 = float(cracked_stiffness["strength_ratio"][0])
     studies = (
         (papers(slenderness), "slenderness", "$h/t$ [-]"),
         (papers(overburden), "overburden_ratio", "$O/W$ [-]"),
-        (papers(cracked_stiffness), "cracked_stiffness_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
+        (papers(cracked_stiffness), "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
     )
     models = dampers(studies[0][0])
     figure = new_figure(DOUBLE_COLUMN, 178.0)
@@ -177,7 +177,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         axes.set_xlabel(RESTITUTION)
     few_ticks(grid[0, 0], 3)
     figure.align_ylabels(grid[:, 0])
-    note(grid[-1, 0], window_text(slenderness))
+    note(grid[-1, 0], response_length_text(slenderness))
     return figure
 
 
@@ -189,10 +189,10 @@ def fig6_caption(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffn
     )
     (low, high), (least, most) = ([plain(end) for end in (s[dim].min(), s[dim].max())] for s, dim in walls)
     at_e = at_nearest(papers(with_one_plateau(cracked_stiffness)), restitution=REFERENCE_RESTITUTION)
-    first, last = (at_e.isel(cracked_stiffness_ratio=end) for end in (0, -1))
+    first, last = (at_e.isel(yield_displacement_ratio=end) for end in (0, -1))
     return f"""
-    The cracked stiffness matters: from a<sub>1</sub>&nbsp;=&nbsp;{plain(first["cracked_stiffness_ratio"])} to
-    {plain(last["cracked_stiffness_ratio"])}, ξ changes at e&nbsp;=&nbsp;{plain(at_e["restitution"])} from
+    The cracked stiffness matters: from a<sub>1</sub>&nbsp;=&nbsp;{plain(first["yield_displacement_ratio"])} to
+    {plain(last["yield_displacement_ratio"])}, ξ changes at e&nbsp;=&nbsp;{plain(at_e["restitution"])} from
     {changes_between(first, last)}. In dimensionless time, slenderness from {low} to {high} and overburden from {least}
     to {most} times the weight change ξ by {percent(alike)} at most: their lines coincide. Where the response is
     compared over the same length in seconds, they change it by {percent(seconds)} at most.

@@ -10,16 +10,16 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 from scipy.stats import kstwo
 
-from rockdamp.figures.ladder import measured_name
 from rockdamp.figures.single import TIME, record_title
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.text import by_name, listed, number, percent, span
 from rockdamp.vocabulary import CANDIDATES
 
 SYMBOLS = {
-    "cracked_stiffness_ratio": "$a_1$",
-    "plateau_ratio": "$b_1$",
+    "yield_displacement_ratio": "$a_1$",
+    "strength_ratio": "$b_1$",
     "restitution": "$e$",
     "damping_ratio": r"$\xi$",
     "order": "$m$",
@@ -233,6 +233,6 @@ def fig_identification_caption(identification: xr.Dataset) -> str:
     return f"""
     Of {identified} simulated records, posterior intervals hold the truth in {listed(held)} (least to most of the
     parameters, ± the standard error that so many records leave). {draws - identified} of {draws} records were refused.
-    Below: the model that made a record of the ladder has a mean probability of {by_name(true_model)}. A ladder with a
+    Below: the model that made a record of the test series has a mean probability of {by_name(true_model)}. A test series with a
     curve that degrades is made by none of the models.
     """

@@ -37,7 +37,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     Parameters
     ----------
     amplitude : xarray.Dataset
-        ``error`` and ``rms_error`` (damping_model, release_amplitude, restitution), ``window`` and ``steps``.
+        ``error`` and ``rms_error`` (damping_model, release_amplitude, restitution), ``response_length`` and ``steps``.
     """
     study = at_nearest(papers(amplitude), release_amplitude=REFERENCE_AMPLITUDE)
     e, root, models = study["restitution"], study["error"] ** 0.5, dampers(study)
@@ -75,7 +75,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     figure.legend(loc="outside upper center", ncols=len(models))
     few_ticks(axes, 6)
     release = f"$u_0/u_\\mathrm{{ins}} = {float(study['release_amplitude']):g}$"
-    length = f"$\\tau = {float(study['window']):g}$ in $k = {int(study['steps'])}$ steps"
+    length = f"$\\tau = {float(study['response_length']):g}$ in $k = {int(study['steps'])}$ steps"
     axes.set_title(f"{release}, {length},\na length that was inferred from this figure")
     return figure
 
@@ -90,7 +90,7 @@ def fig6_error_caption(amplitude: xr.Dataset) -> str:
     largest = by_model(study["rms_error"].max("restitution"), lambda error: number(error, 2))
     return f"""
     Of the paper's models that of the lowest error is {named}. It is what remains with the best ξ, for a release from
-    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["window"])}, and at most
+    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}, and at most
     {largest} (root mean square of the difference of u/u<sub>ins</sub>). The length of the response was inferred from
     this very comparison, so this confirms nothing by itself.
     """

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rockdamp.figures.equivalence import MARKERS, every, note, title_panel, window_text
+from rockdamp.figures.equivalence import MARKERS, every, note, response_length_text, title_panel
 from rockdamp.figures.style import (
     DAMPING_RATIO,
     DOUBLE_COLUMN,
@@ -35,8 +35,8 @@ from rockdamp.figures.style import (
 from rockdamp.text import listed, number, percent, plain
 
 SHARED = {
-    "plateau_ratio": "$b_1",
-    "ultimate_ratio": "$a_3",
+    "strength_ratio": "$b_1",
+    "ultimate_displacement_ratio": "$a_3",
     "release_amplitude": r"$u_0/u_\mathrm{ins}",
 }
 EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
@@ -49,12 +49,12 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     Parameters
     ----------
     equivalence : xarray.Dataset
-        ``damping_ratio`` and ``damping_ratio_fit`` (damping_model, cracked_stiffness_ratio, restitution) and
+        ``damping_ratio`` and ``damping_ratio_fit`` (damping_model, yield_displacement_ratio, restitution) and
         ``giannini_masiani`` (restitution).
     """
     equivalence = papers(equivalence)
     models, e = dampers(equivalence), equivalence["restitution"]
-    values = numbers(equivalence, "cracked_stiffness_ratio")
+    values = numbers(equivalence, "yield_displacement_ratio")
     names = texts(values)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     grid = figure.add_gridspec(1, 1 + len(models), width_ratios=[1.75] + [1.0] * len(models))
@@ -64,7 +64,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         axes = figure.add_subplot(grid[1 + position], sharex=together, sharey=together)
         keys = []
         for index, (colour, marker) in enumerate(zip(shades(model, len(values)), cycle(MARKERS), strict=False)):
-            fit = equivalence.sel(damping_model=model).isel(cracked_stiffness_ratio=index)
+            fit = equivalence.sel(damping_model=model).isel(yield_displacement_ratio=index)
             line: dict[str, Any] = {"color": colour, "linewidth": 0.8, "markersize": 2.6, "markeredgewidth": 0.3}
             axes.plot(e, fit["damping_ratio_fit"], **line)
             points = slice(None, None, every(e))
@@ -85,13 +85,13 @@ def fig7(equivalence: xr.Dataset) -> Figure:
 def fig7_caption(equivalence: xr.Dataset) -> str:
     """Write the caption of Fig. 7, HTML."""
     fits = papers(equivalence)
-    at = at_nearest(fits, cracked_stiffness_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION)
+    at = at_nearest(fits, yield_displacement_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION)
     return f"""
     Second-order polynomials ξ(e) are off by up to {_by_range(fits["largest_relative_error"])} of ξ where little is
     lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with residuals up to
     {number(fits["largest_residual"].max(), 2)}, hides it. ξ/δ of second order in δ&nbsp;=&nbsp;−ln&nbsp;e is off by up
-    to {_by_range(fits["delta_largest_relative_error"])}. For b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["plateau_ratio"])};
-    at e&nbsp;=&nbsp;{plain(at["restitution"])} and a<sub>1</sub>&nbsp;=&nbsp;{plain(at["cracked_stiffness_ratio"])}
+    to {_by_range(fits["delta_largest_relative_error"])}. For b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])};
+    at e&nbsp;=&nbsp;{plain(at["restitution"])} and a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])}
     they give ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives
     {number(at["giannini_masiani"])}.
     """
@@ -99,7 +99,7 @@ def fig7_caption(equivalence: xr.Dataset) -> str:
 
 def _by_range(errors: xr.DataArray) -> str:
     """Write the largest error of all models and a1 in each range of e that holds values: "4 % (e up to 0.9)"."""
-    largest = errors.max(("damping_model", "cracked_stiffness_ratio")).dropna("restitution_range")
+    largest = errors.max(("damping_model", "yield_displacement_ratio")).dropna("restitution_range")
     return listed(
         f"{percent(error)} (e up to {plain(end)})"
         for end, error in zip(largest["restitution_range"].values, largest.values, strict=True)
@@ -119,14 +119,14 @@ def _shared(dataset: xr.Dataset) -> list[str]:
 
 def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     """Draw all models together: the polynomial at the reference a1, and the band that the other a1 fill."""
-    e, values = equivalence["restitution"], numbers(equivalence, "cracked_stiffness_ratio")
+    e, values = equivalence["restitution"], numbers(equivalence, "yield_displacement_ratio")
     index = nearest(values, REFERENCE_CRACKED_STIFFNESS)
     fits = equivalence["damping_ratio_fit"]
     for model in dampers(equivalence):
         band = fits.sel(damping_model=model)
-        low, high = band.min("cracked_stiffness_ratio"), band.max("cracked_stiffness_ratio")
+        low, high = band.min("yield_displacement_ratio"), band.max("yield_displacement_ratio")
         axes.fill_between(e, low, high, color=style_of(model).colour, alpha=0.18, linewidth=0)
-        axes.plot(e, band.isel(cracked_stiffness_ratio=index), label=model, **line_of(model))
+        axes.plot(e, band.isel(yield_displacement_ratio=index), label=model, **line_of(model))
     axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)", **EQUATION_15)
     axes.set_title(f"all models at $a_1 = {values[index]:g}$, bands: ${min(values):g} \\leq a_1 \\leq {max(values):g}$")
     axes.set_xlabel(RESTITUTION)
@@ -135,6 +135,10 @@ def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     note(
         axes,
         "\n".join(
-            [*_shared(equivalence), window_text(equivalence), f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$"]
+            [
+                *_shared(equivalence),
+                response_length_text(equivalence),
+                f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$",
+            ]
         ),
     )

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from scipy.special import ndtr
 
 from rockdamp.figures.collapse import BAND, SHARES, envelope
-from rockdamp.figures.natural import plain_logarithmic
+from rockdamp.figures.earthquakes import plain_logarithmic
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, dampers, line_of, new_figure, style_of, styled
 from rockdamp.text import number
 from rockdamp.vocabulary import REFERENCE
@@ -23,8 +23,8 @@ NAMES = {  # of the parameters, as the axes show them
     "slenderness": "slenderness $h/t$",
     "overburden_ratio": "overburden $O/W$",
     "hinge_ratio": "hinge $h_1/h$",
-    "cracked_stiffness_ratio": "cracked stiffness $a_1$",
-    "plateau_ratio": "plateau $b_1$",
+    "yield_displacement_ratio": "cracked stiffness $a_1$",
+    "strength_ratio": "plateau $b_1$",
     "restitution": "restitution $e$",
 }
 HEIGHT = 0.38  # of a bar; a parameter has two

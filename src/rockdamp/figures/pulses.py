@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.natural import plain_logarithmic
+from rockdamp.figures.earthquakes import plain_logarithmic
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, by_model, new_figure, style_of, styled
 from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import REFERENCE

@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.ladder import measured_name
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
@@ -23,14 +22,15 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
+from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
 ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"
 PARAMETERS = {
-    "cracked_stiffness_ratio": "$a_1 = {:.4f} \\pm {:.4f}$",
-    "plateau_ratio": "$b_1 = {:.4f} \\pm {:.4f}$",
+    "yield_displacement_ratio": "$a_1 = {:.4f} \\pm {:.4f}$",
+    "strength_ratio": "$b_1 = {:.4f} \\pm {:.4f}$",
     "restitution": "$e = {:.4f} \\pm {:.4f}$",
 }
 
@@ -108,7 +108,7 @@ def record_title(dataset: xr.Dataset) -> str:
     kind = "SYNTHETIC record" if dataset.attrs.get("record_synthetic") == "yes" else "Record"
     specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
     name = specimen if specimen not in ("none", "not stated") else source
-    factor = f" (times {float(dataset['scale']):g})" if float(dataset.get("scale", 1.0)) != 1 else ""
+    factor = f" (times {float(dataset['velocity_ratio']):g})" if float(dataset.get("velocity_ratio", 1.0)) != 1 else ""
     return fill(literal(f"{kind}: {name}{factor}"), 120, max_lines=2)
 
 

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from rockdamp.figures.ladder import amplitudes, heading, is_synthetic, ladders, measured_name
 from rockdamp.figures.style import (
     DOUBLE_COLUMN,
     GREY,
@@ -25,13 +24,14 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
+from rockdamp.figures.test_series import amplitudes, heading, is_synthetic, measured_name, series_by_maker
 from rockdamp.text import listed, plain, span
 from rockdamp.vocabulary import REFERENCE
 
 MILLIMETRES = 1000.0
 MEASURED: dict[str, Any] = {"color": "#9A9A9A", "linewidth": 2.2}
 FREE: dict[str, Any] = {"color": GREY, "linewidth": 0.6, "linestyle": "dotted"}
-MOST_RUNGS = 4  # whose histories are drawn
+MOST_LEVELS = 4  # whose histories are drawn
 SHOWN_FROM = 0.05  # of the table's peak: what is drawn starts shortly before the motion exceeds it
 MARGIN = 0.05  # of what is shown, before the motion and after the last peak
 ROW = 22.0  # [mm]
@@ -41,7 +41,7 @@ ROW = 22.0  # [mm]
 def fig8(validation: xr.Dataset) -> Figure:
     """Draw the table's motion, and below it the displacement of each model beside that of the record.
 
-    Of several records, the first ladder has a column for each of its rungs.
+    Of several records, the first test series has a column for each of its levels.
 
     Parameters
     ----------
@@ -49,29 +49,29 @@ def fig8(validation: xr.Dataset) -> Figure:
         ``displacement`` (record, damping_model, elapsed), ``measured`` and ``ground_acceleration`` (record, elapsed),
         the peaks of the decay and the attribute ``record_synthetic``.
     """
-    (maker, first), *others = ladders(papers(validation)).items()
-    chosen = np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_RUNGS).astype(int))
-    rungs = first.isel(record=chosen)
-    models = [str(model) for model in rungs["damping_model"].values]
+    (maker, first), *others = series_by_maker(papers(validation)).items()
+    chosen = np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_LEVELS).astype(int))
+    levels = first.isel(record=chosen)
+    models = [str(model) for model in levels["damping_model"].values]
     figure = new_figure(DOUBLE_COLUMN, 25 + ROW * (1 + len(models)))
     grid = figure.subplots(1 + len(models), chosen.size, sharex=True, sharey="row", squeeze=False)
     for column, panels in enumerate(grid.T):
-        rung = rungs.isel(record=column)
-        _motion(panels[0], rung)
+        level = levels.isel(record=column)
+        _motion(panels[0], level)
         for axes, model in zip(panels[1:], models, strict=True):
-            _history(axes, rung.sel(damping_model=model), model)
+            _history(axes, level.sel(damping_model=model), model)
             axes.set_ylim(-1.35, 1.35)
         panels[-1].set_xlabel("time $t$ [s]")
     grid[0, 0].set_ylabel("$\\ddot u_g$\n[m s$^{-2}$]")
     for axes in grid[1:, 0]:
         axes.set_ylabel("$u$ over peak\nof record [-]")
-    grid[0, 0].set_xlim(*shown(rungs))
+    grid[0, 0].set_xlim(*shown(levels))
     figure.suptitle(heading(validation) + (f"; made by {literal(maker)}" if others else ""), fontsize=8)
     handles = [
         Line2D([], [], label=measured_name(validation), **MEASURED),
         Line2D([], [], label="computed; peak over that of the record", **line_of(REFERENCE)),
     ]
-    if np.isfinite(rungs["free_phase_start"]).any():
+    if np.isfinite(levels["free_phase_start"]).any():
         handles.append(Line2D([], [], label="start of the free decay", **FREE))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
@@ -86,16 +86,16 @@ def shown(records: xr.Dataset) -> tuple[float, float]:
     return max(float(elapsed[0]), start - margin), min(float(elapsed[-1]), end + margin)
 
 
-def _motion(axes: Axes, rung: xr.Dataset) -> None:
-    axes.plot(rung["elapsed"], rung["ground_acceleration"], color="black", linewidth=0.8)
+def _motion(axes: Axes, level: xr.Dataset) -> None:
+    axes.plot(level["elapsed"], level["ground_acceleration"], color="black", linewidth=0.8)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    peak = float(rung["measured_peak_displacement"] / rung["instability_displacement"])
+    peak = float(level["measured_peak_displacement"] / level["instability_displacement"])
     axes.set_title(f"peak {peak:.2f} $u_\\mathrm{{ins}}$")
     axes.yaxis.set_major_locator(MaxNLocator(2))
 
 
 def _history(axes: Axes, of_model: xr.Dataset, model: str) -> None:
-    """Draw one model on one rung, over the largest displacement of the record."""
+    """Draw one model on one level, over the largest displacement of the record."""
     largest = float(of_model["measured_peak_displacement"])
     axes.plot(of_model["elapsed"], of_model["measured"] / largest, label="measured", zorder=1, **MEASURED)
     axes.plot(of_model["elapsed"], of_model["displacement"] / largest, label=model, zorder=2, **line_of(model))
@@ -117,7 +117,7 @@ def fig8_caption(validation: xr.Dataset) -> str:
         f"<strong>The records are synthetic</strong>: computed in the style of the test, since the laboratory's is not "
         f"public ({specimen})."
     )
-    first = next(iter(ladders(papers(validation)).values()))
+    first = next(iter(series_by_maker(papers(validation)).values()))
     free = int((first["half_cycle_free"] == 1).sum())
     misfits = by_model(1000 * first["decay_peak_misfit"], span)
     decay = f"Over the {free} half cycles of free decay, their peaks are off by {misfits}&nbsp;mm (root mean square)."

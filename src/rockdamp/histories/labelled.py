@@ -74,7 +74,7 @@ def free_decay(
     --------
     >>> import rockdamp as rd
     >>> wall = rd.Wall(thickness=0.3, height=4.5)
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> decay = rd.free_decay(curve, rd.Damping.cr([0.8, 0.9]), wall=wall)
     >>> dict(decay.displacement.sizes)
     {'restitution': 2, 'elapsed': 1001}
@@ -144,7 +144,7 @@ def respond(
     >>> import rockdamp as rd
     >>> elapsed = 0.01 * np.arange(200)
     >>> pulse = rd.Record(elapsed, np.where(elapsed < 0.5, 2 * np.sin(2 * np.pi * elapsed / 0.5), 0.0))
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> response = rd.respond(rd.Wall(0.3, 4.5), curve, rd.Damping("CDR", 0.05), pulse, scale=[1, 2], tail=1)
     >>> response.outcome.values.tolist()
     ['completed', 'completed']

@@ -113,6 +113,6 @@ def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float
 def _quiet_from(record: Record, wall: Wall, curve: TrilinearCurve, share: float) -> float:
     """Time of the first sample from which on the load is below a share of the plateau's strength; NaN of none. [s]"""
     load = np.abs(float(wall.load_factor) * record.ground_acceleration)
-    above = np.flatnonzero(load >= share * float(curve.plateau_ratio))
+    above = np.flatnonzero(load >= share * float(curve.strength_ratio))
     first = int(above[-1]) + 1 if above.size else 0
     return float(record.elapsed[first]) if first < record.elapsed.size else np.nan

@@ -69,7 +69,7 @@ def decays(
     """
     length, release_amplitude = number("length", length), number("release_amplitude", release_amplitude)
     require(length > 0, "length", length, "greater than 0 (in tau)")
-    a3 = float(curve.ultimate_ratio)
+    a3 = float(curve.ultimate_displacement_ratio)
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, "greater than 0 and less than a3")
     steps = length / float(np.minimum(STEP, FINEST * stable_step(curve)))
     require_affordable(steps, f"length is {length:g}")
@@ -130,7 +130,7 @@ def responses(
     with plausibility.as_meant():
         runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
     histories = _side_by_side(runs, dampings, RESPONSE, curve)
-    a1, onset = float(curve.cracked_stiffness_ratio), float(wall.rocking_onset(curve.plateau_ratio))
+    a1, onset = float(curve.yield_displacement_ratio), float(wall.rocking_onset(curve.strength_ratio))
     plausibility.warn(plausibility.of_response(histories["peak_ratio"].values, a1, abs(scale) * pga, onset))
     shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
     if isinstance(wall, Wall):
@@ -197,9 +197,9 @@ def _side_by_side(
     }
     return together.assign(
         **parameters,
-        cracked_stiffness_ratio=float(curve.cracked_stiffness_ratio),
-        plateau_ratio=float(curve.plateau_ratio),
-        ultimate_ratio=float(curve.ultimate_ratio),
+        yield_displacement_ratio=float(curve.yield_displacement_ratio),
+        strength_ratio=float(curve.strength_ratio),
+        ultimate_displacement_ratio=float(curve.ultimate_displacement_ratio),
     ).assign_attrs(softening=curve.softening)
 
 

@@ -25,7 +25,7 @@ def calibrate(
     record: Record,
     wall: Wall | Parapet,
     *,
-    ultimate_ratio: float = 1.0,
+    ultimate_displacement_ratio: float = 1.0,
     softening: str = "steeper",
     step: float = 0.005,
 ) -> xr.Dataset:
@@ -44,7 +44,7 @@ def calibrate(
         With a measured displacement, at rest before the motion.
     wall : Wall or Parapet
         Its geometry and weights are taken as known.
-    ultimate_ratio, softening : float and str
+    ultimate_displacement_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
     step : float
         Of the solver, in tau, at most. [-]
@@ -70,7 +70,14 @@ def calibrate(
     >>> float(fit.estimate.sel(parameter="restitution").round(3))
     0.845
     """
-    fit = Fit.of(record, wall, Candidate(REFERENCE), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
+    fit = Fit.of(
+        record,
+        wall,
+        Candidate(REFERENCE),
+        ultimate_displacement_ratio=ultimate_displacement_ratio,
+        softening=softening,
+        step=step,
+    )
     found = fit.solution()
     estimate, computed, residual = found.estimate, found.computed, found.residual
     for name, value, low, high in zip(PARAMETERS, found.point, *fit.range, strict=True):

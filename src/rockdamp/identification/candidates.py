@@ -17,20 +17,20 @@ SEARCHED_ORDER = 4.0  # of the damper of any order, while the others are searche
 # Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85. The
 # damping ratios span what ECD has of the coefficients of restitution.
 SEARCHED = {
-    "cracked_stiffness_ratio": "cracked_stiffness_ratio over the plateau's end (a1/a2)",
-    "plateau_ratio": "plateau_ratio (b1)",
+    "yield_displacement_ratio": "yield_displacement_ratio over the plateau's end (a1/a2)",
+    "strength_ratio": "strength_ratio (b1)",
     "restitution": "restitution (e)",
     "damping_ratio": "damping_ratio (xi)",
 }
 RANGE = {
-    "cracked_stiffness_ratio": (0.02, 0.90),
-    "plateau_ratio": (0.40, 0.95),
+    "yield_displacement_ratio": (0.02, 0.90),
+    "strength_ratio": (0.40, 0.95),
     "restitution": (0.50, 1.00),
     "damping_ratio": (0.00, 0.25),
 }
 GRID = {
-    "cracked_stiffness_ratio": np.geomspace(0.03, 0.65, 11),
-    "plateau_ratio": np.linspace(0.42, 0.94, 53),
+    "yield_displacement_ratio": np.geomspace(0.03, 0.65, 11),
+    "strength_ratio": np.linspace(0.42, 0.94, 53),
     "restitution": np.linspace(0.56, 1.00, 12),
     "damping_ratio": np.linspace(0.002, 0.20, 12),
 }
@@ -65,7 +65,7 @@ class Candidate:
     @property
     def searched(self) -> tuple[str, str, str]:
         """The three parameters that least squares fit."""
-        return "cracked_stiffness_ratio", "plateau_ratio", self.loss
+        return "yield_displacement_ratio", "strength_ratio", self.loss
 
     @property
     def parameters(self) -> tuple[str, ...]:

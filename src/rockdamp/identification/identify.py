@@ -38,7 +38,7 @@ def posterior(
     damping_model: str = REFERENCE,
     *,
     compared: Sequence[str] = (),
-    ultimate_ratio: float = 1.0,
+    ultimate_displacement_ratio: float = 1.0,
     softening: str = "steeper",
     step: float = STEP,
     prior: Prior | None = None,
@@ -61,7 +61,7 @@ def posterior(
         One of the damping models, or ``"ECD of order m"``, which has the order for a parameter too.
     compared : sequence of str
         Models of which the evidence is computed, the probability of the record averaged over the prior.
-    ultimate_ratio, softening : float and str
+    ultimate_displacement_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
     step : float
         Of the solver, in tau, at most. [-]
@@ -87,7 +87,14 @@ def posterior(
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
 
     def fit(name: str) -> Fit:
-        return Fit.of(record, wall, Candidate.of(name), ultimate_ratio=ultimate_ratio, softening=softening, step=step)
+        return Fit.of(
+            record,
+            wall,
+            Candidate.of(name),
+            ultimate_displacement_ratio=ultimate_displacement_ratio,
+            softening=softening,
+            step=step,
+        )
 
     chosen, draws = Problem.of(fit(names[0]), prior).drawn(EFFECTIVE, seed)
     values = chosen.values(draws.points)

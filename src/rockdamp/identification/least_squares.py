@@ -47,7 +47,7 @@ class Fit:
 
     record: Record
     wall: Wall | Parapet
-    ultimate_ratio: float
+    ultimate_displacement_ratio: float
     softening: str
     step: float
     candidate: Candidate
@@ -65,7 +65,7 @@ class Fit:
         wall: Wall | Parapet,
         candidate: Candidate,
         *,
-        ultimate_ratio: float,
+        ultimate_displacement_ratio: float,
         softening: str,
         step: float,
     ) -> Fit:
@@ -79,8 +79,16 @@ class Fit:
         instance("record", record, Record)
         instance("wall", wall, Wall, Parapet)
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
-        ultimate_ratio, step = number("ultimate_ratio (a3)", ultimate_ratio), number("step", step)
-        require(0 < ultimate_ratio <= 1, "ultimate_ratio (a3)", ultimate_ratio, "greater than 0 and at most 1")
+        ultimate_displacement_ratio, step = (
+            number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio),
+            number("step", step),
+        )
+        require(
+            0 < ultimate_displacement_ratio <= 1,
+            "ultimate_displacement_ratio (a3)",
+            ultimate_displacement_ratio,
+            "greater than 0 and at most 1",
+        )
         require(step > 0, "step", step, "greater than 0")
         softening = one_of("softening", softening, SOFTENING)
         measured, zero = measured_displacement(record)
@@ -92,7 +100,7 @@ class Fit:
         return cls(
             record,
             wall,
-            ultimate_ratio,
+            ultimate_displacement_ratio,
             softening,
             step,
             candidate,
@@ -110,7 +118,9 @@ class Fit:
 
     def with_motion(self, ground_acceleration: Array) -> Fit:
         """Return the same fit under another motion, sampled as the record is. [m s-2]"""
-        return replace(self, motion=_at_steps(ground_acceleration, Forcing.of(self.wall, self.record).substeps(self.step)))
+        return replace(
+            self, motion=_at_steps(ground_acceleration, Forcing.of(self.wall, self.record).substeps(self.step))
+        )
 
     @cached_property
     def u_ins(self) -> float:
@@ -140,7 +150,7 @@ class Fit:
 
     def physical(self, points: Array) -> Array:
         """Turn points into parameters, or a batch of them, shape (..., 3)."""
-        end = (1.0 if self.softening == "steeper" else self.ultimate_ratio) - points[..., 1]
+        end = (1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio) - points[..., 1]
         return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
 
     def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
@@ -175,7 +185,9 @@ class Fit:
     def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
         """Curve and damping of parameters of shape (..., 3 or more)."""
         a1, b1, *of_damper = np.moveaxis(parameters, -1, 0)
-        return TrilinearCurve(a1, b1, self.ultimate_ratio, self.softening), self.candidate.damping(*of_damper)
+        return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), self.candidate.damping(
+            *of_damper
+        )
 
     @property
     def _substeps(self) -> int:

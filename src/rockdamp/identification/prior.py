@@ -20,7 +20,7 @@ class Prior:
 
     Parameters
     ----------
-    cracked_stiffness_ratio, plateau_ratio, restitution, damping_ratio, order : Distribution
+    yield_displacement_ratio, strength_ratio, restitution, damping_ratio, order : Distribution
         a1, b1, e, xi and m; a1 also below the end of the plateau. [-]
     sensor_deviation, sensor_correlation : Distribution
         Standard deviation of the displacement sensor's noise [m], and the correlation of a sample and the next, between
@@ -30,8 +30,8 @@ class Prior:
         its drift [m s-1].
     """
 
-    cracked_stiffness_ratio: Distribution = Distribution("loguniform", 0.015, 0.20)
-    plateau_ratio: Distribution = Distribution("uniform", 0.40, 0.95)
+    yield_displacement_ratio: Distribution = Distribution("loguniform", 0.015, 0.20)
+    strength_ratio: Distribution = Distribution("uniform", 0.40, 0.95)
     restitution: Distribution = Distribution("uniform", 0.60, 1.00)
     damping_ratio: Distribution = Distribution("uniform", 0.0, 0.20)
     order: Distribution = Distribution("loguniform", 0.25, 32.0)
@@ -60,11 +60,11 @@ class Prior:
         phi = self.sensor_correlation
         require(-1 < phi.low and phi.high < 1, "sensor_correlation", [phi.low, phi.high], "between -1 and 1")
         require(self.restitution.high <= 1, "restitution", self.restitution.high, "at most 1")
-        for name in ("cracked_stiffness_ratio", "plateau_ratio", "restitution", "sensor_deviation"):
+        for name in ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation"):
             require(getattr(self, name).low > 0, name, getattr(self, name).low, "greater than 0")
         for name in ("damping_ratio", "order"):
             require(getattr(self, name).low >= 0, name, getattr(self, name).low, "at least 0")
-        require(self.plateau_ratio.high < 1, "plateau_ratio", self.plateau_ratio.high, "less than 1")
+        require(self.strength_ratio.high < 1, "strength_ratio", self.strength_ratio.high, "less than 1")
         require(self.sensor_zero > 0, "sensor_zero", self.sensor_zero, "greater than 0")
         require(self.sensor_drift > 0, "sensor_drift", self.sensor_drift, "greater than 0")
 

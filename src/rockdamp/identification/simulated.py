@@ -87,7 +87,7 @@ class Maker:
     """What makes records, and identifies them."""
 
     wall: Wall
-    ultimate_ratio: float
+    ultimate_displacement_ratio: float
     softening: str
     step: float
     prior: Prior  # with the sensor's noise as it is simulated
@@ -107,7 +107,12 @@ class Maker:
         """Prepare the fit of a record."""
         kind = self.softening
         return Fit.of(
-            record, self.wall, self.candidate, ultimate_ratio=self.ultimate_ratio, softening=kind, step=self.step
+            record,
+            self.wall,
+            self.candidate,
+            ultimate_displacement_ratio=self.ultimate_displacement_ratio,
+            softening=kind,
+            step=self.step,
         )
 
     def record(self, random: np.random.RandomState) -> tuple[Record, Array]:

@@ -36,11 +36,11 @@ class TrilinearCurve(ByValue):
 
     Parameters
     ----------
-    cracked_stiffness_ratio : float or ndarray
+    yield_displacement_ratio : float or ndarray
         a1 = u1/u_ins, in (0, a2). [-]
-    plateau_ratio : float or ndarray
+    strength_ratio : float or ndarray
         b1 = F_y/F0, in (0, 1). [-]
-    ultimate_ratio : float or ndarray
+    ultimate_displacement_ratio : float or ndarray
         a3 = u3/u_ins, in (0, 1]. [-]
     softening : {"steeper", "translated"}
         For a3 < 1: the plateau ends on the bi-linear law and the last branch is steeper (a2 = 1 - b1), or the last
@@ -54,39 +54,39 @@ class TrilinearCurve(ByValue):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> curve.force([0.02, 0.1, 0.5, 1.0]).round(3)
     array([0.425, 0.85 , 0.5  , 0.   ])
-    >>> rd.TrilinearCurve.preset("severe").plateau_ratio.item()
+    >>> rd.TrilinearCurve.preset("severe").strength_ratio.item()
     0.5
     """
 
-    cracked_stiffness_ratio: Quantity
-    plateau_ratio: Quantity
-    ultimate_ratio: Quantity = 1.0
+    yield_displacement_ratio: Quantity
+    strength_ratio: Quantity
+    ultimate_displacement_ratio: Quantity = 1.0
     softening: str = "steeper"
 
     def __post_init__(self) -> None:
-        a1, b1, a3 = self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio
-        given = {"cracked_stiffness_ratio (a1)": a1, "plateau_ratio (b1)": b1, "ultimate_ratio (a3)": a3}
+        a1, b1, a3 = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
+        given = {"yield_displacement_ratio (a1)": a1, "strength_ratio (b1)": b1, "ultimate_displacement_ratio (a3)": a3}
         a1, b1, a3 = together(**given)
         object.__setattr__(self, "softening", one_of("softening", self.softening, SOFTENING))
-        require(a1 > 0, "cracked_stiffness_ratio (a1)", a1, "greater than 0")
-        require((b1 > ROUNDING) & (b1 < 1), "plateau_ratio (b1)", b1, "between 0 and 1, both excluded")
-        require((a3 > 0) & (a3 <= 1), "ultimate_ratio (a3)", a3, "greater than 0 and at most 1")
+        require(a1 > 0, "yield_displacement_ratio (a1)", a1, "greater than 0")
+        require((b1 > ROUNDING) & (b1 < 1), "strength_ratio (b1)", b1, "between 0 and 1, both excluded")
+        require((a3 > 0) & (a3 <= 1), "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
         if self.softening == "steeper":
             allowed = "greater than 1 - b1 with steeper softening"
-            require(a3 > 1 - b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
+            require(a3 > 1 - b1 + ROUNDING, "ultimate_displacement_ratio (a3)", a3, allowed)
         else:
             allowed = "greater than a1 + b1 with translated softening"
-            require(a3 > a1 + b1 + ROUNDING, "ultimate_ratio (a3)", a3, allowed)
+            require(a3 > a1 + b1 + ROUNDING, "ultimate_displacement_ratio (a3)", a3, allowed)
         for name, value in zip(
-            ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio"), (a1, b1, a3), strict=True
+            ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio"), (a1, b1, a3), strict=True
         ):
             object.__setattr__(self, name, value)
         require(
             a1 < self.plateau_end - ROUNDING,
-            "cracked_stiffness_ratio (a1)",
+            "yield_displacement_ratio (a1)",
             a1,
             "less than a2, where the plateau ends (1 - b1)",
         )
@@ -99,7 +99,7 @@ class TrilinearCurve(ByValue):
         ----------
         name : {"new", "moderate", "severe"}
         **kwargs : float, ndarray or str
-            What else the curve takes: ``ultimate_ratio``, ``softening``.
+            What else the curve takes: ``ultimate_displacement_ratio``, ``softening``.
 
         Raises
         ------
@@ -114,18 +114,18 @@ class TrilinearCurve(ByValue):
     @cached_property
     def plateau_end(self) -> Array:
         """a2 = u2/u_ins, where the plateau ends. [-]"""
-        start = 1.0 if self.softening == "steeper" else self.ultimate_ratio
-        return kept(np.asarray(start - self.plateau_ratio))
+        start = 1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio
+        return kept(np.asarray(start - self.strength_ratio))
 
     @cached_property
     def initial_stiffness(self) -> Array:
         """k1 = b1/a1, the first branch's stiffness over K0. [-]"""
-        return kept(np.asarray(self.plateau_ratio / self.cracked_stiffness_ratio))
+        return kept(np.asarray(self.strength_ratio / self.yield_displacement_ratio))
 
     @cached_property
     def softening_stiffness(self) -> Array:
         """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
-        return kept(np.asarray(self.plateau_ratio / (self.ultimate_ratio - self.plateau_end)))
+        return kept(np.asarray(self.strength_ratio / (self.ultimate_displacement_ratio - self.plateau_end)))
 
     @cached_property
     def initial_frequency(self) -> Array:
@@ -140,24 +140,26 @@ class TrilinearCurve(ByValue):
         function : callable
             Picks or repeats elements of an array.
         """
-        parts = np.broadcast_arrays(self.cracked_stiffness_ratio, self.plateau_ratio, self.ultimate_ratio)
+        parts = np.broadcast_arrays(
+            self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
+        )
         a1, b1, a3 = map(function, parts)
         return TrilinearCurve(a1, b1, a3, self.softening)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        return broadcast(a1=self.cracked_stiffness_ratio, b1=self.plateau_ratio, a3=self.ultimate_ratio)
+        return broadcast(a1=self.yield_displacement_ratio, b1=self.strength_ratio, a3=self.ultimate_displacement_ratio)
 
     def parameters(self) -> tuple[Array, ...]:
         """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
         return (
             self.initial_stiffness,
-            np.asarray(self.plateau_ratio),
+            np.asarray(self.strength_ratio),
             self.softening_stiffness,
-            np.asarray(self.cracked_stiffness_ratio),
+            np.asarray(self.yield_displacement_ratio),
             self.plateau_end,
-            np.asarray(self.ultimate_ratio),
+            np.asarray(self.ultimate_displacement_ratio),
         )
 
     def force(self, x: ArrayLike) -> Array:

@@ -136,12 +136,12 @@ class _Mechanism(ByValue):
         """p u_ins/lambda, which makes a ground velocity dimensionless: PGV over it is the velocity ratio. [m s-1]"""
         return self.frequency_parameter * self.instability_displacement / EXCITATION_FACTOR
 
-    def rocking_onset(self, plateau_ratio: ArrayLike = 1.0) -> Array:
+    def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
         """Return the ground acceleration whose static load reaches the strength: b1 F0/(lambda m_eff). [m s-2]
 
         Parameters
         ----------
-        plateau_ratio : float or ndarray
+        strength_ratio : float or ndarray
             b1 of a cracked wall, broadcasts; 1 is the rigid wall. [-]
 
         Raises
@@ -149,7 +149,7 @@ class _Mechanism(ByValue):
         InputError
             If the ratio is no number.
         """
-        b1 = numbers("plateau_ratio", plateau_ratio)
+        b1 = numbers("strength_ratio", strength_ratio)
         return np.asarray(b1 / np.abs(self.load_factor))
 
     def rigid_period(self, release_amplitude: ArrayLike) -> Array:

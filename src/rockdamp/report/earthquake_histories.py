@@ -24,11 +24,11 @@ def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "stations": int(compared["stations"]),
         "few": int(compared["stations"]) < ENOUGH_STATIONS,
         "wall_count": walls.sizes["wall"],
-        "scale_count": compared.sizes["scale"],
-        "scale_low": plain(compared["scale"].min()),
-        "scale_high": plain(compared["scale"].max()),
+        "scale_count": compared.sizes["velocity_ratio"],
+        "scale_low": plain(compared["velocity_ratio"].min()),
+        "scale_high": plain(compared["velocity_ratio"].max()),
         "restitutions": listed(plain(value) for value in compared["restitution"].values),
-        "histories": f"{int(compared['records']) * compared.sizes['scale'] * each:,}".replace(",", "\u202f"),
+        "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
         "settled": f"{100 * float(compared['settled_share']):.2f}",
         "uncertainty": [
             (percent(part, 3), percent(value))
@@ -39,7 +39,7 @@ def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
 
 
 CHECKS = {
-    "natural/check": "Histories of the study, solved again event by event",
+    "earthquakes/check": "Histories of the study, solved again event by event",
     "population/check": "Histories of the population, which has one step, a longer one, solved again event by event",
 }
 STRATA = {
@@ -70,15 +70,15 @@ def check(sample: xr.Dataset | None) -> list[dict[str, Any]]:
     ]
 
 
-def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dict[str, Any]]:
+def exceptions(earthquakes: xr.Dataset | None, names: Mapping[str, str]) -> list[dict[str, Any]]:
     """Histories whose peak has a bound larger than itself, the largest first; none without the histories.
 
     `names` are those of the sources of the damping ratio.
     """
-    if natural is None:
+    if earthquakes is None:
         return []
-    peak = natural["peak_ratio"]
-    over = natural["peak_ratio_uncertainty"] / peak
+    peak = earthquakes["peak_ratio"]
+    over = earthquakes["peak_ratio_uncertainty"] / peak
     again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
     named = []
     for index in np.argwhere((over.where(~again) > 1).values):
@@ -89,7 +89,7 @@ def exceptions(natural: xr.Dataset | None, names: Mapping[str, str]) -> list[dic
             {
                 "record": str(at["record"]),
                 "wall": str(at["wall"]),
-                "scale": number(at["scale"]),
+                "velocity_ratio": number(at["velocity_ratio"]),
                 "restitution": plain(at["restitution"]),
                 "model": model,
                 "source": DASH if model == REFERENCE else names.get(source, source),

@@ -22,7 +22,7 @@ from rockdamp.studies.recommendation import EXACT_SOURCE, MULTIPLE, TOLERANCE
 from rockdamp.text import listed, number, percent, plain, span
 
 TEMPLATE = "earthquakes.html.j2"
-SOURCES = {"fit": "polynomials", "error": "least error", "closed form": "closed form"}
+SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}
 VARIATIONS = {
     "step": "step four times as long",
     "impact": "impact at the end of the step",
@@ -40,21 +40,21 @@ class Choice(NamedTuple):
 
 def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
     """Return the section as HTML, none without its datasets."""
-    if any(name not in data for name in ("comparison", "recommendation", "natural/walls")):
+    if any(name not in data for name in ("comparison", "recommendation", "earthquakes/walls")):
         return None
-    compared, advice, walls = (data[name] for name in ("comparison", "recommendation", "natural/walls"))
+    compared, advice, walls = (data[name] for name in ("comparison", "recommendation", "earthquakes/walls"))
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
-    change = plain(config["natural"]["restitution_change"])
+    change = plain(config["earthquakes"]["restitution_change"])
     values = {
         **histories.run(compared, walls),
         "checks": [(text, histories.check(data.get(name))) for name, text in histories.CHECKS.items()],
-        "exceptions": histories.exceptions(data.get("natural"), SOURCES),
+        "exceptions": histories.exceptions(data.get("earthquakes"), SOURCES),
         **_sensitivity(compared, advice, change),
         **_recommendation(compared, advice),
         **_walls(compared, walls),
         "change": change,
-        "fit_plateau": plain(config["curve"]["plateau_ratio"]),
+        "fit_plateau": plain(config["curve"]["strength_ratio"]),
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
@@ -194,7 +194,7 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     return {
         "use": first.model,
         "source": SOURCES.get(first.source, first.source),
-        "from_fit": first.source == "fit",
+        "from_fit": first.source == "polynomial",
         "others": grouped(others),
         "closed_form": EXACT_SOURCE in same,
         "exact": first.source == EXACT_SOURCE and first.model in Damping.exact_models(),
@@ -287,7 +287,13 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
             "kind": "parapet" if int(wall["parapet"]) == 1 else "wall",
             "values": [
                 plain(wall[key])
-                for key in ("thickness", "slenderness", "overburden_ratio", "cracked_stiffness_ratio", "plateau_ratio")
+                for key in (
+                    "thickness",
+                    "slenderness",
+                    "overburden_ratio",
+                    "yield_displacement_ratio",
+                    "strength_ratio",
+                )
             ],
             "derived": [
                 number(wall[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")

@@ -64,7 +64,7 @@ def styles() -> dict[str, dict[str, Any]]:
 
 
 def data(
-    curve: TrilinearCurve, wall: Wall, step: float, window: float, restitution: float, release_amplitude: float
+    curve: TrilinearCurve, wall: Wall, step: float, response_length: float, restitution: float, release_amplitude: float
 ) -> dict[str, Any]:
     """Return what the page's scripts read.
 
@@ -72,7 +72,7 @@ def data(
     ----------
     curve, wall : TrilinearCurve, Wall
         The study's, at which the sliders start.
-    step, window : float
+    step, response_length : float
         Of the solver, and the length over which Eq. (17) is summed. [in tau]
     restitution, release_amplitude : float
         e and u0/u_ins that the sliders start at. [-]
@@ -81,9 +81,9 @@ def data(
         "e": restitution,
         "x0": release_amplitude,
         "m": 0,
-        "a1": float(curve.cracked_stiffness_ratio),
-        "b1": float(curve.plateau_ratio),
-        "a3": float(curve.ultimate_ratio),
+        "a1": float(curve.yield_displacement_ratio),
+        "b1": float(curve.strength_ratio),
+        "a3": float(curve.ultimate_displacement_ratio),
         "softening": curve.softening,
         "t": float(wall.thickness),
         "h": float(wall.height),
@@ -102,7 +102,7 @@ def data(
         "solver": {
             "step": step,
             "steps": round(LENGTH / step),
-            "compared": round(window / step),
+            "compared": round(response_length / step),
             "drawn": max(1, round(DRAWN / step)),
         },
         # Of walls that differ in thickness and height alone: u_ins goes with the one, p with the root of the other.
@@ -111,7 +111,7 @@ def data(
             "frequency_root_height": float(wall.frequency_parameter * np.sqrt(wall.height)),
             "hinge": float(wall.hinge_ratio),
         },
-        "table": ratio_table.data(window),
+        "table": ratio_table.data(response_length),
         "reference": REFERENCE,
         "recommended": RECOMMENDED,
         "models": list(MODELS),

@@ -126,12 +126,12 @@ def _script(text: str) -> Markup:
 
 
 def _explorer(content: Content, curve: TrilinearCurve) -> Markup:
-    loops, config = content.datasets["loops"], content.config
+    loops, config = content.datasets["damping_force"], content.config
     explorer = interactive.data(
         curve,
         make_wall(config["wall"]),
         float(config["solver"]["step"]),
-        float(content.datasets["match/amplitude"]["window"]),
+        float(content.datasets["match/amplitude"]["response_length"]),
         float(loops["restitution"]),
         float(loops["release_amplitude"]),
     )

@@ -12,21 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.equivalence import tabulated
-from rockdamp.vocabulary import DEFAULT_WINDOW
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
 A3 = tabulated.AXES.index(3)  # among the refusals
 NOT_1 = "1 with steeper softening, on this page; the command `rockdamp equivalent` has others"
 
 
-def data(window: float) -> dict[str, Any] | None:
+def data(response_length: float) -> dict[str, Any] | None:
     """Return what the page's script reads, or None where the response is of another length than the table's.
 
     Parameters
     ----------
-    window : float
+    response_length : float
         Over which the page sums Err. [in tau]
     """
-    if not np.isclose(window, DEFAULT_WINDOW):
+    if not np.isclose(response_length, DEFAULT_RESPONSE_LENGTH):
         return None
     tables = {model: tabulated.shipped(model) for model in tabulated.NODES}
     refusals = [f"{name} must be {allowed}" for name, allowed in tabulated.REFUSALS]

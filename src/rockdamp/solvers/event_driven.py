@@ -137,7 +137,7 @@ def cr_peaks(curve: TrilinearCurve, restitution: float, release_amplitude: float
     """
     Damping.cr(restitution)
     x0 = np.abs(np.asarray(release_amplitude, dtype=float))
-    require(x0 < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
+    require(x0 < curve.ultimate_displacement_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
     return curve.amplitude(restitution ** (2 * np.arange(1, count + 1)) * curve.energy(x0))
 
 
@@ -151,7 +151,12 @@ def _check(
     require(times.size > 0, "the number of times", times.size, "at least 1")
     require(times >= 0, "times", times, "at least 0")
     require(np.diff(times) >= 0, "times", times[1:], "ascending")
-    require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
+    require(
+        np.abs(x0) < curve.ultimate_displacement_ratio,
+        "release_amplitude",
+        x0,
+        "less than a3, where the wall collapses",
+    )
     require(load.ndim == 1, "the load's number of dimensions", load.ndim, "1")
     if load.size:
         spacing = number("load_step", np.nan if load_step is None else load_step)

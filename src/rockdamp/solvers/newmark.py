@@ -54,7 +54,7 @@ def stable_step(curve: TrilinearCurve) -> Array:
     Examples
     --------
     >>> import rockdamp as rd
-    >>> rd.stable_step(rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)).round(3).item()
+    >>> rd.stable_step(rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)).round(3).item()
     0.434
     """
     instance("curve", curve, TrilinearCurve)
@@ -161,7 +161,7 @@ def solve(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 8000}
     >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).displacement.shape
     (2, 81)
@@ -172,7 +172,7 @@ def solve(
     is_constant = damping.constant_branches == BRANCHES
     march = kernel.compiled_march(scheme, damping.formula, damping.is_impact, is_constant)
     given = {
-        "cracked_stiffness_ratio": curve.cracked_stiffness_ratio,
+        "yield_displacement_ratio": curve.yield_displacement_ratio,
         **damping.parameters,
         "step": step,
         "release_amplitude": release_amplitude,
@@ -298,7 +298,12 @@ def _check_start(
         beyond = np.broadcast_to(limit, shape)[~stable]
         require(stable, "step", h, f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)")
     broadcast(release_amplitude=x0, curve=curve)
-    require(np.abs(x0) < curve.ultimate_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
+    require(
+        np.abs(x0) < curve.ultimate_displacement_ratio,
+        "release_amplitude",
+        x0,
+        "less than a3, where the wall collapses",
+    )
     return h, x0, v0
 
 

@@ -256,7 +256,7 @@ def march(
         Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
     reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, width)
         Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
-    checkpoints, error : ndarray, shape (windows,) and (blocks, windows, width)
+    checkpoints, error : ndarray, shape (response_lengths,) and (blocks, response_lengths, width)
         Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
         lane of the block stands; those of a collapsed lane mean nothing.
     every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
@@ -267,9 +267,9 @@ def march(
     store = displacement.shape[0] > 0
     for b in range(blocks.shape[0]):
         w = blocks[b]
-        window = 0
-        while window < checkpoints.size - 1 and checkpoints[window] < first:
-            window += 1
+        response_length = 0
+        while response_length < checkpoints.size - 1 and checkpoints[response_length] < first:
+            response_length += 1
         p1 = ground[0, (first - 1) // substeps] if forced else 0.0
         if store and first == 1:
             for i in range(width):
@@ -295,10 +295,10 @@ def march(
             advance(w, width, p0, p1, step)
             if compare:
                 compare_with(w, width, reference, row[b], step)
-                if step == checkpoints[window]:
+                if step == checkpoints[response_length]:
                     for i in range(width):
-                        error[b, window, i] = w[ERROR + i]
-                    window = min(window + 1, checkpoints.size - 1)
+                        error[b, response_length, i] = w[ERROR + i]
+                    response_length = min(response_length + 1, checkpoints.size - 1)
             if store and step % every == 0:
                 for i in range(width):
                     if w[ALIVE + i] > 0.0:

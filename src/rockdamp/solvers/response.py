@@ -50,7 +50,7 @@ class Reference(ByValue):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 3200}
     >>> decay = rd.solve(curve, rd.Damping.cr(0.85), store_every=1, **run)
     >>> reference = rd.Reference(decay.displacement[None], case=0, checkpoints=[3200])
@@ -88,7 +88,7 @@ class Response(ByValue):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> response = rd.solve(curve, rd.Damping.cr(0.8), release_amplitude=0.5, step=0.0025, steps=4000)
     >>> response.outcome.item(), response.peak.item()
     (0, 0.5)
@@ -113,7 +113,7 @@ class Histories(Response):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 4000}
     >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).velocity.shape
     (2, 41)
@@ -136,7 +136,7 @@ class Comparison(Response):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> rest = rd.Reference(displacement=[[0.0] * 401], case=0, checkpoints=[200, 400])
     >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 400}
     >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9, 1.0]), reference=rest, **run).error.shape
@@ -153,7 +153,7 @@ class ComparedHistories(Histories, Comparison):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> rest = rd.Reference(displacement=[[0.0] * 401], case=0, checkpoints=[400])
     >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 400}
     >>> response = rd.solve(curve, rd.Damping.cr(0.8), store_every=1, reference=rest, **run)

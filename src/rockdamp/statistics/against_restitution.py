@@ -36,7 +36,7 @@ from rockdamp.progress import track
 from rockdamp.statistics.fragility import fit_resampled, interval, weighted_quantile
 
 BOUND = ("lower", "upper")
-HISTORIES = ("record", "scale", "wall")
+HISTORIES = ("record", "velocity_ratio", "wall")
 CHANGES_OF_E = ("lower e", "higher e")  # alternatives too: restitution with another e
 ALL = ((0.0, np.inf),)  # one band that holds every peak
 

@@ -43,23 +43,26 @@ def demand(config: Config) -> xr.Dataset:
         plateau for both.
     """
     given = BilinearSettings.of(config)
-    pair = (given.curve, given.loops.rigid.curve)
-    names = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
+    pair = (given.curve, given.damping_force.rigid.curve)
+    names = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
     a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in names)
     curves = TrilinearCurve(a1, b1, a3, given.curve.softening)
-    e = Damping.cr(np.full(len(pair), given.loops.restitution))
+    e = Damping.cr(np.full(len(pair), given.damping_force.restitution))
     pulses = np.stack([_under_pulses(given, curves, e, name) for name in PULSES], axis=2)
     motions, records = _under_records(given, curves, e)
-    by_pulse, by_record = ("force_curve", "pulse", "pulse_frequency", "load_ratio"), ("force_curve", "record", "scale")
+    by_pulse, by_record = (
+        ("force_curve", "pulse", "pulse_frequency", "load_ratio"),
+        ("force_curve", "record", "velocity_ratio"),
+    )
     return xr.Dataset(
         {
             "pulse_peak_ratio": (by_pulse, pulses[0]),
             "pulse_collapsed": (by_pulse, pulses[1].astype(np.int8)),
             "record_peak_ratio": (by_record, records[0]),
             "record_collapsed": (by_record, records[1].astype(np.int8)),
-            "cracked_stiffness_ratio": ("force_curve", a1),
-            "plateau_ratio": ("force_curve", b1),
-            "restitution": given.loops.restitution,
+            "yield_displacement_ratio": ("force_curve", a1),
+            "strength_ratio": ("force_curve", b1),
+            "restitution": given.damping_force.restitution,
         },
         coords={
             "force_curve": list(CURVES),
@@ -67,7 +70,7 @@ def demand(config: Config) -> xr.Dataset:
             "pulse_frequency": given.pulses.frequency,
             "load_ratio": given.pulses.load,
             "record": motions,
-            "scale": given.scale,
+            "velocity_ratio": given.scale,
         },
     )
 
@@ -78,7 +81,7 @@ def _under_pulses(given: BilinearSettings, curves: TrilinearCurve, e: Damping, n
     each, step = curves.map(lambda parameter: parameter[:, None]), given.pulses.step
     for column, frequency in enumerate(given.pulses.frequency):
         load = followed_by_rest(pulse(name, float(frequency), step), step, given.pulses.tail)
-        forcing = Forcing(load, step, float(given.curve.plateau_ratio) * given.pulses.load)
+        forcing = Forcing(load, step, float(given.curve.strength_ratio) * given.pulses.load)
         response = solve(each, e.map(lambda parameter: parameter[:, None]), **forcing.newmark())
         found[:, :, column] = response.peak, response.outcome == COLLAPSED
     return found

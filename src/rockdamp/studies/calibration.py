@@ -14,5 +14,9 @@ def study(config: Config, record: Record) -> xr.Dataset:
     """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
     given = CalibrationSettings.of(config)
     return calibrate(
-        record, given.wall, ultimate_ratio=given.ultimate_ratio, softening=given.softening, step=given.step
+        record,
+        given.wall,
+        ultimate_displacement_ratio=given.ultimate_displacement_ratio,
+        softening=given.softening,
+        step=given.step,
     )

@@ -26,7 +26,7 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Histories, Options, Reference
 from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_outcomes, of_pairs
-from rockdamp.studies.amplitude_dispersion import Group, groups
+from rockdamp.studies.amplitude_dependence import Group, groups
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
 from rockdamp.studies.pulses import CELLS, PULSES, Run, pulse
@@ -59,7 +59,7 @@ def damper_order(config: Config, record: Record) -> xr.Dataset:
         `pulse_statistics`, and ``record_peak``. Histories of one decay (``shown_...``).
     """
     settings = DamperOrderSettings.of(config)
-    asked = groups(settings.dispersion, float(settings.curve.plateau_ratio), settings.plateau_ratio_beyond)
+    asked = groups(settings.amplitude_dependence, float(settings.curve.strength_ratio), settings.strength_ratio_beyond)
     parts = [_on_group(group, settings) for group in asked]
     curves = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     parts = [
@@ -105,24 +105,34 @@ def _dampers(settings: DamperOrderSettings, restitution: Array) -> Dampers:
 
 def _at(settings: DamperOrderSettings) -> dict[str, Any]:
     """Return length, step and scheme of the decays."""
-    return {"window": settings.matching.window, "step": settings.solver.step, "scheme": settings.solver.scheme}
+    return {
+        "response_length": settings.matching.response_length,
+        "step": settings.solver.step,
+        "scheme": settings.solver.scheme,
+    }
 
 
 # --- free decay ------------------------------------------------------------------------------------------------------
 
 
 def measured(
-    curve: TrilinearCurve, release_amplitude: Array, dampers: Dampers, *, window: float, step: float, scheme: str
+    curve: TrilinearCurve,
+    release_amplitude: Array,
+    dampers: Dampers,
+    *,
+    response_length: float,
+    step: float,
+    scheme: str,
 ) -> dict[str, Array]:
     """Compare decays with those under CR, each of shape (lanes,).
 
     Returns
     -------
     dict of ndarray, shape (dampers, lanes)
-        ``rms_error``, sqrt(Err/k) of Eq. (17) over the window in tau; ``peak_error`` and ``duration_error``, the
+        ``rms_error``, sqrt(Err/k) of Eq. (17) over the response length in tau; ``peak_error`` and ``duration_error``, the
         largest difference of a peak, and of the time from one peak to the next, as a fraction of those under CR. [-]
     """
-    steps = step_count(window, step)
+    steps = step_count(response_length, step)
     start: Options = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
     restitution = solve(curve, Damping.cr(dampers.restitution), store_every=1, **start)
     reference = Reference(restitution.displacement, np.arange(release_amplitude.size), [steps])
@@ -151,7 +161,7 @@ def _on_group(group: Group, settings: DamperOrderSettings) -> xr.Dataset:
     share, e = settings.damper_order.release_share, settings.damper_order.restitution
     shape = (len(group.name), share.size, e.size)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
-    ultimate = np.asarray(group.curve.ultimate_ratio)
+    ultimate = np.asarray(group.curve.ultimate_displacement_ratio)
     dampers = _dampers(settings, e[e_at])
     curve, release_amplitude = group.curve.map(lambda p: p[case]), share[share_at] * ultimate[case]
     errors = measured(curve, release_amplitude, dampers, **_at(settings))
@@ -176,7 +186,7 @@ def _on_curve(settings: DamperOrderSettings) -> xr.Dataset:
             "restitution": e,
             "restitution_change": dampers.change,
             "release_amplitude": settings.release_amplitude,
-            "window": settings.matching.window,
+            "response_length": settings.matching.response_length,
         },
     )
 
@@ -210,7 +220,7 @@ def _fitted(settings: DamperOrderSettings) -> xr.Dataset:
 def _shown(settings: DamperOrderSettings) -> xr.Dataset:
     """Histories under CR and each order, of the decay on the reference curve at the e of the loops."""
     e, step, order = settings.shown_restitution, settings.solver.step, settings.damper_order.order
-    steps = step_count(settings.matching.window, step)
+    steps = step_count(settings.matching.response_length, step)
     dampings = [Damping.cr(e), *(Damping.of_restitution(e, order=m) for m in order)]
     impact, *runs = [
         solve(

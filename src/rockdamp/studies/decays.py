@@ -23,22 +23,26 @@ def step_count(length: float, step: float) -> int:
     return int(round(length / step))
 
 
-def windows_of_fixed_seconds(study: Study, wall: Wall, window: float) -> Array:
-    """Return the window of each wall of a study, in tau, when all have the length in seconds of `wall`'s."""
-    seconds = window / float(wall.frequency_parameter)
+def response_lengths_of_fixed_seconds(study: Study, wall: Wall, response_length: float) -> Array:
+    """Return the response length of each wall of a study, in tau, when all have the length in seconds of `wall`'s."""
+    seconds = response_length / float(wall.frequency_parameter)
     return seconds * study.frequency_parameter
 
 
-def longest_response(study: Study, wall: Wall, window: float) -> float:
+def longest_response(study: Study, wall: Wall, response_length: float) -> float:
     """Return the longest response that is matched to the decays of a study, in tau."""
-    fixed = windows_of_fixed_seconds(study, wall, window) if study.of_wall else np.array([window])
-    return max(window, float(fixed.max()))
+    fixed = (
+        response_lengths_of_fixed_seconds(study, wall, response_length)
+        if study.of_wall
+        else np.array([response_length])
+    )
+    return max(response_length, float(fixed.max()))
 
 
 def study(name: str, config: Config) -> xr.Dataset:
     """Run the free decays of one study, to the longest response that is matched to them.
 
-    Those of `INFERS` run to the longest window from which the length of the response is inferred, the others to that of
+    Those of `INFERS` run to the longest response length from which the length of the response is inferred, the others to that of
     the matching, in tau and in seconds.
 
     Parameters
@@ -54,7 +58,7 @@ def study(name: str, config: Config) -> xr.Dataset:
     """
     given = DecaySettings.of(config)
     walls, restitution, step = given.study(name), given.restitution, given.solver.step
-    length = given.longest if name == INFERS else longest_response(walls, given.wall, given.window)
+    length = given.longest if name == INFERS else longest_response(walls, given.wall, given.response_length)
     steps = step_count(length, step)
     response = solve(
         walls.curve.map(lambda parameter: parameter[:, None]),
@@ -73,7 +77,7 @@ def study(name: str, config: Config) -> xr.Dataset:
         "frequency_parameter": (walls.parameter, walls.frequency_parameter),
     }
     if name == "cracked_stiffness":
-        coords["plateau_ratio"] = (walls.parameter, np.asarray(walls.curve.plateau_ratio))
+        coords["strength_ratio"] = (walls.parameter, np.asarray(walls.curve.strength_ratio))
     return xr.Dataset(
         {
             "displacement": ((*dims, "tau"), response.displacement),

@@ -40,16 +40,16 @@ def mechanism(config: Config) -> xr.Dataset:
     x = np.unique(np.concatenate([np.linspace(0, 1, POINTS), corners]))
     force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
     parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
-    plateau = np.array([np.nan, *(float(curve.plateau_ratio) for curve in curves.values())])
+    plateau = np.array([np.nan, *(float(curve.strength_ratio) for curve in curves.values())])
     walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
     mass = effective_mass_ratio(HINGE_RATIOS[:, None], SLENDERNESSES)
     return xr.Dataset(
         {
             "force": (("curve_name", "displacement"), force),
-            "cracked_stiffness_ratio": ("curve_name", parameters[:, 0]),
+            "yield_displacement_ratio": ("curve_name", parameters[:, 0]),
             "plateau_end_ratio": ("curve_name", parameters[:, 1]),
-            "ultimate_ratio": ("curve_name", parameters[:, 2]),
-            "plateau_ratio": ("curve_name", plateau),
+            "ultimate_displacement_ratio": ("curve_name", parameters[:, 2]),
+            "strength_ratio": ("curve_name", plateau),
             "thickness": float(given.wall.thickness),
             "height": float(given.wall.height),
             "hinge_ratio": float(given.wall.hinge_ratio),
@@ -89,7 +89,7 @@ def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
 
 def drawn_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
     """Return both variants of the last branch with the a3 that Fig. 2 draws."""
-    a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
+    a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
     # Translated softening needs a3 > a1 + b1: a lower plateau where the curve's leaves no room.
     lower = min(b1, DRAWN_ULTIMATE_RATIO - 1.5 * a1)
     return {

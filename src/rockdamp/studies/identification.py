@@ -1,4 +1,4 @@
-"""The study of identification: simulated records identified, and the models that a ladder's records support."""
+"""The study of identification: simulated records identified, and the models that a test_series's records support."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of
 
 @dataclass(frozen=True)
 class IdentificationSettings(Settings):
-    """The wall of the tests, the prior, and what is simulated: new records, and the ladder's with more noise."""
+    """The wall of the tests, the prior, and what is simulated: new records, and the test_series's with more noise."""
 
     wall: Annotated[Strip, "validation.wall"]
-    ultimate_ratio: Annotated[float, "validation.curve.ultimate_ratio"]
+    ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
     softening: Annotated[str, "validation.curve.softening"]
     prior: Annotated[Prior, "identification.prior", Prior.of]
     step: Annotated[float, "identification.step"]
@@ -41,20 +41,20 @@ class IdentificationSettings(Settings):
     noise: Annotated[Array, "identification.noise"]
 
 
-def identification(config: Config, ladder: Mapping[str, Record]) -> xr.Dataset:
-    """Identify records made with parameters drawn from the prior, and compare models for the records of a ladder.
+def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
+    """Identify records made with parameters drawn from the prior, and compare models for the records of a test series.
 
     Parameters
     ----------
     config : dict
         Has the keys of `IdentificationSettings`.
-    ladder : dict of str to Record
+    test_series : dict of str to Record
         Synthetic records, by their names.
 
     Returns
     -------
     xarray.Dataset
-        Of what `simulated.gathered` and `ladder.supported` return.
+        Of what `simulated.gathered` and `test_series.supported` return.
     """
     given = IdentificationSettings.of(config)
     maker = maker_of(given)
@@ -62,7 +62,7 @@ def identification(config: Config, ladder: Mapping[str, Record]) -> xr.Dataset:
     for number in track(range(given.simulated.draws), "simulated records"):
         with without_bars():
             records.append(maker.judged(number))
-    return gathered(maker.names, records).merge(supported(given, ladder))
+    return gathered(maker.names, records).merge(supported(given, test_series))
 
 
 def maker_of(given: IdentificationSettings) -> Maker:
@@ -71,7 +71,7 @@ def maker_of(given: IdentificationSettings) -> Maker:
     prior = replace(
         given.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
     )
-    return Maker(given.wall, given.ultimate_ratio, given.softening, given.step, prior, simulated)
+    return Maker(given.wall, given.ultimate_displacement_ratio, given.softening, given.step, prior, simulated)
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -106,10 +106,10 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     """
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
-            raise InputError(f"identification.ladder: {name} is not synthetic; it must be, and say what made it")
+            raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
     cases = [(name, factor) for name in records for factor in given.noise]
     found = []
-    for name, factor in track(cases, "models of the ladder's records"):
+    for name, factor in track(cases, "models of the test_series's records"):
         random = np.random.RandomState([given.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
@@ -143,7 +143,7 @@ def _fit(given: IdentificationSettings, record: Record, model: str) -> Fit:
         record,
         given.wall,
         Candidate.of(model),
-        ultimate_ratio=given.ultimate_ratio,
+        ultimate_displacement_ratio=given.ultimate_displacement_ratio,
         softening=given.softening,
         step=given.step,
     )

@@ -17,7 +17,7 @@ from rockdamp.equivalence.matching import Matched, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.studies.decays import longest_response, step_count, windows_of_fixed_seconds
+from rockdamp.studies.decays import longest_response, response_lengths_of_fixed_seconds, step_count
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 
@@ -48,10 +48,14 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """
     given = MatchSettings.of(config)
     study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
-    restitution, window, scan = decays["restitution"].values, given.matching.window, given.matching.scan
-    steps = step_count(window, step)
-    fixed = windows_of_fixed_seconds(study, given.wall, window) if study.of_wall else None
-    last = step_count(longest_response(study, given.wall, window), step)
+    restitution, response_length, scan = (
+        decays["restitution"].values,
+        given.matching.response_length,
+        given.matching.scan,
+    )
+    steps = step_count(response_length, step)
+    fixed = response_lengths_of_fixed_seconds(study, given.wall, response_length) if study.of_wall else None
+    last = step_count(longest_response(study, given.wall, response_length), step)
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
     matched = solve(
@@ -79,7 +83,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     if fixed is not None:
 
         def at_fixed_seconds(model: str) -> Array:
-            return _match_each(cases, model, fixed, (window, matched[model].damping_ratio), scan, scheme)
+            return _match_each(cases, model, fixed, (response_length, matched[model].damping_ratio), scan, scheme)
 
         for model, ratio in of_each(at_fixed_seconds, VISCOUS_MODELS, f"match {name} at fixed seconds").items():
             of_model[model]["damping_ratio_fixed_seconds"] = ratio
@@ -93,10 +97,12 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     if name == "amplitude":
         dataset["damping_ratio_absolute"] = _least_absolute(given, cases, matched, steps, restitution)
     kept = {
-        key: decays[key] for key in (study.parameter, "frequency_parameter", "plateau_ratio") if key in decays.coords
+        key: decays[key] for key in (study.parameter, "frequency_parameter", "strength_ratio") if key in decays.coords
     }
     finest = matched[VISCOUS_MODELS[0]]
-    return dataset.assign_coords(kept).assign_coords(window=window, step=finest.step, steps=finest.steps)
+    return dataset.assign_coords(kept).assign_coords(
+        response_length=response_length, step=finest.step, steps=finest.steps
+    )
 
 
 def _least_absolute(
@@ -147,7 +153,7 @@ def match_decays(
     dict of Matched
         By model.
     """
-    steps = step_count(matching.window, step)
+    steps = step_count(matching.response_length, step)
     cases = Cases.released(
         curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme, exponent=exponent
     )
@@ -174,15 +180,17 @@ def cases_of(study: Study, restitution: Array, displacement: Array, step: float)
     )
 
 
-def _match_each(cases: Cases, model: str, windows: Array, known: tuple[float, Array], scan: Scan, scheme: str) -> Array:
-    """Damping ratio of each wall's cases at its own window; `known` holds a window that is matched already."""
-    per_wall = cases.restitution.size // windows.size
+def _match_each(
+    cases: Cases, model: str, response_lengths: Array, known: tuple[float, Array], scan: Scan, scheme: str
+) -> Array:
+    """Damping ratio of each wall's cases at its own response length; `known` holds a response length that is matched already."""
+    per_wall = cases.restitution.size // response_lengths.size
 
     def of_wall(wall: int) -> Array:
         own = slice(wall * per_wall, (wall + 1) * per_wall)
-        if np.isclose(windows[wall], known[0], rtol=1e-12):
+        if np.isclose(response_lengths[wall], known[0], rtol=1e-12):
             return known[1][own]
-        steps = step_count(windows[wall], cases.step)
+        steps = step_count(response_lengths[wall], cases.step)
         return global_minima(cases.take(own), model, [steps], scan, scheme).damping_ratio[0]
 
-    return np.concatenate([of_wall(wall) for wall in range(windows.size)])
+    return np.concatenate([of_wall(wall) for wall in range(response_lengths.size)])

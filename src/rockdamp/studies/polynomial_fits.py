@@ -39,18 +39,18 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
         fit in delta. The fits hold over the range of `restitution`.
     """
     given = PolynomialSettings.of(config)
-    same = np.isclose(matched["plateau_ratio"].values, given.plateau_ratio)
-    matched = matched.isel(cracked_stiffness_ratio=np.flatnonzero(same)).drop_vars(
-        ["plateau_ratio", "step", "steps"], errors="ignore"
+    same = np.isclose(matched["strength_ratio"].values, given.strength_ratio)
+    matched = matched.isel(yield_displacement_ratio=np.flatnonzero(same)).drop_vars(
+        ["strength_ratio", "step", "steps"], errors="ignore"
     )
     e = matched["restitution"].values
-    ratio = matched["damping_ratio"].transpose("damping_model", "cracked_stiffness_ratio", "restitution")
+    ratio = matched["damping_ratio"].transpose("damping_model", "yield_displacement_ratio", "restitution")
     rows = ratio.values.reshape(-1, e.size)
     coefficient, fitted = _least_squares(e, rows, np.ones(e.size))
     in_delta, delta_fitted = _least_squares(delta(e), rows, delta(e))
     residual = rows - fitted
     total = ((rows - rows.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
-    lead = ("damping_model", "cracked_stiffness_ratio")
+    lead = ("damping_model", "yield_displacement_ratio")
 
     def of_fits(values: Array, *dims: str) -> tuple[tuple[str, ...], Array]:
         return (*lead, *dims), values.reshape(*ratio.shape[:2], *values.shape[1:])
@@ -74,8 +74,8 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             **ratio.coords,
             "degree": np.arange(DEGREE + 1),
             "restitution_range": list(RANGES),
-            "plateau_ratio": given.plateau_ratio,
-            "ultimate_ratio": given.ultimate_ratio,
+            "strength_ratio": given.strength_ratio,
+            "ultimate_displacement_ratio": given.ultimate_displacement_ratio,
             "release_amplitude": given.release_amplitude,
         },
     ).drop_vars("frequency_parameter")
@@ -113,12 +113,12 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     """
     rows = []
     for model in dataset["damping_model"].values:
-        for a1 in dataset["cracked_stiffness_ratio"].values:
-            fitted = dataset.sel(damping_model=model, cracked_stiffness_ratio=a1)
+        for a1 in dataset["yield_displacement_ratio"].values:
+            fitted = dataset.sel(damping_model=model, yield_displacement_ratio=a1)
             rows.append(
                 {
                     "damping_model": str(model),
-                    "cracked_stiffness_ratio": float(a1),
+                    "yield_displacement_ratio": float(a1),
                     **{f"c{k}": float(value) for k, value in enumerate(fitted["coefficient"].values)},
                     **{f"d{k}": float(value) for k, value in enumerate(fitted["delta_coefficient"].values)},
                     "r_squared": float(fitted["r_squared"]),

@@ -32,7 +32,7 @@ from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSES = ("Ricker", "sine")
 CELLS = ("pulse", "pulse_frequency", "load_ratio")
-SOURCES = ("closed form", "error")
+SOURCES = ("closed form", "least error")
 RICKER_HALF_LENGTH = 1.5  # periods before and after the peak, where the wavelet is 1e-8 of it
 
 
@@ -134,7 +134,7 @@ class Run:
 
     def _forced(self) -> Options:
         pulse = followed_by_rest(self.pulse, self.step, self.tail)
-        return Forcing(pulse, self.step, float(self.curve.plateau_ratio) * self.load[:, None]).newmark()
+        return Forcing(pulse, self.step, float(self.curve.strength_ratio) * self.load[:, None]).newmark()
 
 
 def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:

@@ -30,7 +30,7 @@ from rockdamp.solvers.response import COLLAPSED, Histories
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 
-def validate(config: Config, record: Record, ladder: Mapping[str, Record], equivalence: xr.Dataset) -> xr.Dataset:
+def validate(config: Config, record: Record, test_series: Mapping[str, Record], equivalence: xr.Dataset) -> xr.Dataset:
     """Compare the responses to measured motions, under each damping model, with the measured responses.
 
     Parameters
@@ -39,11 +39,11 @@ def validate(config: Config, record: Record, ladder: Mapping[str, Record], equiv
         Has the keys of `ValidationSettings`.
     record : Record
         With a measured displacement, at rest before the motion.
-    ladder : dict of str to Record
+    test_series : dict of str to Record
         Such records of the same wall, by name, all sampled alike. They are compared in place of `record`, unless it is
         measured and one of them is not.
     equivalence : xarray.Dataset
-        With ``coefficient`` (damping_model, cracked_stiffness_ratio, degree) of the polynomials xi(e).
+        With ``coefficient`` (damping_model, yield_displacement_ratio, degree) of the polynomials xi(e).
 
     Returns
     -------
@@ -59,8 +59,8 @@ def validate(config: Config, record: Record, ladder: Mapping[str, Record], equiv
         sampled alike, or the polynomials do not reach the config's e or a1.
     """
     given = ValidationSettings.of(config)
-    ratios = damping_ratios(equivalence, given.restitution, given.fit_cracked_stiffness_ratios)
-    records = compared(record, ladder)
+    ratios = damping_ratios(equivalence, given.restitution, given.fit_yield_displacement_ratios)
+    records = compared(record, test_series)
     parts = []
     for name, one in records.items():
         try:
@@ -76,24 +76,24 @@ def validate(config: Config, record: Record, ladder: Mapping[str, Record], equiv
     return joined.assign(alone).assign_attrs(_attributes(list(records.values())))
 
 
-def compared(record: Record, ladder: Mapping[str, Record]) -> dict[str, Record]:
-    """Return the records that are compared: the ladder, or the record alone where it is measured and the ladder is not.
+def compared(record: Record, test_series: Mapping[str, Record]) -> dict[str, Record]:
+    """Return the records that are compared: the test series, or the record alone where it is measured and the test series is not.
 
     Raises
     ------
     InputError
-        If those of the ladder are not sampled alike.
+        If those of the test series are not sampled alike.
     """
-    if not ladder or (not record.synthetic and any(one.synthetic for one in ladder.values())):
+    if not test_series or (not record.synthetic and any(one.synthetic for one in test_series.values())):
         return {"record": record}
-    first = next(iter(ladder.values()))
-    for name, one in ladder.items():
+    first = next(iter(test_series.values()))
+    for name, one in test_series.items():
         if (one.elapsed[0], one.step) != (first.elapsed[0], first.step):
             raise InputError(
                 f"{name} begins at {one.elapsed[0]:g} s with a step of {one.step:g} s; it must begin and be sampled as "
-                f"the first of the ladder, at {first.elapsed[0]:g} s with {first.step:g} s"
+                f"the first of the test series, at {first.elapsed[0]:g} s with {first.step:g} s"
             )
-    return dict(ladder)
+    return dict(test_series)
 
 
 def _attributes(records: Sequence[Record]) -> dict[str, str]:
@@ -163,7 +163,7 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
         If e or an a1 lies outside the range of the fits.
     """
     polynomials = Polynomials.of(equivalence)
-    polynomials.require_cover(restitution, ratios, "fit_cracked_stiffness_ratios")
+    polynomials.require_cover(restitution, ratios, "fit_yield_displacement_ratios")
     return {model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios])) for model in VISCOUS_MODELS}
 
 

@@ -53,8 +53,8 @@ SEED = 2017
 def synthetic_record(
     seed: int = SEED,
     *,
-    cracked_stiffness_ratio: float = CRACKED_STIFFNESS_RATIO,
-    plateau_ratio: float = PLATEAU_RATIO,
+    yield_displacement_ratio: float = CRACKED_STIFFNESS_RATIO,
+    strength_ratio: float = PLATEAU_RATIO,
     restitution: float = RESTITUTION,
     pulse_peak: float = PULSE_PEAK,
     noise: float = 1.0,
@@ -65,7 +65,7 @@ def synthetic_record(
     ----------
     seed : int
         Of the noise.
-    cracked_stiffness_ratio, plateau_ratio, restitution : float
+    yield_displacement_ratio, strength_ratio, restitution : float
         a1, b1 and e of the wall that responds. [-]
     pulse_peak : float
         Peak of the table's pulse. [m s-2]
@@ -87,7 +87,7 @@ def synthetic_record(
     motion = table_pulse(fine - PULSE_CENTRE, pulse_peak)
     p, u_ins = float(WALL.frequency_parameter), float(WALL.instability_displacement)
     history = event_driven.history(
-        TrilinearCurve(cracked_stiffness_ratio, plateau_ratio),
+        TrilinearCurve(yield_displacement_ratio, strength_ratio),
         Damping.cr(restitution),
         p * elapsed,
         **Forcing.of(WALL, Record(fine, motion)).event_driven(),
@@ -97,8 +97,8 @@ def synthetic_record(
 
     made_by = {
         "source": "event-driven solution under a table-shaped pulse, with noise and drift",
-        "generator_cracked_stiffness_ratio": f"{cracked_stiffness_ratio:g}",
-        "generator_plateau_ratio": f"{plateau_ratio:g}",
+        "generator_yield_displacement_ratio": f"{yield_displacement_ratio:g}",
+        "generator_strength_ratio": f"{strength_ratio:g}",
         "generator_restitution": f"{restitution:g}",
         "generator_pulse_peak_m_s2": f"{pulse_peak:.6g}",
         "generator_pulse_width_s": f"{PULSE_WIDTH:g}",

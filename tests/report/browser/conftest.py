@@ -33,7 +33,11 @@ def chromium(tmp_path_factory):
             pytest.skip(f"{name} is absent: {why}")
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
-    for argument in (*QUIET, f"--user-data-dir={tmp_path_factory.mktemp('profile')}", "--window-size=1280,900"):
+    for argument in (
+        *QUIET,
+        f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+        "--response_length-size=1280,900",
+    ):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     try:

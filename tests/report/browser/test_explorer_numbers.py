@@ -39,7 +39,7 @@ def test_the_ratios_shown_are_those_of_the_command_line(browser, given, kind):
         {name: given[name] for name in ("e", "a1", "b1", "a3", "x0")}, abs=1e-9
     )
     rows = rockdamp.equivalent(
-        given["e"], given["a1"], given["b1"], given["a3"], given["softening"], given["x0"], window=10
+        given["e"], given["a1"], given["b1"], given["a3"], given["softening"], given["x0"], response_length=10
     )
     assert ratios(browser) == pytest.approx(
         {row["damping_model"]: row["damping_ratio_energy"] for row in rows}, abs=1e-6
@@ -83,7 +83,7 @@ def visit(browser, setting):
 def test_the_page_computes_what_the_package_computes(browser):
     """50 settings, each opened by its address: decays, ratios, Err, and the wall's size and frequency."""
     for curve, e, x0, order, wall in random_settings(50):
-        at = {"a1": curve.cracked_stiffness_ratio, "b1": curve.plateau_ratio, "a3": curve.ultimate_ratio}
+        at = {"a1": curve.yield_displacement_ratio, "b1": curve.strength_ratio, "a3": curve.ultimate_displacement_ratio}
         at |= {"e": e, "x0": x0, "m": order, "t": wall.thickness, "h": wall.height}
         words = [f"{name}={float(wanted)!r}" for name, wanted in at.items()]
         found = visit(browser, "&".join([*words, f"softening={curve.softening}"]))

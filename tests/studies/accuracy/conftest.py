@@ -6,7 +6,7 @@ from accuracy_cases import made_up
 from repository import ROOT
 
 from rockdamp.config.walls import StudySettings
-from rockdamp.studies import damping_loops
+from rockdamp.studies import damping_force
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.studies.decays import study as decay_study
@@ -22,10 +22,10 @@ def config():
     small["studies"]["amplitude"]["release_amplitude"] = [0.3, 0.5]
     small["studies"]["slenderness"]["slenderness"] = [10, 15]
     small["studies"]["overburden"]["overburden_ratio"] = [0.0, 8.0]
-    small["studies"]["cracked_stiffness"]["cracked_stiffness_ratio"] = [0.04, 0.10, 0.20]
-    small["matching"] |= {"window": 5.0, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
-    small["windows"] = {"start": 3, "stop": 6, "step": 1}
-    small["loops"]["window"] = 12
+    small["studies"]["cracked_stiffness"]["yield_displacement_ratio"] = [0.04, 0.10, 0.20]
+    small["matching"] |= {"response_length": 5.0, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
+    small["response_lengths"] = {"start": 3, "stop": 6, "step": 1}
+    small["damping_force"]["response_length"] = 12
     small["accuracy"] |= {"restitutions": 2, "doublings": 1, "halvings": 2, "minima": 2, "bracket": 0.3}
     small["accuracy"]["rigid"] |= {"slenderness": [8, 20], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
     return small
@@ -52,7 +52,7 @@ def drawn(studies, matches):
 
 @pytest.fixture(scope="session")
 def looped(config):
-    return damping_loops.loops(config)
+    return damping_force.damping_force(config)
 
 
 @pytest.fixture(scope="session")

@@ -69,7 +69,7 @@ class Ensemble:
         found = []
         for i in range(self.release.size):
             load = {"load": self.load * self.factor[i], "load_step": SAMPLE} if forced else {}
-            curve = TrilinearCurve(self.curve.cracked_stiffness_ratio[i], self.curve.plateau_ratio[i])
+            curve = TrilinearCurve(self.curve.yield_displacement_ratio[i], self.curve.strength_ratio[i])
             lane = history(
                 curve, self.damping(i), SAMPLE * np.arange(SAMPLES), release_amplitude=self.release[i], **load
             )

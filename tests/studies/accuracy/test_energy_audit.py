@@ -89,7 +89,9 @@ def test_every_stored_history_is_audited(stage, config, looped):
         one["velocity"].values,
         0.01,
     )
-    assert float(stage["loops_energy_residual"].sel(damping_model="SDR")) == pytest.approx(sums.largest_residual)
+    assert float(stage["damping_force_energy_residual"].sel(damping_model="SDR")) == pytest.approx(
+        sums.largest_residual
+    )
     assert stage["study"].values.tolist() == list(STUDIES)
     # The solver's own residual, at this step, is at most that of the ensemble but for the longer histories.
     assert float(stage["decay_energy_residual"].max()) < 5e-3

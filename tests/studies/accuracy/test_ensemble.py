@@ -11,8 +11,8 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 def test_each_curve_and_release_of_the_studies_is_there_once(drawn):
     rows = zip(
-        drawn.curve.cracked_stiffness_ratio[:, 0],
-        drawn.curve.plateau_ratio[:, 0],
+        drawn.curve.yield_displacement_ratio[:, 0],
+        drawn.curve.strength_ratio[:, 0],
         drawn.release_amplitude[:, 0],
         strict=True,
     )
@@ -21,8 +21,8 @@ def test_each_curve_and_release_of_the_studies_is_there_once(drawn):
 
 
 def test_the_walls_have_their_published_damping_ratios(drawn, matches):
-    case = drawn.curve.cracked_stiffness_ratio[:, 0].tolist().index(0.10)
-    published = matches["cracked_stiffness"]["damping_ratio"].sel(cracked_stiffness_ratio=0.10, restitution=[0.8, 0.9])
+    case = drawn.curve.yield_displacement_ratio[:, 0].tolist().index(0.10)
+    published = matches["cracked_stiffness"]["damping_ratio"].sel(yield_displacement_ratio=0.10, restitution=[0.8, 0.9])
     for model in VISCOUS_MODELS:
         assert drawn.ratio[model][case].tolist() == published.sel(damping_model=model).values.tolist()
 

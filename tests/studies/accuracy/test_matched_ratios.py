@@ -37,7 +37,7 @@ def test_the_sample_holds_the_largest_errors_and_drawn_ones_whatever_their_uncer
     errors = np.sort(np.unique(known["cracked_stiffness"]["rms_error"][2].values))[::-1]
     for published, error in zip(chosen["SDR"][1:3], errors[:2], strict=True):
         there = known["cracked_stiffness"].sel(damping_model="SDR", restitution=published.restitution)
-        assert error == float(there["rms_error"].sel(cracked_stiffness_ratio=published.curve.cracked_stiffness_ratio))
+        assert error == float(there["rms_error"].sel(yield_displacement_ratio=published.curve.yield_displacement_ratio))
     for name, match in known.items():
         known[name] = match.assign(damping_ratio_uncertainty=match["damping_ratio_uncertainty"][::-1, ::-1, ::-1])
     again = matched_ratios.sample(studies, known, count=5, seed=20170616)
@@ -50,7 +50,9 @@ def test_the_sample_holds_the_largest_errors_and_drawn_ones_whatever_their_uncer
 def test_no_case_is_in_the_sample_twice(studies, matches):
     """Slenderness and overburden change neither curve nor release: of their cases only one counts."""
     for of_model in matched_ratios.sample(studies, matches, count=30, seed=1).values():
-        cases = [(float(one.curve.cracked_stiffness_ratio), one.release_amplitude, one.restitution) for one in of_model]
+        cases = [
+            (float(one.curve.yield_displacement_ratio), one.release_amplitude, one.restitution) for one in of_model
+        ]
         assert len(set(cases)) == len(cases) == 3 * (2 + 2)  # 0.5 and 0.3; a1 = 0.1 and 0.2
 
 

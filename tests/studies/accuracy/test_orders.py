@@ -9,7 +9,7 @@ from rockdamp.vocabulary import MODELS
 
 @pytest.fixture(scope="module")
 def orders(paper):
-    return convergence.orders(paper)
+    return convergence.convergence(paper)
 
 
 @pytest.mark.parametrize("model", MODELS)

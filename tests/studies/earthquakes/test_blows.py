@@ -29,15 +29,15 @@ E = 0.85
 @pytest.fixture(scope="module")
 def config():
     full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    walls = [wall for wall in full["natural"]["walls"] if wall["name"] == "church"]
-    full["natural"] |= {"walls": walls, "restitution": [E], "tail": 1.0}
-    full["natural"]["scale"] = {"start": SCALE[0], "stop": SCALE[1], "count": 2}
+    walls = [wall for wall in full["earthquakes"]["walls"] if wall["name"] == "church"]
+    full["earthquakes"] |= {"walls": walls, "restitution": [E], "tail": 1.0}
+    full["earthquakes"]["velocity_ratio"] = {"start": SCALE[0], "stop": SCALE[1], "count": 2}
     return full
 
 
 @pytest.fixture(scope="module")
 def named(config):
-    return make_named_wall(config["natural"]["walls"][0])
+    return make_named_wall(config["earthquakes"]["walls"][0])
 
 
 def blows(*at, size=SIZE):

@@ -17,7 +17,7 @@ BANDS = [0.01, 0.1, 0.5, 1.0]
 def config(replicates=1, seed=4):
     bootstrap = {"replicates": replicates, "seed": seed}
     return {
-        "natural": {"bands": BANDS, "restitution_change": 0.01, "bootstrap": bootstrap},
+        "earthquakes": {"bands": BANDS, "restitution_change": 0.01, "bootstrap": bootstrap},
         "population": {"bootstrap": bootstrap},
     }
 
@@ -42,7 +42,7 @@ def study():
     of_station = rng.normal(size=(len(STATION), 1, 1, 1, 1, 1))
     peaks = cr[..., None, None] * np.exp(scatter * (0.3 * of_station + rng.normal(size=(*shape, len(MODELS), 3))))
     varied = cr[..., None] * np.exp(0.05 * rng.normal(size=(*shape, 4)))
-    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
     ratio = np.full((2, 2, len(MODELS), 3), 0.05)
     ratio[:, :, 0] = np.nan
     return xr.Dataset(
@@ -58,7 +58,7 @@ def study():
         },
         coords={
             **records(),
-            "scale": SCALE,
+            "velocity_ratio": SCALE,
             "wall": ["a", "b"],
             "restitution": [0.8, 0.9],
             "damping_model": MODELS,
@@ -137,13 +137,13 @@ def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_wi
                 values.sel(restitution=e, damping_model=model, damping_ratio_source=source).values
                 for values in (peak, fell)
             ]
-            for model, source in ((MODELS[1], "fit"), (MODELS[3], "error"))
+            for model, source in ((MODELS[1], "polynomial"), (MODELS[3], "least error"))
         )
         both = (cr_fell + least[1] + other[1] == 0) & (cr >= BANDS[0]) & (cr < BANDS[-1])
         expected = np.subtract(*(np.sqrt(np.mean(np.log(one[0][both] / cr[both]) ** 2)) for one in (other, least)))
-        own = found.sel(restitution=e, damping_model=MODELS[3], damping_ratio_source="error")
+        own = found.sel(restitution=e, damping_model=MODELS[3], damping_ratio_source="least error")
         assert float(own) == pytest.approx(expected, rel=1e-12)
-        assert float(found.sel(restitution=e, damping_model=MODELS[1], damping_ratio_source="fit")) == 0.0
+        assert float(found.sel(restitution=e, damping_model=MODELS[1], damping_ratio_source="polynomial")) == 0.0
     assert found.sel(damping_model="CR").isnull().all()
 
 
@@ -156,7 +156,9 @@ def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_
     peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak_ratio"])
     peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak_ratio"].dims)
     given = given.assign(peak_ratio=peaks, collapsed=(peaks > 1).astype(np.int8))
-    at = comparison.compare_dampers(config(replicates=200), given).sel(damping_ratio_source="fit", restitution=0.8)
+    at = comparison.compare_dampers(config(replicates=200), given).sel(
+        damping_ratio_source="polynomial", restitution=0.8
+    )
     one, other = (at["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])
     assert float(one.sel(bound="upper")) > float(other.sel(bound="lower"))
     assert float(at["log_error_excess_interval"].sel(damping_model=MODELS[2], bound="lower")) > 0

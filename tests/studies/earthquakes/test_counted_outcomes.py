@@ -6,8 +6,8 @@ import xarray as xr
 from rockdamp.studies.earthquakes import comparison, population
 from rockdamp.vocabulary import MODELS
 
-CONFIG = {"natural": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
-DIMS = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+CONFIG = {"earthquakes": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
+DIMS = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
 
 
 def study(peak, fell=None, scale=(1.0,)):
@@ -32,11 +32,11 @@ def study(peak, fell=None, scale=(1.0,)):
         coords={
             "record": [f"r{i}" for i in range(records)],
             "station": ("record", [f"s{i}" for i in range(records)]),
-            "scale": list(scale),
+            "velocity_ratio": list(scale),
             "wall": ["one"],
             "restitution": [0.85],
             "damping_model": ["CR", "CDR"],
-            "damping_ratio_source": ["error"],
+            "damping_ratio_source": ["least error"],
             "variation": ["step"],
         },
     )
@@ -99,7 +99,7 @@ def test_a_damper_of_the_population_that_collapses_with_restitution_has_a_median
         },
     )
     walls = xr.Dataset({name: ("wall", [0.5]) for name in population.PARAMETERS}, coords={"wall": [0]})
-    found = population.gather({"population": {"bootstrap": CONFIG["natural"]["bootstrap"]}}, walls, share)
+    found = population.gather({"population": {"bootstrap": CONFIG["earthquakes"]["bootstrap"]}}, walls, share)
     found = found.isel(damping_model=1)
     assert np.ptp(found["median_intensity_interval"].values) > 0.1
     np.testing.assert_allclose(found["median_intensity_ratio_interval"], ONE)

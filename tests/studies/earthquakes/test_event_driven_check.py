@@ -15,7 +15,7 @@ from repository import ROOT
 from rockdamp.studies.earthquakes import event_driven_check
 from rockdamp.studies.earthquakes.event_driven_check import STRATA, Sample, draw, rates, strata
 
-AT = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+AT = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
 
 
 @pytest.fixture(scope="module")
@@ -101,22 +101,22 @@ def test_restitution_counts_once_whatever_the_sources_are():
 
 
 @pytest.fixture(scope="module")
-def natural():
-    return made_up.natural()
+def earthquakes():
+    return made_up.earthquakes()
 
 
 @pytest.fixture
-def chosen(natural, monkeypatch):
+def chosen(earthquakes, monkeypatch):
     """The histories that a seed draws, where solving one takes no time."""
-    entries = [SimpleNamespace(name=name) for name in natural["record"].values.tolist()]
+    entries = [SimpleNamespace(name=name) for name in earthquakes["record"].values.tolist()]
     monkeypatch.setattr(event_driven_check.catalogue, "listing", lambda _: entries)
     monkeypatch.setattr(event_driven_check.catalogue, "read", lambda entry: entry)
     monkeypatch.setattr(event_driven_check, "exact_peak", lambda case, *_: (0.5, False))
     config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
 
     def draw(seed, **given):
-        config["natural"]["check"] |= {"seed": seed, **given}
-        found = event_driven_check.check_earthquakes(config, natural)
+        config["earthquakes"]["check"] |= {"seed": seed, **given}
+        found = event_driven_check.check_earthquakes(config, earthquakes)
         return list(zip(*(found[name].values.tolist() for name in AT), strict=True)), found
 
     return draw
@@ -128,13 +128,13 @@ def test_a_seed_draws_the_same_histories_again_and_another_seed_draws_others(cho
     assert len(set(first) & set(other)) < 0.5 * len(first)
 
 
-def test_no_history_is_drawn_twice_and_none_that_was_not_run(chosen, natural):
+def test_no_history_is_drawn_twice_and_none_that_was_not_run(chosen, earthquakes):
     for seed in range(3):
         drawn, found = chosen(seed)
         assert len(set(drawn)) == len(drawn) == found.sizes["history"]
         assert (found["collapsed"] >= 0).all()
         for at, peak in zip(drawn, found["peak_ratio"].values, strict=True):
-            assert float(natural["peak_ratio"].sel(dict(zip(AT, at, strict=True)))) == peak
+            assert float(earthquakes["peak_ratio"].sel(dict(zip(AT, at, strict=True)))) == peak
 
 
 def test_every_damper_wall_and_restitution_is_drawn_from(chosen):
@@ -142,4 +142,4 @@ def test_every_damper_wall_and_restitution_is_drawn_from(chosen):
     seen = [set(values) for values in zip(*drawn, strict=True)]
     assert seen[AT.index("damping_model")] == set(made_up.MODELS)
     assert seen[AT.index("wall")] == set(made_up.WALLS) and seen[AT.index("restitution")] == set(made_up.E.tolist())
-    assert np.ptp([at[AT.index("scale")] for at in drawn]) == pytest.approx(np.ptp(made_up.SCALE))
+    assert np.ptp([at[AT.index("velocity_ratio")] for at in drawn]) == pytest.approx(np.ptp(made_up.SCALE))

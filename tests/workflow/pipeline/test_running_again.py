@@ -17,15 +17,22 @@ CHANGES = {
     "figures: {resolution: 90}": list(FIGURES),
     "validation: {restitution: 0.84}": ["validation", "accuracy"],
     "studies: {slenderness: {slenderness: [15, 22]}}": ["decay/slenderness", "match/slenderness", "accuracy"],
-    "studies: {cracked_stiffness: {cracked_stiffness_ratio: [0.02, 0.05, 0.17]}}": [  # one a1
+    "studies: {cracked_stiffness: {yield_displacement_ratio: [0.02, 0.05, 0.17]}}": [  # one a1
         "decay/cracked_stiffness",
         "match/cracked_stiffness",
         "accuracy",
     ],
     "restitution: {start: 0.70}": ["decay/amplitude", "decay/overburden"],
-    "matching: {window: 9}": ["match/amplitude", "loops", "dispersion", "pulses", "natural/walls", "accuracy"],
-    "curve: {cracked_stiffness_ratio: 0.05}": ["decay/amplitude", "windows", "loops", "mechanism"],
-    "natural: {bootstrap: {replicates: 60}}": ["comparison"],
+    "matching: {response_length: 9}": [
+        "match/amplitude",
+        "damping_force",
+        "dispersion",
+        "pulses",
+        "earthquakes/walls",
+        "accuracy",
+    ],
+    "curve: {yield_displacement_ratio: 0.05}": ["decay/amplitude", "response_lengths", "damping_force", "mechanism"],
+    "earthquakes: {bootstrap: {replicates: 60}}": ["comparison"],
     "population: {bootstrap: {replicates: 30}}": ["population"],
 }
 
@@ -38,14 +45,15 @@ def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, o
 
 
 def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
-    before, overlay = tree.digests(RESULTS), "windows: {step: 5}"
+    before, overlay = tree.digests(RESULTS), "response_lengths: {step: 5}"
     run = tree.snakemake(overlay=overlay)
     assert run.returncode == 0, run.stderr
     after = tree.digests(RESULTS)
     changed = {name for name in after if before.get(name) != after[name]}
-    # the claims are judged by the windows
+    # the claims are judged by the response lengths
     expected = {
-        f"{RESULTS}/{name}" for name in ("windows.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv")
+        f"{RESULTS}/{name}"
+        for name in ("response_lengths.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv")
     }
     assert changed & {f"{RESULTS}/{name}" for name in OUTPUTS} == expected
     assert tree.planned(overlay) == {}
@@ -55,17 +63,19 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
 
 def test_an_edited_module_runs_what_imports_it_and_nothing_else(tree, edited):
     edited(
-        "src/rockdamp/studies/response_length.py",
+        "src/rockdamp/studies/response_lengths.py",
         lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
     )
-    assert tree.planned() == jobs_after("windows")
+    assert tree.planned() == jobs_after("response_lengths")
     edited("src/rockdamp/storage/variables.yaml", lambda text: text + "\n# edited\n")  # the attributes of every dataset
-    assert {"decay_study", "match_study", "windows", "mechanism", "orders", "calibration"} <= set(tree.planned())
+    assert {"decay_study", "match_study", "response_lengths", "mechanism", "convergence", "calibration"} <= set(
+        tree.planned()
+    )
 
 
 EDITS = {
     "src/rockdamp/figures/style.py": ("#0072B2", "#0072B3", jobs_after(*FIGURES)),  # a colour
-    "src/rockdamp/figures/orders.py": ("figure", "figure ", jobs_after("fig_orders")),
+    "src/rockdamp/figures/convergence.py": ("figure", "figure ", jobs_after("fig_convergence")),
     "src/rockdamp/mechanics/trilinear.py": ("TINY = 1e-100", "TINY = 1e-101", jobs_after(*STAGES)),
 }
 
@@ -78,23 +88,23 @@ def test_an_edit_of_the_code_runs_what_uses_it_and_nothing_else(tree, edited, na
 
 
 def test_contents_count_and_dates_do_not(tree, edited):
-    module = tree.place / "src/rockdamp/studies/response_length.py"
+    module = tree.place / "src/rockdamp/studies/response_lengths.py"
     module.touch()
     assert tree.planned() == {}
     edited(
-        "src/rockdamp/studies/response_length.py",
+        "src/rockdamp/studies/response_lengths.py",
         lambda text: text.replace("PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
     )
     os.utime(module, (0, 0))
-    assert tree.planned() == jobs_after("windows")
+    assert tree.planned() == jobs_after("response_lengths")
 
 
 def test_a_result_that_was_deleted_is_built_again_alone(tree):
     """What is built then is what was there: test_accidents.py deletes a result and builds it."""
-    path = tree.place / RESULTS / "windows.nc"
-    path.rename(tree.place / "windows.nc")
-    assert tree.planned() == jobs_after("windows")
-    (tree.place / "windows.nc").rename(path)
+    path = tree.place / RESULTS / "response_lengths.nc"
+    path.rename(tree.place / "response_lengths.nc")
+    assert tree.planned() == jobs_after("response_lengths")
+    (tree.place / "response_lengths.nc").rename(path)
 
 
 def test_an_edited_record_runs_what_reads_it(tree, edited):

@@ -99,7 +99,7 @@ class Damping(ByValue):
     Examples
     --------
     >>> import rockdamp as rd
-    >>> curve = rd.TrilinearCurve(cracked_stiffness_ratio=0.04, plateau_ratio=0.85)
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> rd.Damping("CDR", 0.05).coefficient(curve, [0.02, 0.5]).round(3)  # falls with the secant stiffness
     array([0.461, 0.1  ])
     """

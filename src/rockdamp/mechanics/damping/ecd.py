@@ -102,7 +102,7 @@ class EnergyConsistent(Damping):
 
 
 class RecommendedOrder(EnergyConsistent):
-    """ECD of the order that results/natural/orders.nc recommends: a model beside ECD, with xi alone."""
+    """ECD of the order that results/earthquakes/orders.nc recommends: a model beside ECD, with xi alone."""
 
     model = RECOMMENDED
     title = f"energy-consistent damper of order {RECOMMENDED_ORDER}"

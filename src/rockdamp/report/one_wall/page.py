@@ -22,7 +22,7 @@ from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STRIPES, TAIL, UNITS
 from rockdamp.assessment.one_wall import REPLICATES, beside_each_other
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.one_curve import equivalent
+from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
@@ -161,9 +161,9 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
     if isinstance(wall, Wall):
         rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
     rows += [
-        ("cracked stiffness ratio", "a₁", curve.cracked_stiffness_ratio, "-"),
-        ("plateau ratio", "b₁", curve.plateau_ratio, "-"),
-        ("ultimate ratio", "a₃", curve.ultimate_ratio, "-"),
+        ("cracked stiffness ratio", "a₁", curve.yield_displacement_ratio, "-"),
+        ("plateau ratio", "b₁", curve.strength_ratio, "-"),
+        ("ultimate ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
     return [_line(*row) | {"value": plain(row[2])} for row in rows]
 
@@ -189,7 +189,10 @@ def _line(name: str, symbol: str, value: Any, unit: str) -> dict[str, Any]:
 def _dampers(subject: Subject) -> list[dict[str, Any]]:
     """The damping ratio of each viscous model that stands for e, by least error where that has one, and closed form."""
     curve, e = subject.curve, float(subject.answer["restitution"])
-    a1, b1, a3 = (float(value) for value in (curve.cracked_stiffness_ratio, curve.plateau_ratio, curve.ultimate_ratio))
+    a1, b1, a3 = (
+        float(value)
+        for value in (curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio)
+    )
     release = 0.5 * a3
     try:
         rows = equivalent(e, a1, b1, a3, curve.softening, release_amplitude=release)
@@ -288,7 +291,9 @@ def _facts(subject: Subject) -> xr.Dataset:
     wall, curve = subject.wall, subject.curve
     u_ins, strength = float(wall.instability_displacement), float(wall.rigid_strength)
     ratio = np.linspace(0.0, 1.0, POINTS)
-    corners = np.array([float(curve.cracked_stiffness_ratio), float(curve.plateau_end), float(curve.ultimate_ratio)])
+    corners = np.array(
+        [float(curve.yield_displacement_ratio), float(curve.plateau_end), float(curve.ultimate_displacement_ratio)]
+    )
     return xr.Dataset(
         {
             "thickness": float(wall.thickness),

@@ -50,7 +50,7 @@ def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
     )
 
 
-def orders(config: Config) -> xr.Dataset:
+def convergence(config: Config) -> xr.Dataset:
     """Measure the error of the displacement against the step, and its order.
 
     The error of a lane is the root mean square over the times of the coarsest step, against the default scheme at a

@@ -151,7 +151,7 @@ def lost_per_half_cycle(curve: TrilinearCurve, damping: Damping, x: Array, v: Ar
 
 @dataclass(frozen=True)
 class Audited:
-    """A wall, and its histories under restitution and under each damper matched to it, as in `loops.nc`."""
+    """A wall, and its histories under restitution and under each damper matched to it, as in `damping_force.nc`."""
 
     wall: Wall
     curve: TrilinearCurve
@@ -186,7 +186,7 @@ def residuals(ensemble: Ensemble, step: float) -> xr.Dataset:
 
 
 def stored(loops: Audited, decays: Mapping[str, xr.Dataset], studies: Mapping[str, Study], step: float) -> xr.Dataset:
-    """Audit every history in `loops.nc`, and every decay of the studies, as they were stored: largest residuals."""
+    """Audit every history in `damping_force.nc`, and every decay of the studies, as they were stored: largest residuals."""
     of_loops = []
     for model in MODELS:
         history = loops.histories.sel(damping_model=model)
@@ -202,7 +202,7 @@ def stored(loops: Audited, decays: Mapping[str, xr.Dataset], studies: Mapping[st
             worst = max(worst, float(sums.largest_residual.max()))
         of_decays.append(worst)
     return xr.Dataset(
-        {"loops_energy_residual": ("damping_model", of_loops), "decay_energy_residual": ("study", of_decays)},
+        {"damping_force_energy_residual": ("damping_model", of_loops), "decay_energy_residual": ("study", of_decays)},
         coords={"damping_model": list(MODELS), "study": list(decays)},
     )
 

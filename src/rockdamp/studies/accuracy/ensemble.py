@@ -161,7 +161,10 @@ def collect(
         ratio = match["damping_ratio"].transpose(study.parameter, "damping_model", "restitution")
         for i, x0 in enumerate(study.release_amplitude):
             own = study.curve.map(itemgetter(i))
-            key = (*map(float, (own.cracked_stiffness_ratio, own.plateau_ratio, own.ultimate_ratio)), float(x0))
+            key = (
+                *map(float, (own.yield_displacement_ratio, own.strength_ratio, own.ultimate_displacement_ratio)),
+                float(x0),
+            )
             rows.setdefault(key, ratio.values[i][:, chosen])
     a1, b1, a3, x0 = (np.array(column)[:, None] for column in zip(*rows, strict=True))
     models = [str(model) for model in match["damping_model"].values]

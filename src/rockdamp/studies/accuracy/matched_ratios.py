@@ -113,9 +113,11 @@ def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, se
     ``share_within_uncertainty`` is the part of each half of the sample whose exact minimum lies within the uncertainty.
     """
     chosen = sample(studies, matches, count=count, seed=seed)
-    window = float(next(iter(matches.values()))["window"])
+    response_length = float(next(iter(matches.values()))["response_length"])
     all_models = [published for of_model in chosen.values() for published in of_model]
-    exact = np.array([exact_minimum(published, window, bracket) for published in track(all_models, "exact minima")])
+    exact = np.array(
+        [exact_minimum(published, response_length, bracket) for published in track(all_models, "exact minima")]
+    )
     ratio = np.array([published.ratio for published in all_models])
     difference = ratio / exact - 1
     bound = np.array([published.bound for published in all_models])
@@ -124,8 +126,8 @@ def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, se
         "sample_exact_ratio": exact,
         "sample_difference": difference,
         "sample_bound": bound,
-        "sample_cracked_stiffness_ratio": np.array(
-            [float(published.curve.cracked_stiffness_ratio) for published in all_models]
+        "sample_yield_displacement_ratio": np.array(
+            [float(published.curve.yield_displacement_ratio) for published in all_models]
         ),
         "sample_release_amplitude": np.array([published.release_amplitude for published in all_models]),
         "sample_restitution": np.array([published.restitution for published in all_models]),
@@ -139,7 +141,7 @@ def minima(studies: Studies, matches: Matches, *, count: int, bracket: float, se
     )
 
 
-def exact_minimum(published: Published, window: float, bracket: float) -> float:
+def exact_minimum(published: Published, response_length: float, bracket: float) -> float:
     """Return the damping ratio with the least integral of (|u_CR| - |u|)^2, within `bracket` of the published one. [-]
 
     The integral is what the sum of Eq. (17) tends to as its step goes to zero, at first order: its last term counts
@@ -151,7 +153,7 @@ def exact_minimum(published: Published, window: float, bracket: float) -> float:
         If the integral is least at an end of the bracket.
     """
     e, x0 = published.restitution, published.release_amplitude
-    squared = Distance(published.curve, published.model, e, x0, window)
+    squared = Distance(published.curve, published.model, e, x0, response_length)
     ends = published.ratio * (1 - bracket), published.ratio * (1 + bracket)
     options = {"xatol": 1e-6 * published.ratio}
     damping_ratio = float(minimize_scalar(squared, bounds=ends, method="bounded", options=options).x)
@@ -164,15 +166,17 @@ def exact_minimum(published: Published, window: float, bracket: float) -> float:
 
 
 class Distance:
-    """Integral of (|u_CR| - |u|)^2 over a window against the damping ratio, both solutions exact.
+    """Integral of (|u_CR| - |u|)^2 over a response length against the damping ratio, both solutions exact.
 
     |u| has a kink at each crossing of zero; sampled there as at any other time, it puts a ripple on the sum that shifts
     minima by parts in 10^4. Here the crossings are nodes, so the trapezoidal sum is smooth in the damping ratio.
     """
 
-    def __init__(self, curve: TrilinearCurve, model: str, restitution: float, release: float, window: float) -> None:
+    def __init__(
+        self, curve: TrilinearCurve, model: str, restitution: float, release: float, response_length: float
+    ) -> None:
         self._curve, self._model, self._release = curve, model, release
-        even = np.linspace(0.0, window, round(window / SPACING) + 1)
+        even = np.linspace(0.0, response_length, round(response_length / SPACING) + 1)
         target = event_driven.history(curve, Damping.cr(restitution), even, release_amplitude=release)
         self._nodes = np.union1d(even, target.impacts)
         self._target = np.abs(np.interp(self._nodes, target.times, target.displacement))

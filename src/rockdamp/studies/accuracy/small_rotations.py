@@ -110,7 +110,7 @@ def rotations(
     Parameters
     ----------
     loops : xarray.Dataset
-        What `damping_loops.loops` returned.
+        What `damping_force.damping_force` returned.
     fig4_wall : Wall
         That of Fig. 4a; the others are as thick.
     restitution : float

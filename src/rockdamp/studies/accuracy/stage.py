@@ -17,7 +17,7 @@ from rockdamp.studies.accuracy import energy_audit, matched_ratios
 from rockdamp.studies.accuracy.energy_audit import Audited
 from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, collect, fitted_order, halved
 from rockdamp.studies.accuracy.small_rotations import rotations
-from rockdamp.studies.damping_loops import matched_histories
+from rockdamp.studies.damping_force import matched_histories
 from rockdamp.vocabulary import MODELS, STUDIES
 
 
@@ -29,7 +29,7 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
     config : dict
         Has the keys of `AccuracySettings`.
     loops : xarray.Dataset
-        What `damping_loops.loops` returned.
+        What `damping_force.damping_force` returned.
     *of_studies : xarray.Dataset
         What `matches.match` returned for each study, in the order of `STUDIES`, then what `decays.study` did.
     """
@@ -43,7 +43,7 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
         matches,
         restitutions=given.accuracy.restitutions,
         seed=seed,
-        length=given.matching.window,
+        length=given.matching.response_length,
         step=step,
         steps=halved(step, given.accuracy.doublings, given.accuracy.halvings),
         scheme=scheme,
@@ -55,8 +55,8 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
         matched_ratios.minima(studies, matches, count=given.accuracy.minima, bracket=given.accuracy.bracket, seed=seed),
         rotations(
             loops,
-            given.loops.rigid.wall,
-            restitution=given.loops.rigid.restitution,
+            given.damping_force.rigid.wall,
+            restitution=given.damping_force.rigid.restitution,
             slenderness=rigid.slenderness,
             hinge_ratio=rigid.hinge_ratio,
             release_amplitude=rigid.release_amplitude,
@@ -70,18 +70,18 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
 
 
 def audited_walls(given: AccuracySettings, loops: xr.Dataset) -> dict[str, Audited]:
-    """Return the reference wall with its histories in `loops.nc`, and that of Fig. 8 released and matched likewise."""
+    """Return the reference wall with its histories in `damping_force.nc`, and that of Fig. 8 released and matched likewise."""
     histories = matched_histories(
         given.tested_curve,
         given.tested_restitution,
         given.release_amplitude,
         given.matching,
-        length=given.loops.window,
+        length=given.damping_force.response_length,
         step=given.solver.step,
         scheme=given.solver.scheme,
     )
     return {
-        "reference": Audited(given.wall, given.curve, given.loops.restitution, loops),
+        "reference": Audited(given.wall, given.curve, given.damping_force.restitution, loops),
         "Fig. 8": Audited(given.tested_wall, given.tested_curve, given.tested_restitution, histories),
     }
 
@@ -133,8 +133,8 @@ def solver_errors(ensemble: Ensemble, step: float, refinement: int) -> xr.Datase
             "solver_step": step,
             "published_step": step / refinement,
             "release_amplitude": ("case", ensemble.release_amplitude[:, 0]),
-            "cracked_stiffness_ratio": ("case", ensemble.curve.cracked_stiffness_ratio[:, 0]),
-            "plateau_ratio": ("case", ensemble.curve.plateau_ratio[:, 0]),
+            "yield_displacement_ratio": ("case", ensemble.curve.yield_displacement_ratio[:, 0]),
+            "strength_ratio": ("case", ensemble.curve.strength_ratio[:, 0]),
         },
     )
 

@@ -41,7 +41,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         Over all records, scales and the walls that have a damping ratio from every source: the statistics of
         `against_restitution.bootstrapped`, those of CR with small changes under names with ``varied_``. They are given
         by band of CR's peak, and the first band is all of them. ``log_error_excess``: how much more a damper errs than
-        the one of least error at that e, over the histories that stand with both. ``median_scale``, ``dispersion`` and
+        the one of least error at that e, over the histories that stand with both. ``median_velocity_ratio``, ``dispersion`` and
         ``median_intensity_ratio`` of the fragilities. For each wall: ``wall_median_scale``, its ratio to CR's,
         ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks. Names with ``_interval`` are 95 %
         intervals of a paired bootstrap over stations.
@@ -72,7 +72,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         pooled=("wall", complete.astype(np.int8)),
         relative_uncertainty=("share", _uncertainty(earthquakes)),
     ).assign_coords(
-        {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "scale")}
+        {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
         | {
             "bound": list(BOUND),
             "probability": list(FRACTILES),
@@ -122,7 +122,7 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset
 
     Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels.
     """
-    stored = earthquakes.transpose("record", "scale", "wall", *BY_DAMPER, ...)
+    stored = earthquakes.transpose("record", "velocity_ratio", "wall", *BY_DAMPER, ...)
     cr = _cr(earthquakes)
     excess, bounds = [], []
     for e in range(stored.sizes["restitution"]):
@@ -158,22 +158,22 @@ def _fragility(scale: Array, collapses: NDArray[Any], runs: NDArray[Any], weight
     fitted = fragilities(scale, collapses, runs, weights, (..., slice(cr, cr + 1), slice(None)))
     dims = {name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted}
     statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
-    return statistics.rename(median="median_scale", median_interval="median_scale_interval")
+    return statistics.rename(median="median_velocity_ratio", median_interval="median_scale_interval")
 
 
 def _pooled_fragility(pooled: xr.Dataset, weights: Array) -> xr.Dataset:
     """Fragilities over all walls together."""
-    stored = pooled["collapsed"].transpose("record", *BY_DAMPER, "scale", "wall").values
+    stored = pooled["collapsed"].transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
     counts = (stored == 1).sum(axis=-1), (stored >= 0).sum(axis=-1)
-    return _fragility(pooled["scale"].values, *counts, weights, _cr(pooled))
+    return _fragility(pooled["velocity_ratio"].values, *counts, weights, _cr(pooled))
 
 
 def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
     """Fragility of each wall, the share of records that collapse it, and fractiles of the peaks."""
-    order = ("record", "wall", *BY_DAMPER, "scale")
+    order = ("record", "wall", *BY_DAMPER, "velocity_ratio")
     stored = earthquakes["collapsed"].transpose(*order).values
     run, collapsed = (stored >= 0).astype(float), (stored == 1).astype(float)
-    scale, cr = earthquakes["scale"].values, _cr(earthquakes)
+    scale, cr = earthquakes["velocity_ratio"].values, _cr(earthquakes)
     by_wall = [
         _fragility(scale, collapsed[:, wall], run[:, wall], weights, cr)
         for wall in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls")
@@ -190,4 +190,4 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
 def _misfit(earthquakes: xr.Dataset) -> xr.Dataset:
     """Median over records and walls of the misfit over the decay, at each scale."""
     median = earthquakes["decay_misfit"].median(("record", "wall"))
-    return xr.Dataset({"median_decay_misfit": median.transpose(*BY_DAMPER, "scale")})
+    return xr.Dataset({"median_decay_misfit": median.transpose(*BY_DAMPER, "velocity_ratio")})

@@ -150,7 +150,7 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     names = ("peak_ratio", "collapsed", "settled")
     peak, collapsed, settled = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
     collapsed = np.where(_once(collapsed.shape), collapsed, -1)
-    members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("scale"))
+    members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("velocity_ratio"))
     sample = draw([lambda: members], given.histories, given.seed)
     picked = earthquakes.isel(
         {dim: xr.DataArray(sample.place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}

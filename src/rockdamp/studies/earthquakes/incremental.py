@@ -33,7 +33,7 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 MEASURES = ("pga", "pgv", "pgd", "arias", "strong_duration")
 
-HISTORY = ("record", "scale", "wall", "restitution")
+HISTORY = ("record", "velocity_ratio", "wall", "restitution")
 BY_DAMPER = (*HISTORY, "damping_model", "damping_ratio_source")
 
 
@@ -48,7 +48,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     config : dict
         Has the keys of `EarthquakeWallSettings`.
     equivalence : xarray.Dataset
-        With ``coefficient`` (damping_model, cracked_stiffness_ratio, degree) of the polynomials xi(e).
+        With ``coefficient`` (damping_model, yield_displacement_ratio, degree) of the polynomials xi(e).
 
     Returns
     -------
@@ -73,7 +73,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     }
     of_wall |= {
         name: ("wall", [float(getattr(curve, name)) for _, curve in made])
-        for name in ("cracked_stiffness_ratio", "plateau_ratio")
+        for name in ("yield_displacement_ratio", "strength_ratio")
     }
     w1 = np.array([float(wall.frequency_parameter * curve.initial_frequency) for wall, curve in made])
     return xr.Dataset(
@@ -97,7 +97,7 @@ def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> 
     count, e = len(given.walls), given.restitution
     a1, b1, a3 = (
         np.array([float(getattr(named.curve, name)) for named in given.walls])
-        for name in ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
+        for name in ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
     )
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
     amplitude = np.full(each_e.size, given.release_amplitude)
@@ -108,8 +108,8 @@ def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> 
     ratio = np.empty((count, e.size, len(VISCOUS_MODELS), len(SOURCES)))
     for column, model in enumerate(VISCOUS_MODELS):
         by_source = {
-            "fit": np.stack([polynomials(model, e, own) for own in a1]),
-            "error": matched[model].damping_ratio,
+            "polynomial": np.stack([polynomials(model, e, own) for own in a1]),
+            "least error": matched[model].damping_ratio,
             "closed form": damping_ratio_energy(curves, model, each_e, amplitude),
         }
         for place, source in enumerate(SOURCES):
@@ -177,8 +177,8 @@ class _Study:
                 BY_DAMPER[1:],
             ),
             **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),
-            "scale_factor": ("scale", "wall"),
-            "load_ratio": ("scale", "wall"),
+            "scale_factor": ("velocity_ratio", "wall"),
+            "load_ratio": ("velocity_ratio", "wall"),
             "spectral_acceleration": ("wall",),
         }
         data: dict[str, Any] = {
@@ -188,7 +188,7 @@ class _Study:
         data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
         data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
         coords = {
-            "scale": self.given.scale,
+            "velocity_ratio": self.given.scale,
             "wall": [named.name for named in self.given.walls],
             "restitution": self.restitution,
             "damping_model": list(MODELS),
@@ -218,7 +218,7 @@ class _Study:
     def _load(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:
         """Return the strength of a record for a wall; arrays over the scales, and one for the wall."""
         factor, p = self._factor(named, intensity), float(named.wall.frequency_parameter)
-        yields = float(named.curve.plateau_ratio) * p * float(named.wall.velocity_scale)
+        yields = float(named.curve.strength_ratio) * p * float(named.wall.velocity_scale)
         w1 = p * float(named.curve.initial_frequency)
         return {
             "scale_factor": factor,

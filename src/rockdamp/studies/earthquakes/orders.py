@@ -78,11 +78,11 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
     }
     data: dict[str, Any] = {}
     for key, (peak, collapsed) in names.items():
-        dims = ("scale", "wall", "restitution", *last[key])
+        dims = ("velocity_ratio", "wall", "restitution", *last[key])
         peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
         data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
     coords = {
-        "scale": given.scale,
+        "velocity_ratio": given.scale,
         "wall": [named.name for named in given.walls],
         "restitution": given.restitution,
         "variation": list(VARIATIONS),
@@ -195,7 +195,7 @@ def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Datas
 def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
     """Ratio of the median intensity of collapse to CR's, all walls together."""
     fell, other = (histories[name].values == 1 for name in ("reference_collapsed", "collapsed"))
-    scale, walls, dims = histories["scale"].values, histories.sizes["wall"], histories["collapsed"].dims[3:]
+    scale, walls, dims = histories["velocity_ratio"].values, histories.sizes["wall"], histories["collapsed"].dims[3:]
     ratio, bounds = np.empty(other.shape[3:]), np.empty((*other.shape[3:], 2))
     for e, alternative in np.ndindex(ratio.shape):
         both = np.stack([other[..., e, alternative].sum(axis=2), fell[..., e].sum(axis=2)], axis=1)

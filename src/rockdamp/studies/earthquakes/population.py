@@ -143,7 +143,7 @@ def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
         hinge_ratio=values["hinge_ratio"],
         overburden_ratio=values["overburden_ratio"],
     )
-    return wall, TrilinearCurve(values["cracked_stiffness_ratio"], values["plateau_ratio"])
+    return wall, TrilinearCurve(values["yield_displacement_ratio"], values["strength_ratio"])
 
 
 # --- a share of the walls ---------------------------------------------------------------------------------------------

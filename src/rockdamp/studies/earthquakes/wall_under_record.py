@@ -24,7 +24,11 @@ from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
-SOURCES = ("fit", "error", "closed form")  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
+SOURCES = (
+    "polynomial",
+    "least error",
+    "closed form",
+)  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
 VARIATIONS = ("step", "impact", "lower e", "higher e")
 
 # Near to collapse the motion forks: the wall comes almost to rest where it hardly holds, and a tiny difference decides
@@ -32,7 +36,7 @@ VARIATIONS = ("step", "impact", "lower e", "higher e")
 # says nothing of the error. Hence there are more halvings near to collapse, and the largest change counts.
 HALVINGS = 2  # of the coarsest step, for every history
 FURTHER = 2  # more of them near to collapse
-CURVE = ("cracked_stiffness_ratio", "plateau_ratio", "ultimate_ratio")
+CURVE = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
 NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
 
 

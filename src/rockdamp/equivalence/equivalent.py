@@ -1,0 +1,194 @@
+"""The equivalence for one wall and one coefficient of restitution, or for as many as are given."""
+
+from __future__ import annotations
+
+from operator import itemgetter
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rockdamp.arguments import instance, number
+from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
+from rockdamp.equivalence.matching import REFINEMENT, solve
+from rockdamp.equivalence.minima import Cases
+from rockdamp.equivalence.polynomials import shipped
+from rockdamp.errors import InputError, require
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
+
+PARAMETERS = ("yield_displacement_ratio (a1)", "strength_ratio (b1)", "ultimate_displacement_ratio (a3)")
+STEP = 0.0025  # in tau, at most: that of the studies
+FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
+MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
+
+
+class Equivalent(TypedDict):
+    """A row of `equivalent`: the damping ratio of one viscous model that replaces one coefficient of restitution.
+
+    Attributes
+    ----------
+    restitution : float
+        e. [-]
+    damping_model : str
+    damping_ratio : float
+        Global minimum of Err, Eq. (17). [-]
+    rms_error : float
+        sqrt(Err/k), in u/u_ins. [-]
+    damping_ratio_energy : float
+        Closed form; for ECD exact. [-]
+    damping_ratio_fit : float or None
+        By the shipped polynomials; None outside their range of e and a1. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> cdc: rd.Equivalent = rd.equivalent(0.85, yield_displacement_ratio=0.04, strength_ratio=0.85)[0]
+    >>> list(cdc)
+    ['restitution', 'damping_model', 'damping_ratio', 'rms_error', 'damping_ratio_energy', 'damping_ratio_fit']
+    """
+
+    restitution: float
+    damping_model: str
+    damping_ratio: float
+    rms_error: float
+    damping_ratio_energy: float
+    damping_ratio_fit: float | None
+
+
+def equivalent(
+    restitution: ArrayLike,
+    yield_displacement_ratio: float,
+    strength_ratio: float,
+    ultimate_displacement_ratio: float = 1.0,
+    softening: str = "steeper",
+    release_amplitude: float = 0.5,
+    response_length: float = DEFAULT_RESPONSE_LENGTH,
+) -> list[Equivalent]:
+    """Return the damping ratio of each viscous model that is equivalent to a coefficient of restitution.
+
+    Parameters
+    ----------
+    restitution : float or sequence of float
+        e, in (0, 1]. [-]
+    yield_displacement_ratio, strength_ratio, ultimate_displacement_ratio : float
+        a1, b1, a3 of the curve. [-]
+    softening : {"steeper", "translated"}
+        Variant of the curve for a3 < 1.
+    release_amplitude : float
+        u0/u_ins of the decay that is matched, in (0, a3). [-]
+    response_length : float
+        Length of the response over which Eq. (17) is summed, in tau. [-]
+
+    Returns
+    -------
+    list of Equivalent
+        A dict for each e and model: ``restitution``, ``damping_model``, ``damping_ratio`` (global minimum of Eq. 17),
+        ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD exact) and
+        ``damping_ratio_fit`` (the shipped polynomials of the reference curve, b1 = 0.85 and u0 = 0.5 u_ins, linear in
+        a1 between them; None outside their range of e and a1).
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the response length ends before the first impact.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> rows = rd.equivalent(0.85, yield_displacement_ratio=0.04, strength_ratio=0.85)
+    >>> {row["damping_model"]: f"{row['damping_ratio']:.4f}" for row in rows}["ECD16"]
+    '0.0517'
+    """
+    e = np.atleast_1d(check_restitution(restitution))
+    require(e.ndim == 1 and e.size > 0, "the shape of restitution", str(e.shape), "one number or some in a row")
+    parameters = zip(PARAMETERS, (yield_displacement_ratio, strength_ratio, ultimate_displacement_ratio), strict=True)
+    a1, b1, a3 = (number(name, value) for name, value in parameters)
+    curve = TrilinearCurve(a1, b1, a3, softening)
+    response_length, release_amplitude = (
+        number("response_length", response_length),
+        number("release_amplitude", release_amplitude),
+    )
+    require(
+        bool(0 < release_amplitude < curve.ultimate_displacement_ratio),
+        "release_amplitude",
+        release_amplitude,
+        "greater than 0 and less than a3",
+    )
+    require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
+    step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
+    _require_affordable(response_length, step, e.size, float(curve.yield_displacement_ratio))
+    steps = int(np.ceil(response_length / step))
+    batch = curve.map(lambda parameter: np.full(e.size, parameter))
+    amplitude = np.full(e.size, release_amplitude)
+    cases = Cases.released(batch, amplitude, e, step=response_length / steps, steps=steps)
+    rows: list[Equivalent] = []
+    for model, matched in solve(cases, VISCOUS_MODELS, steps).items():
+        energy = damping_ratio_energy(batch, model, e, amplitude)
+        fit = shipped()(model, e, float(curve.yield_displacement_ratio))
+        rows += [
+            {
+                "restitution": float(e[i]),
+                "damping_model": model,
+                "damping_ratio": float(matched.damping_ratio[i]),
+                "rms_error": float(matched.rms_error[i]),
+                "damping_ratio_energy": float(energy[i]),
+                "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
+            }
+            for i in range(e.size)
+        ]
+    return sorted(rows, key=itemgetter("restitution"))
+
+
+def _require_affordable(response_length: float, step: float, count: int, a1: float) -> None:
+    steps = count * REFINEMENT * response_length / step
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"response_length is {response_length:g}, which takes {steps:.3g} steps with {count} values of e and a1 = {a1:g}; they must"
+            f" be at most {MOST_STEPS:.3g} together"
+        )
+
+
+def equivalent_dampings(
+    restitution: float,
+    curve: TrilinearCurve,
+    release_amplitude: float = 0.5,
+    response_length: float = DEFAULT_RESPONSE_LENGTH,
+) -> list[Damping]:
+    """Return CR, and each viscous model at the damping ratio that is equivalent to it by Eq. (17).
+
+    Parameters
+    ----------
+    restitution : float
+        e, in (0, 1]. [-]
+    curve : TrilinearCurve
+        Of one wall.
+    release_amplitude, response_length : float
+        As for `equivalent`. [-]
+
+    Returns
+    -------
+    list of Damping
+
+    Raises
+    ------
+    InputError
+        As `equivalent`.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> dampings = rd.equivalent_dampings(0.85, rd.TrilinearCurve.preset("moderate"))
+    >>> [damping.model for damping in dampings[:4]]
+    ['CR', 'CDC', 'CDR', 'SDR']
+    """
+    e, shape = number("restitution (e)", restitution), instance("curve", curve, TrilinearCurve).shape
+    require(shape == (), "the shape of the curve", str(shape), "(), one curve")
+    a1, b1, a3 = (
+        float(curve.yield_displacement_ratio),
+        float(curve.strength_ratio),
+        float(curve.ultimate_displacement_ratio),
+    )
+    rows = equivalent(e, a1, b1, a3, curve.softening, release_amplitude, response_length)
+    return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]

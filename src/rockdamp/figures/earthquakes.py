@@ -1,0 +1,350 @@
+"""The dampers under earthquakes: their peaks against those under restitution, and the errors of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter, StrMethodFormatter
+from numpy.typing import NDArray
+
+from rockdamp.arrays import Array
+from rockdamp.figures.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    PALE,
+    by_damper,
+    dampers,
+    grid_of,
+    line_of,
+    new_figure,
+    ramp,
+    style_of,
+    styled,
+)
+from rockdamp.text import number, percent, plain, span
+from rockdamp.vocabulary import REFERENCE
+
+SOURCE = "least error"  # of the damping ratio, where a figure shows one: the least error at that wall
+SOURCE_NAMES = {
+    "polynomial": r"$\xi$ of the polynomials (one $b_1$)",
+    "least error": r"$\xi$ of least error",
+    "closed form": r"$\xi$ of the closed form",
+}
+VARIATION_NAMES = {
+    "step": "step four times as long",
+    "impact": "impact at the end of the step",
+    "lower e": "slightly lower $e$",
+    "higher e": "slightly higher $e$",
+}
+VARIATION_MARKS = {"step": "x", "impact": "+", "lower e": "1", "higher e": "2"}
+MARGIN = 1.5  # where the panels of peaks end; beyond 1 are the collapses
+PEAK_OF_CR = r"peak under CR, $u/u_\mathrm{ins}$ [-]"
+
+
+def middle(data: xr.Dataset) -> xr.Dataset:
+    """Return the middle one of the coefficients of restitution."""
+    return data.isel(restitution=data.sizes["restitution"] // 2)
+
+
+def pale_to_dark(colour: str) -> LinearSegmentedColormap:
+    """Return the shades of a colour, for counts."""
+    return LinearSegmentedColormap.from_list(colour, ramp(colour, 3))
+
+
+def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[float] | None = None) -> None:
+    """Make the axes that have ticks logarithmic, with those ticks as plain numbers and no others labelled."""
+    for ticks, axis, scale in ((x, axes.xaxis, axes.set_xscale), (y, axes.yaxis, axes.set_yscale)):
+        if ticks is not None:
+            scale("log")
+            axis.set_ticks(list(ticks))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
+
+
+# --- peak against peak ------------------------------------------------------------------------------------------------
+
+
+@styled
+def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
+    """Draw every damper's peaks against CR's, and at the margins where only one of both collapses.
+
+    Parameters
+    ----------
+    earthquakes : xarray.Dataset
+        As `earthquakes.incremental.gather` returns it; drawn at the middle e, with the damping ratios of least error.
+    comparison : xarray.Dataset
+        As `comparison.compare_dampers` returns it: which walls are taken together, and the bands.
+    """
+    histories = middle(earthquakes).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
+    models = dampers(histories)
+    columns = 2 if len(models) <= 4 else 3
+    figure = new_figure(DOUBLE_COLUMN, 20.0 + 160.0 / columns * -(-len(models) // columns))
+    panels = grid_of(figure, len(models), columns)
+    low = float(comparison["band_start"].min()) / 2
+    norm = LogNorm(1, _busiest(histories))
+    for axes, model in zip(panels, models, strict=True):
+        _peaks(axes, histories, model, low, norm)
+    for axes in panels[-columns:]:
+        axes.set_xlabel(PEAK_OF_CR)
+    for axes in panels[::columns]:
+        axes.set_ylabel(r"peak with the damper, $u/u_\mathrm{ins}$ [-]")
+    _count_bar(figure, panels, norm)
+    figure.legend(
+        handles=[
+            Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
+            Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label="twice and half"),
+            Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
+            Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
+        ],
+        loc="outside upper center",
+        ncols=4,
+        title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
+    )
+    return figure
+
+
+def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Peaks of CR and of the damper, and which collapse; of the histories that have a damping ratio."""
+    by = [histories.sel(damping_model=name) for name in (REFERENCE, model)]
+    order = by[0]["peak_ratio"].dims
+    run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
+    peaks = [each["peak_ratio"].transpose(*order).values.ravel()[run] for each in by]
+    fell = [each["collapsed"].transpose(*order).values.ravel()[run] == 1 for each in by]
+    return peaks[0], peaks[1], fell[0], fell[1]
+
+
+def _busiest(histories: xr.Dataset) -> float:
+    """The count at which the shades end: a hundredth of the histories of a panel."""
+    return max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0)
+
+
+def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:
+    reference, peak, fell, collapsed = _outcomes(histories, model)
+    colour, stand = style_of(model).colour, ~fell & ~collapsed
+    ends = (np.log10(low), 0.0, np.log10(low), 0.0)
+    axes.hexbin(
+        np.clip(reference[stand], low, 1),
+        np.clip(peak[stand], low, 1),
+        gridsize=56,
+        extent=ends,
+        xscale="log",
+        yscale="log",
+        mincnt=1,
+        norm=norm,
+        cmap=pale_to_dark(colour),
+        linewidths=0.1,
+    )
+    for factor, style in ((1.0, "solid"), (2.0, (0, (4, 2))), (0.5, (0, (4, 2)))):
+        start, end = max(low, low / factor), min(1.0, 1.0 / factor)
+        shade = "black" if factor == 1 else GREY
+        axes.plot([start, end], [factor * start, factor * end], color=shade, linestyle=style, linewidth=0.6)
+    between = np.sqrt(MARGIN)
+    only, missed = ~fell & collapsed, fell & ~collapsed
+    marks: dict[str, Any] = {"color": colour, "linestyle": "none", "markersize": 6, "markeredgewidth": 0.4}
+    axes.plot(np.clip(reference[only], low, 1), np.full(only.sum(), between), marker="|", **marks)
+    axes.plot(np.full(missed.sum(), between), np.clip(peak[missed], low, 1), marker="_", **marks)
+    for line in (axes.axhline, axes.axvline):
+        line(1.0, color=PALE, linewidth=0.6)
+    axes.set_xlim(low, MARGIN)
+    axes.set_ylim(low, MARGIN)
+    axes.set_aspect("equal")
+    plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
+    axes.set_title(
+        f"{model}\nfalse safe {missed.sum()} of {fell.sum()} collapses\n"
+        f"false collapse {only.sum()} of {(~fell).sum()} survivals",
+        color=colour,
+        fontsize=7,
+    )
+
+
+def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
+    shades = ScalarMappable(norm, pale_to_dark(GREY))  # grey: every panel has its own colour
+    bar = figure.colorbar(shades, ax=panels, shrink=0.5, aspect=30, pad=0.01, extend="max")
+    bar.set_label("histories in a cell [-]")
+    bar.ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    bar.outline.set_linewidth(0.4)
+
+
+# --- ratios by band ---------------------------------------------------------------------------------------------------
+
+
+@styled
+def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
+    """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
+    """
+    given = at_source(comparison)
+    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    ratios, errors, misfits = figure.subplots(1, 3)
+    _by_band(ratios, given, "median_ratio")
+    _by_band(errors, given, "log_error")
+    _misfits(misfits, given)
+    plain_logarithmic(ratios, y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
+    ratios.set_ylim(*_limits(given["median_ratio_interval"], (0.85, 1.2)))
+    errors.set_ylim(bottom=0)
+    misfits.set_ylim(bottom=0)
+    ratios.set_ylabel("median of peak over that of CR [-]")
+    errors.set_ylabel("rms of the logarithm of that ratio [-]")
+    misfits.set_ylabel("misfit over the decay over CR's peak [-]")
+    figure.legend(
+        handles=_handles(given),
+        loc="outside upper center",
+        ncols=4,
+        title=f"$e = {float(given['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
+        "bars: CR itself after a small change",
+    )
+    return figure
+
+
+def standing(statistics: xr.Dataset) -> xr.DataArray:
+    """Share of the histories on the walls taken together that stand under CR, at each scale. [-]"""
+    collapsed = statistics["collapse_fraction"].sel(damping_model=REFERENCE)
+    return 1 - collapsed.isel(wall=np.flatnonzero(statistics["pooled"].values == 1)).mean("wall")
+
+
+def _limits(values: xr.DataArray, least: tuple[float, float]) -> tuple[float, float]:
+    """Limits that hold all values, at least those given; a ratio beyond a factor of two is drawn beyond the edge."""
+    known = values.values[np.isfinite(values.values) & (values.values > 0)]
+    low, high = (known.min(), known.max()) if known.size else least
+    return max(min(0.98 * low, least[0]), 0.5), min(max(1.02 * high, least[1]), 2.0)
+
+
+def _by_band(axes: Axes, statistics: xr.Dataset, name: str) -> None:
+    """A statistic of every damper in each band beside CR's own after small changes."""
+    place = np.arange(statistics.sizes["band"])
+    varied = statistics[f"varied_{name}"]
+    high = varied.max("variation").values
+    low = varied.min("variation").values if name == "median_ratio" else np.zeros_like(high)
+    axes.bar(place, high - low, bottom=low, width=0.86, color="#E4E4E4", zorder=0)
+    if name == "median_ratio":
+        axes.axhline(1.0, color="black", linewidth=0.6, zorder=1)
+    for row, variation in enumerate(map(str, statistics["variation"].values)):
+        axes.plot(
+            place + 0.2 * (row - 1.5),
+            varied.sel(variation=variation),
+            linestyle="none",
+            color=GREY,
+            markersize=4,
+            marker=VARIATION_MARKS.get(variation, "x"),
+            markeredgewidth=0.7,
+        )
+    models = dampers(statistics)
+    for row, model in enumerate(models):
+        values = statistics.sel(damping_model=model)
+        bounds = values[f"{name}_interval"]
+        axes.vlines(
+            x := place + 0.18 * (row - (len(models) - 1) / 2),
+            bounds.sel(bound="lower"),
+            bounds.sel(bound="upper"),
+            color=style_of(model).colour,
+            linewidth=1.0,
+        )
+        axes.plot(
+            x,
+            values[name],
+            linestyle="none",
+            marker=style_of(model).marker,
+            color=style_of(model).colour,
+            markersize=3.2,
+            label=model,
+        )
+    axes.axvline(0.5, color=PALE, linewidth=0.6)
+    edges = zip(statistics["band_start"].values, statistics["band_end"].values, strict=True)
+    axes.set_xticks(place, ["all", *(f"{low:g}–\n{high:g}" for low, high in list(edges)[1:])])
+    axes.set_xlim(-0.5, place[-1] + 0.5)
+    axes.tick_params(axis="x", length=0)
+    axes.set_xlabel(PEAK_OF_CR)
+
+
+def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
+    for model in dampers(statistics):
+        style = style_of(model)
+        axes.plot(
+            statistics["velocity_ratio"],
+            statistics["median_decay_misfit"].sel(damping_model=model),
+            color=style.colour,
+            linestyle=style.linestyle,
+            marker=style.marker,
+            markersize=2.2,
+            label=model,
+        )
+    share = axes.twinx()
+    share.plot(
+        statistics["velocity_ratio"], 100 * standing(statistics), color=GREY, linewidth=0.8, linestyle=(0, (1, 1))
+    )
+    share.set_ylim(0, 105)
+    axes.set_xlim(*statistics["velocity_ratio"].values[[0, -1]])
+    share.set_ylabel("histories that stand under CR [%]", color=GREY)
+    plain_logarithmic(axes, [0.2, 0.5, 1, 2, 5])
+    axes.set_xlabel(r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
+
+
+def _handles(statistics: xr.Dataset) -> list[Line2D]:
+    handles = [
+        Line2D([], [], marker=style_of(model).marker, label=model, **line_of(model)) for model in dampers(statistics)
+    ]
+    return (
+        handles
+        + [
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker=VARIATION_MARKS.get(name, "x"),
+                color=GREY,
+                markersize=4,
+                label=f"CR, {VARIATION_NAMES.get(name, name)}",
+            )
+            for name in map(str, statistics["variation"].values)
+        ]
+        + [Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that stands")]
+    )
+
+
+def at_source(comparison: xr.Dataset) -> xr.Dataset:
+    """Return what the figures draw: the middle e, the damping ratios of least error."""
+    return middle(comparison).sel(damping_ratio_source=SOURCE)
+
+
+def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    drawn = at_source(comparison)
+    medians = by_damper(
+        drawn.isel(band=0), lambda at: f"{number(at['median_ratio'])} ± {number(at['log_dispersion'], 2)}"
+    )
+    return f"""
+    Where neither collapses, the peak over that under restitution is {medians} (median, ± standard deviation of its
+    logarithm). Of the collapses under restitution the dampers miss
+    {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
+    {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses. At the margins are the histories
+    that only one of the two survives. {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
+    {drawn.sizes["velocity_ratio"]} scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error at each wall.
+    """
+
+
+def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
+    """Write the caption, HTML."""
+    drawn = at_source(comparison).isel(band=0)
+    stand = standing(drawn).sortby("velocity_ratio")
+    return f"""
+    Over all peaks the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean square of the
+    logarithm of the peak over that under restitution). Small changes of CR itself cause
+    {span(drawn["varied_log_error"])}. The bands are of the peak under restitution, at
+    e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
+    the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that
+    section compares them in pairs. Right: the difference after the strong motion, of the histories that stand, and the
+    share of histories that stand under restitution. It falls from {percent(stand[0])} at the lowest scale to
+    {percent(stand[-1])} at the highest, so the last points are of survivors only.
+    """

@@ -1,0 +1,90 @@
+"""The response length that the paper implies."""
+
+import copy
+
+import numpy as np
+import pytest
+import xarray as xr
+from repository import ROOT
+
+from rockdamp.storage import dataset
+from rockdamp.studies import response_lengths
+from rockdamp.studies.decays import study as decay_study
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
+
+
+def test_response_lengths_agree_with_the_match_at_its_response_length(config, decays, matches):
+    """Both find the same minima; the match then follows them to a finer step, which moves them a little."""
+    found = response_lengths.response_lengths(config, decays["amplitude"])
+    response_length = float(matches["amplitude"]["response_length"])
+    here = found["damping_ratio"].sel(response_length=response_length).transpose("damping_model", "restitution")
+    np.testing.assert_allclose(here, matches["amplitude"]["damping_ratio"].sel(release_amplitude=0.5), rtol=0.02)
+
+
+@pytest.mark.no_cover
+def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
+    """The inference on the paper's grid of e, over the response lengths that hold its minimum, at twice the step."""
+    config = copy.deepcopy(paper)
+    config["solver"]["step"] = 2 * paper["solver"]["step"]
+    config["studies"]["amplitude"]["release_amplitude"] = [paper["release_amplitude"]]
+    config["response_lengths"] = {**paper["response_lengths"], "stop": 30}
+    found = response_lengths.response_lengths(config, decay_study("amplitude", config))
+    assert float(found["inferred_response_length"]) == DEFAULT_RESPONSE_LENGTH
+    flag = found["cdr_lowest_in_paper_range"].sel(response_length=DEFAULT_RESPONSE_LENGTH)
+    assert int(flag) == (int(found["misclassified"].min()) == 0)
+
+
+def test_a_built_response_lengths_dataset_infers_the_default_response_length():
+    path = ROOT / "results/response_lengths.nc"
+    if not path.exists():
+        pytest.skip("results/response_lengths.nc is not built")
+    assert float(dataset.open(path)["inferred_response_length"]) == DEFAULT_RESPONSE_LENGTH
+
+
+def test_the_length_is_a_narrow_best_and_that_of_the_papers_wall(config, decays):
+    """Counts between its neighbours run through those at the lengths studied; each release has a length of its own."""
+    found = response_lengths.response_lengths(config, decays["amplitude"])
+    dataset.check(found, "response_lengths")
+    inferred, near = float(found["inferred_response_length"]), found["near_misclassified"]
+    for response_length in found["response_length"].values:
+        if near["near_response_length"].min() <= response_length <= near["near_response_length"].max():
+            assert int(near.sel(near_response_length=response_length)) == int(
+                found["misclassified"].sel(response_length=response_length)
+            )
+    assert int(near.sel(near_response_length=inferred)) == int(found["misclassified"].min())
+    of_release = found["inferred_response_length_of_release"]
+    assert float(of_release.sel(release_amplitude=config["release_amplitude"])) == inferred
+    assert bool((of_release.values[1:] >= of_release.values[:-1]).all())  # a larger one needs longer for as many cycles
+
+
+def test_lengths_next_to_the_inferred_are_in_tenths_and_end_with_those_studied():
+    lengths = np.array([3.0, 4.0, 6.0])
+    np.testing.assert_allclose(
+        response_lengths.between_neighbours(lengths, 4.0), np.r_[np.arange(3.0, 4.0, 0.1), np.arange(4.0, 6.05, 0.2)]
+    )
+    np.testing.assert_allclose(response_lengths.between_neighbours(lengths, 6.0), np.arange(4.0, 6.05, 0.2))
+
+
+def test_of_lengths_that_serve_equally_the_middle_one_is_inferred(monkeypatch):
+    data = xr.Dataset(coords={"response_length": np.arange(1.0, 8.0)})
+    for misfits, length in (([3, 1, 1, 1, 2, 3, 4], 3.0), ([0, 5, 0, 5, 5, 5, 0], 3.0), ([2, 2, 1, 1, 2, 2, 2], 3.0)):
+        monkeypatch.setattr(response_lengths, "misclassified", lambda _, misfits=misfits: xr.DataArray(misfits))
+        assert response_lengths.infer(data) == length
+
+
+def test_misfits_are_counted_against_the_papers_range():
+    e = np.array([0.75, 0.80, 0.91, 0.95])
+    lowest = {"perfect": ["SDR", "CDR", "CDR", "SDR"], "never": ["SDR"] * 4, "always": ["CDR"] * 4}
+    error = np.ones((3, 4, len(VISCOUS_MODELS)))
+    for w, models in enumerate(lowest.values()):
+        for i, model in enumerate(models):
+            error[w, i, VISCOUS_MODELS.index(model)] = 0.5
+    data = xr.Dataset(
+        {"error": (("response_length", "restitution", "damping_model"), error)},
+        coords={"response_length": [1.0, 2.0, 3.0], "restitution": e, "damping_model": list(VISCOUS_MODELS)},
+    )
+    assert response_lengths.misclassified(data).values.tolist() == [0, 2, 2]
+    assert response_lengths.infer(data) == 1.0
+    flags = response_lengths.flags(data)
+    assert flags["cdr_lowest_in_paper_range"].values.tolist() == [1, 0, 0]
+    assert flags["secant_below_constant"].values.tolist() == [0, 0, 0]
