@@ -169,7 +169,7 @@ def test_walls_whose_median_is_told_apart_from_that_of_restitution_are_named():
         text = told(scaled("wall_median_intensity_ratio", factor, wall="church", damping_model="CDR", restitution=0.9))
         assert "Walls whose median intensity of collapse is told apart from CR's: church (e = 0.9)." in text
     # The ratio alone decides: a median outside the interval of CR's own may well be of a pair that does not differ.
-    moved = scaled("wall_median_scale", 1.5, wall="church", damping_model="CDR")
+    moved = scaled("wall_median_velocity_ratio", 1.5, wall="church", damping_model="CDR")
     assert "At no wall is its median intensity of collapse told apart from CR's." in told(moved)
 
 

@@ -91,7 +91,7 @@ def comparison():
             **_statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
             **_statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
             **_statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
-            **_statistic("wall_median_scale", wall_dims, of_wall),
+            **_statistic("wall_median_velocity_ratio", wall_dims, of_wall),
             **_statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
             **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "velocity_ratio"), collapse),

@@ -231,7 +231,7 @@ def _curves(axes: Axes, wall: xr.Dataset) -> None:
     for model in (*dampers(wall), REFERENCE):
         fragility = wall.sel(damping_model=model)
         beta = float(fragility["wall_dispersion"])
-        probability = ndtr(np.log(intensity / float(fragility["wall_median_scale"])) / beta)
+        probability = ndtr(np.log(intensity / float(fragility["wall_median_velocity_ratio"])) / beta)
         axes.plot(intensity, probability, label=model, **line_of(model))
     axes.plot(
         wall["velocity_ratio"],
@@ -316,7 +316,7 @@ def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     return f"""
     For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
     the scale under restitution for half of the records to collapse them. Under restitution it takes scales of
-    {span(cr["wall_median_scale"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility curves at
+    {span(cr["wall_median_velocity_ratio"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility curves at
     e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all curves whose median and
     dispersion are both within their intervals, and with them at least nine in ten replicates.
     """

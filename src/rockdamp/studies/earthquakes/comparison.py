@@ -42,7 +42,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         `against_restitution.bootstrapped`, those of CR with small changes under names with ``varied_``. They are given
         by band of CR's peak, and the first band is all of them. ``log_error_excess``: how much more a damper errs than
         the one of least error at that e, over the histories that stand with both. ``median_velocity_ratio``, ``dispersion`` and
-        ``median_intensity_ratio`` of the fragilities. For each wall: ``wall_median_scale``, its ratio to CR's,
+        ``median_intensity_ratio`` of the fragilities. For each wall: ``wall_median_velocity_ratio``, its ratio to CR's,
         ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks. Names with ``_interval`` are 95 %
         intervals of a paired bootstrap over stations.
     """
