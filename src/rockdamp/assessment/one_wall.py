@@ -114,13 +114,7 @@ def assess(
 
 
 def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
-    """Return the measure and the intensities that are asked for.
-
-    Raises
-    ------
-    InputError
-        If there are both measures or none, or an intensity is not greater than 0.
-    """
+    """Return the measure and the intensities that are asked for: there must be one measure."""
     given = {name: value for name, value in (("PGV", pgv), ("PGA", pga)) if value is not None}
     if len(given) != 1:
         raise InputError("there must be either pgv or pga, the intensities asked for")
@@ -136,7 +130,7 @@ def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
 
 
 def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
-    """Return e and what it rests on."""
+    """Return e and its reason."""
     if isinstance(restitution, str):
         e, reason = by_rule(wall, restitution)
         return float(e), reason

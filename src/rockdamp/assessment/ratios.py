@@ -31,13 +31,6 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
     """Yield the damping ratios of each wall by each viscous model, in the order of the rows.
 
     A row that makes no wall, or one that is not released below a3, has its error once, without a model.
-
-    Parameters
-    ----------
-    rows : sequence of Row or BadRow
-        Of `table.read_walls`.
-    release_amplitude : float
-        u0/u_ins of the decay that is matched. [-]
     """
     released = [_released(row, release_amplitude) for row in rows]
     of_walls: dict[int, list[Ratio]] = {}
@@ -59,7 +52,7 @@ def _released(row: Row | BadRow, x0: float) -> Row | BadRow:
 
 
 def _of_alike(rows: list[Row], softening: str, x0: float) -> dict[int, list[Ratio]]:
-    """By line, the damping ratios of walls whose curves have one kind of last branch."""
+    """Return, by line, the damping ratios of walls whose curves have one kind of last branch."""
     if not rows:
         return {}
     lengths = [

@@ -1,4 +1,4 @@
-"""A table of walls, one a row: read so that a row that makes no wall is told with its line, and stops no other."""
+"""Read a table of walls, one a row: a bad row is reported with its line, and stops no other."""
 
 from __future__ import annotations
 
@@ -28,14 +28,9 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table, by its line in the file and the id that it states.
+    """A row of the table, by its line in the file and its id: a wall, its curve, e and its reason.
 
-    Attributes
-    ----------
-    wall, curve, restitution, reason
-        What it describes; e and what that rests on.
-    doubts : tuple of str
-        What about it is unlikely.
+    `doubts` are the warnings about it.
     """
 
     line: int
@@ -57,24 +52,10 @@ class BadRow:
 
 
 def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
-    """Read a table of walls.
+    """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
-    Parameters
-    ----------
-    path : path
-        A CSV whose first line names its columns: ``id``, ``thickness`` and ``height`` [m], and those of the others of
-        `COLUMNS` that are wanted. Sizes are in SI units. A cell may be empty: then the default of `Wall` holds, e is by
-        the rule ``measured``, and the curve must be given by the others, ``a1`` and ``b1``, or ``preset``.
-
-    Returns
-    -------
-    list of Row or BadRow
-        In the order of the file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or its columns are not those of walls.
+    Sizes are in SI units. A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the
+    curve must be stated by ``a1`` and ``b1``, or by ``preset``.
     """
     path = Path(path)
     text = input_file.text(input_file.content(path, "a CSV of walls"), path)
@@ -88,13 +69,7 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
 
 
 def row_of(path: str | os.PathLike[str], wanted: str) -> Row:
-    """Return the wall of one id.
-
-    Raises
-    ------
-    InputError
-        If the table cannot be read, has no such wall, or its row makes none.
-    """
+    """Return the wall of one id; refuse a table without it, and a row that makes no wall."""
     rows = [row for row in read_walls(path) if row.id == wanted]
     if not rows:
         raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}")

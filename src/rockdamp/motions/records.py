@@ -111,20 +111,7 @@ def _header(given: Mapping[str, str]) -> dict[str, str]:
 
 
 def followed_by_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
-    """Return a ground acceleration and, after it, zeros for at least `tail`: the time in which a wall comes to rest.
-
-    Parameters
-    ----------
-    ground_acceleration : ndarray, shape (samples,)
-        Of which the unit does not matter.
-    step, tail : float
-        Between two samples; and how long the rest lasts. Both in s, or both in tau.
-
-    Raises
-    ------
-    InputError
-        If `tail` is negative or not finite.
-    """
+    """Append zeros for at least `tail`, in which a wall comes to rest; `step` and `tail` in s, or in tau."""
     tail = number("tail", tail)
     require(tail >= 0, "tail", tail, "at least 0")
     rest = np.ceil(tail / step)

@@ -1,10 +1,8 @@
 """Walls under earthquakes: incremental dynamic analyses with restitution and with every damper.
 
-Each record is scaled to the same intensities of each wall, `scale` = lambda PGV/(p u_ins): the velocity that the
-motion gives the wall over the one that carries a rigid wall to its instability, so that one set of scales takes every
-wall from rest to collapse. Everything else is dimensionless as in the kernels.
-
-`wall_under_record` runs the histories and says how far their peaks can be trusted.
+Each record is scaled to the same velocity ratios of each wall, lambda PGV/(p u_ins): the velocity that the motion gives
+the wall over the one that carries a rigid wall to its instability. One set of them takes every wall from rest to
+collapse. `wall_under_record` runs the histories and bounds the error of their peaks.
 """
 
 from __future__ import annotations
@@ -43,18 +41,7 @@ BY_DAMPER = (*HISTORY, "damping_model", "damping_ratio_source")
 def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     """Return the walls of the study and the damping ratio of each damper, from each source.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `EarthquakeWallSettings`.
-    equivalence : xarray.Dataset
-        With ``coefficient`` (damping_model, yield_displacement_ratio, degree) of the polynomials xi(e).
-
-    Returns
-    -------
-    xarray.Dataset
-        ``damping_ratio`` (wall, restitution, damping_model, damping_ratio_source), NaN for CR and beyond the range
-        of the polynomials, and what describes each wall.
+    The ratio is NaN for CR and beyond the range of the polynomials.
     """
     given = EarthquakeWallSettings.of(config)
     ratio = np.full((len(given.walls), given.restitution.size, len(MODELS), len(SOURCES)), np.nan)
@@ -93,7 +80,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 
 
 def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
-    """Damping ratios, shape (walls, e, viscous models, sources)."""
+    """Return damping ratios, shape (walls, e, viscous models, sources)."""
     count, e = len(given.walls), given.restitution
     a1, b1, a3 = (
         np.array([float(getattr(named.curve, name)) for named in given.walls])
@@ -121,24 +108,7 @@ def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> 
 
 
 def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run every wall under one job's share of the records.
-
-    Parameters
-    ----------
-    number : str
-        Of the job, from 0.
-    config : dict
-        Has the keys of `EarthquakeRecordSettings`.
-    walls : xarray.Dataset
-        Of `walls`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``peak_ratio``, ``collapsed``, ``settled``, ``peak_ratio_uncertainty`` and ``decay_misfit``
-        (record, scale, wall, restitution, damping_model, damping_ratio_source); ``varied_peak`` and
-        ``varied_collapsed`` (record, scale, wall, restitution, variation) of CR; intensity measures (record).
-    """
+    """Run every wall under one job's share of the records; jobs are numbered from 0."""
     given = EarthquakeRecordSettings.of(config)
     size = given.records_per_job
     mine = catalogue.listing(given.records)[int(number) * size : (int(number) + 1) * size]
@@ -209,7 +179,7 @@ class _Study:
         return self.given.scale * float(named.wall.velocity_scale) / intensity.pgv
 
     def _case(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> Case:
-        """A wall under a record that is scaled to each intensity of the wall."""
+        """Return a wall under a record that is scaled to each intensity of the wall."""
         factor, end = self._factor(named, intensity), intensity.strong_end
         return Case.of(
             named.wall, named.curve, record, factor, strong_end=end, step=self.given.step, tail=self.given.tail

@@ -1,8 +1,8 @@
-"""ECD of order m under earthquakes: from which order on is it nearer to restitution than restitution is to itself?
+"""ECD of order m under earthquakes: the order from which on it errs less than restitution with a slightly changed e.
 
-Restitution's own sensitivity is what a small change of e does to its peaks, smaller than any test could tell. Every
-order has the damping ratio that loses what an impact takes (docs/theory.md, section 8): nothing is fitted. Differences
-are taken over the same histories, and bootstrapped over stations: see `statistics.against_restitution`.
+That change of e is smaller than any test could tell. Every order has the damping ratio that loses what an impact takes
+(docs/theory.md, section 8): nothing is fitted. Differences are taken over the same histories, and bootstrapped over
+stations: see `statistics.against_restitution`.
 """
 
 from __future__ import annotations
@@ -43,22 +43,7 @@ EVERY_SET = "all"
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
-    """Run every wall under one job's share of the records, with CR, its small changes, and each order.
-
-    Parameters
-    ----------
-    number : str
-        Of the job, from 0.
-    config : dict
-        Has the keys of `OrderRecordSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``reference_peak`` and ``reference_collapsed`` (record, scale, wall, restitution) with CR; ``varied_peak`` and
-        ``varied_collapsed`` with a last dimension variation; ``peak_ratio`` and ``collapsed`` with a last
-        dimension order.
-    """
+    """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
     given = OrderRecordSettings.of(config)
     size = given.records_per_job
     mine = catalogue.listing(given.records)[int(number) * size : (int(number) + 1) * size]
@@ -67,7 +52,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
 
 
 def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dataset:
-    """All histories of one record."""
+    """Run all histories of one record."""
     pgv = intensity_measures(motion.record).pgv
     per_wall = [_of_wall(named, motion, pgv, given) for named in given.walls]
     last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
@@ -96,7 +81,7 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
 def _of_wall(
     named: NamedWall, motion: catalogue.GroundMotion, pgv: float, given: OrderRecordSettings
 ) -> dict[str, tuple[Array, NDArray[np.int8]]]:
-    """Peaks and outcomes of one wall under one record: of CR (scales, e), of its changes and of the orders, last."""
+    """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
     wall = named.wall
     factor = given.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
     forcing = Forcing.of(wall, motion.record, factor, rest=given.tail)
@@ -124,26 +109,11 @@ def _of_wall(
 
 
 def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
-    """Compare each order with CR, and with CR's own sensitivity, over all records, by set of records and by wall.
+    """Compare each order with CR, and with CR's sensitivity to e, over all records, by set of records and by wall.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `OrderComparisonSettings`.
-    *shares : xarray.Dataset
-        Of `chunk`.
-
-    Returns
-    -------
-    xarray.Dataset
-        For each set of records, the first of them all, each e and each order: the statistics of
-        `against_restitution.bootstrapped` and ``median_intensity_ratio`` of the fragilities. The same of CR's
-        variations with ``varied_`` before the name. ``excess``: log_error less CR's own sensitivity, which is the
-        smaller of those to a lower and a higher e, over the histories that stand with all of them.
-        ``smallest_order``: from which on the excess is negative, its interval included; NaN where there is none.
-        ``recommended_order``: the smallest that is enough at every e over all records. ``wall_excess`` and
-        ``wall_smallest_order`` by wall, ``band_log_error`` by band of CR's peak. Names with ``_interval`` are 95 %
-        intervals of a paired bootstrap over stations.
+    The first set is all records. ``excess`` is log_error less CR's sensitivity, the smaller of those to a lower and a
+    higher e, over the histories that stand with all of them. From ``smallest_order`` on the excess is negative, its
+    interval included; ``recommended_order`` is the smallest that is enough at every e over all records.
     """
     given = OrderComparisonSettings.of(config)
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
@@ -173,7 +143,7 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
 
 
 def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
-    """Every statistic of one set of records."""
+    """Return every statistic of one set of records."""
     orders = histories.rename(peak_ratio="peak").drop_dims("variation")
     varied = histories.drop_dims("order").rename(varied_peak="peak", varied_collapsed="collapsed")
     of_varied = _statistics(varied, weights, bands)
@@ -182,7 +152,7 @@ def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Data
 
 
 def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
-    """Statistics of the alternatives to CR, which are the last dimension."""
+    """Return statistics of the alternatives to CR, which are the last dimension."""
     statistics = bootstrapped(histories, weights).isel(band=0).drop_vars(["false_safe", "false_collapse"])
     reference, peak = histories["reference_peak"], histories["peak"]
     stand = (histories["reference_collapsed"] == 0) & (histories["collapsed"] == 0)
@@ -193,7 +163,7 @@ def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Datas
 
 
 def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Ratio of the median intensity of collapse to CR's, all walls together."""
+    """Return the ratio of the median intensity of collapse to CR's, all walls together."""
     fell, other = (histories[name].values == 1 for name in ("reference_collapsed", "collapsed"))
     scale, walls, dims = histories["velocity_ratio"].values, histories.sizes["wall"], histories["collapsed"].dims[3:]
     ratio, bounds = np.empty(other.shape[3:]), np.empty((*other.shape[3:], 2))
@@ -208,7 +178,7 @@ def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
 
 
 def _excess(histories: xr.Dataset, weights: Array) -> xr.Dataset:
-    """How much more each order errs than CR with e changed, on the histories that stand with all; and by wall."""
+    """Return how much more each order errs than CR with e changed, where the wall stands with all; and by wall."""
     changes = histories.sel(variation=list(CHANGES_OF_E))
     peak, reference = histories["peak_ratio"].values, histories["reference_peak"].values
     changed = np.moveaxis(changes["varied_peak"].values, -1, 0)
@@ -239,29 +209,17 @@ def _excess(histories: xr.Dataset, weights: Array) -> xr.Dataset:
 
 
 def _over_sensitivity(sums: Array, counts: Array, weight: Array) -> Array:
-    """Error of an order less the smaller one of CR with a lower and a higher e, in each replicate.
+    """Return the error of an order less the smaller one of CR with a lower and a higher e, in each replicate.
 
-    Parameters
-    ----------
-    sums : ndarray, shape (3, records)
-        Squares of the order, of the lower and of the higher e. The same histories count for all three.
-    counts : ndarray, shape (records,)
-    weight : ndarray, shape (replicates, records)
+    `sums`, shape (3, records), are squares of the order, of the lower and of the higher e; `counts`, shape (records,),
+    are the histories, the same for all three; `weight` has the shape (replicates, records).
     """
     order, lower, higher = root_mean_square(np.einsum("br,ar->ab", weight, sums), (weight @ counts)[None])
     return np.asarray(order - np.minimum(lower, higher))
 
 
 def smallest_order(order: Array, upper: Array) -> Array:
-    """Return the order from which on the upper bound of the excess, shape (..., order), is at most 0; NaN if none is.
-
-    Parameters
-    ----------
-    order : ndarray, shape (orders,)
-        Ascending.
-    upper : ndarray, shape (..., orders)
-        NaN counts as beyond.
-    """
+    """Return the order from which on the excess's upper bound, shape (..., orders), is at most 0; NaN if none is."""
     within = np.nan_to_num(upper, nan=np.inf) <= 0
     onwards = np.logical_and.accumulate(within[..., ::-1], axis=-1)[..., ::-1]
     return np.where(onwards.any(axis=-1), order[onwards.argmax(axis=-1)], np.nan)
@@ -271,10 +229,5 @@ def recommended_order(smallest: Array) -> float:
     """Return the order that is enough at every e, from the smallest at each; NaN if some e has none.
 
     `rockdamp.vocabulary.RECOMMENDED_ORDER` is that of the full study.
-
-    Parameters
-    ----------
-    smallest : ndarray, shape (restitutions,)
-        `smallest_order` of all records.
     """
     return float(np.max(smallest))

@@ -17,9 +17,9 @@ from rockdamp.motions.records import read_record, write_record
 from rockdamp.solvers import event_driven, newmark
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.storage import yaml_file
-from rockdamp.synthetic import test_series
+from rockdamp.synthetic import series
 from rockdamp.synthetic.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
-from rockdamp.synthetic.test_series import DURATION, Maker
+from rockdamp.synthetic.series import DURATION, Maker
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 FOLDER = ROOT / "data" / "test_series"
@@ -79,7 +79,7 @@ def test_a_wall_degrades_at_the_impact_that_ends_a_half_cycle_beyond_u1_and_at_n
 def test_a_wall_that_a_level_overturns_is_refused():
     high = {**SETTINGS, "levels": {"half": 3.0}, "walls": {"cr": {"damping_model": "CR"}}}
     with pytest.raises(InputError, match=r"levels: half is 3.0; it must be such that cr stands"):
-        next(test_series.test_series(high))
+        next(series.records(high))
 
 
 # --- the records
@@ -88,7 +88,7 @@ def test_a_wall_that_a_level_overturns_is_refused():
 @pytest.mark.parametrize("name", [*NAMES[:4], "ecd-quarter", *NAMES[12:]])
 def test_a_shipped_record_is_exactly_what_the_generator_makes(name, tmp_path):
     wall, _, level = name.partition("-")
-    write_record(tmp_path / "made.csv", test_series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
+    write_record(tmp_path / "made.csv", series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
     assert (tmp_path / "made.csv").read_text(encoding="utf-8") == (FOLDER / f"{name}.csv").read_text(encoding="utf-8")
 
 
@@ -169,10 +169,10 @@ def test_the_generator_writes_the_records_beside_their_settings(tmp_path, monkey
     few = (FOLDER / "test_series.yaml").read_text(encoding="utf-8")
     few = few[: few.index("walls:")] + "walls: {cr: {damping_model: CR}}\n" + few[few.index("curve:") :]
     (tmp_path / "test_series.yaml").write_text(few, encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "rockdamp.synthetic.test_series")  # else runpy warns of a second copy
+    monkeypatch.delitem(sys.modules, "rockdamp.synthetic.series")  # else runpy warns of a second copy
     monkeypatch.setattr(sys, "argv", ["test_series", str(tmp_path)])
-    runpy.run_module("rockdamp.synthetic.test_series", run_name="__main__")
+    runpy.run_module("rockdamp.synthetic.series", run_name="__main__")
     assert sorted(path.name for path in tmp_path.glob("*.csv")) == sorted(f"cr-{level}.csv" for level in LEVELS)
     monkeypatch.setattr(sys, "argv", ["test_series"])
-    with pytest.raises(SystemExit, match="usage: python -m rockdamp.synthetic.test_series FOLDER"):
-        runpy.run_module("rockdamp.synthetic.test_series", run_name="__main__")
+    with pytest.raises(SystemExit, match="usage: python -m rockdamp.synthetic.series FOLDER"):
+        runpy.run_module("rockdamp.synthetic.series", run_name="__main__")
