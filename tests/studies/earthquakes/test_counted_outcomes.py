@@ -2,12 +2,12 @@
 
 import numpy as np
 import xarray as xr
+from made_up_earthquakes import histories
 
 from rockdamp.studies.earthquakes import comparison, population
 from rockdamp.vocabulary import MODELS
 
 CONFIG = {"earthquakes": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
-DIMS = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
 
 
 def study(peak, fell=None, scale=(1.0,)):
@@ -16,34 +16,22 @@ def study(peak, fell=None, scale=(1.0,)):
     collapsed = np.zeros(peaks.shape, dtype=np.int8)
     if fell is not None:
         collapsed[...] = np.asarray(fell)[:, :, None, None, :, None]
-    records = len(peaks)
-    ratio = np.array([np.nan, 0.05])[None, None, :, None]
-    return xr.Dataset(
-        {
-            "peak_ratio": (DIMS, peaks),
-            "peak_ratio_uncertainty": (DIMS, 0.001 * peaks),
-            "collapsed": (DIMS, collapsed),
-            "settled": (DIMS, np.ones_like(collapsed)),
-            "decay_misfit": (DIMS, np.zeros(peaks.shape)),
-            "varied_peak": ((*DIMS[:4], "variation"), peaks[..., 0, :]),
-            "varied_collapsed": ((*DIMS[:4], "variation"), collapsed[..., 0, :]),
-            "damping_ratio": (DIMS[2:], ratio),
-        },
-        coords={
-            "record": [f"r{i}" for i in range(records)],
-            "station": ("record", [f"s{i}" for i in range(records)]),
-            "velocity_ratio": list(scale),
-            "wall": ["one"],
-            "restitution": [0.85],
-            "damping_model": ["CR", "CDR"],
-            "damping_ratio_source": ["least error"],
-            "variation": ["step"],
-        },
+    return histories(
+        peaks,
+        peaks[..., 0, :],
+        [f"s{i}" for i in range(len(peaks))],
+        list(scale),
+        collapsed,
+        wall=["one"],
+        restitution=[0.85],
+        damping_model=["CR", "CDR"],
+        damping_ratio_source=["least error"],
+        variation=["step"],
     )
 
 
-def compared(histories):
-    return comparison.compare_dampers(CONFIG, histories).squeeze(["wall", "restitution", "damping_ratio_source"])
+def compared(made):
+    return comparison.compare_dampers(CONFIG, made).squeeze(["wall", "restitution", "damping_ratio_source"])
 
 
 def test_a_false_safe_is_one_of_the_collapses_and_a_false_collapse_one_of_the_survivals():

@@ -10,7 +10,6 @@ from repository import ROOT
 from scipy import stats
 
 from rockdamp.config.earthquakes import Bootstrap, PopulationWallSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -275,12 +274,3 @@ def test_shares_are_added_up_without_being_held_at_once(tmp_path, shares):
     assert not any(one["collapsed"]._in_memory for one in opened)
     for one in opened:
         one.close()
-
-
-def test_both_studies_mean_the_same_wall(config):
-    """One description, two studies: the same constants."""
-    section = config["earthquakes"]["walls"][2]
-    wall = make_named_wall(section).wall
-    values = {name: np.array([section[name]]) for name in population.PARAMETERS if name in section}
-    other, _ = population.mechanics(values)
-    assert other.frequency_parameter[0] == pytest.approx(float(wall.frequency_parameter), rel=1e-14)
