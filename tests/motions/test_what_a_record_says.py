@@ -5,7 +5,6 @@ import pytest
 
 from rockdamp import units
 from rockdamp.errors import InputError
-from rockdamp.motions.catalogue import from_file
 from rockdamp.motions.records import Record, read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -132,14 +131,6 @@ def test_a_unit_in_the_title_of_an_at2_file_counts_too(read):
     text = AT2.format(third=THIRD, fourth=FOURTH).replace("Somewhere, 90", "Somewhere, units: cm/s2")
     with pytest.raises(InputError, match="units are 'cm/s2' and 'g'; an AT2 file must state one unit"):
         read(text, "record.AT2")
-
-
-def test_a_doubt_about_the_unit_names_the_one_that_was_read(tmp_path):
-    path = tmp_path / "big.AT2"
-    path.write_text(AT2.format(third="ACCELERATION IN M/S/S", fourth=FOURTH).replace("-1.5", "-150"), encoding="utf-8")
-    with pytest.warns(UserWarning) as caught:
-        from_file(path)
-    assert any("with its numbers taken as m/s/s" in str(warning.message) for warning in caught)
 
 
 @pytest.mark.parametrize(

@@ -88,15 +88,15 @@ def answers(
 
         def run(wall: Wall | Parapet, curve: TrilinearCurve, e: Array) -> Any:
             dampings = beside_each_other(e)
-            given: dict[str, Any] = {"step": step, "tail": tail, "track": partial(through, count=e.size)}
-            return dampings, collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **given)
+            options: dict[str, Any] = {"step": step, "tail": tail, "track": partial(through, count=e.size)}
+            return dampings, collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **options)
 
         for start in range(0, len(rows), walls):
             share = rows[start : start + walls]
-            found: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
+            results: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
             for alike in _alike([row for row in share if isinstance(row, Row)]):
-                found |= {_line(one): one for one in _of(alike, run)}
-            yield from (found[row.line] for row in share)
+                results |= {_line(one): one for one in _of(alike, run)}
+            yield from (results[row.line] for row in share)
 
 
 def _alike(rows: Sequence[Row]) -> Iterator[list[Row]]:
@@ -194,10 +194,10 @@ def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
         }
 
 
-def dataset(found: Sequence[Answer | BadRow], measure: str, intensity: float) -> xr.Dataset:
+def dataset(results: Sequence[Answer | BadRow], measure: str, intensity: float) -> xr.Dataset:
     """Return the results as a dataset of the kind ``batch``; NaN, and -1 collapses, of rows that have an error."""
-    name, shape = measure.lower(), (len(found), len(MODELS))
-    good = [(i, one) for i, one in enumerate(found) if isinstance(one, Answer)]
+    name, shape = measure.lower(), (len(results), len(MODELS))
+    good = [(i, one) for i, one in enumerate(results) if isinstance(one, Answer)]
 
     def of(value: Callable[[Answer], Any], kind: Any = float, missing: Any = np.nan, wide: bool = True) -> Any:
         values = np.full(shape if wide else shape[:1], missing, dtype=kind)
@@ -218,18 +218,18 @@ def dataset(found: Sequence[Answer | BadRow], measure: str, intensity: float) ->
             "dispersion": of(lambda one: one.dispersion),
             "peak_ratio_median": of(lambda one: one.peak_ratio_median),
             "records": records,
-            "error": ("wall", [one.error if isinstance(one, BadRow) else "" for one in found]),
+            "error": ("wall", [one.error if isinstance(one, BadRow) else "" for one in results]),
         },
         coords={
-            "wall": [one.id if isinstance(one, BadRow) else one.row.id for one in found],
+            "wall": [one.id if isinstance(one, BadRow) else one.row.id for one in results],
             "damping_model": list(MODELS),
         },
     )
 
 
-def fragilities(found: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
+def fragilities(results: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
     """Yield the fragility of each wall and damping model, for NRML."""
-    for one in found:
+    for one in results:
         if isinstance(one, Answer):
             for i, model in enumerate(MODELS):
                 name = f"{one.row.id}-{model}"

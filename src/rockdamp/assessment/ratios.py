@@ -62,17 +62,17 @@ def _of_alike(rows: list[Row], softening: str, x0: float) -> dict[int, list[Rati
     a1, b1, a3 = np.array(lengths, dtype=float).T
     curve = TrilinearCurve(a1, b1, a3, softening)
     e = np.array([row.restitution for row in rows])
-    found: dict[int, list[Ratio]] = {row.line: [] for row in rows}
+    by_line: dict[int, list[Ratio]] = {row.line: [] for row in rows}
     for model in VISCOUS_MODELS:
-        given = zip(
+        cells = zip(
             rows,
             damping_ratio_table(curve, model, e, x0).tolist(),
             table_refusal(curve, model, e, x0).tolist(),
             strict=True,
         )
-        for row, xi, why in given:
+        for row, xi, why in cells:
             ratio, error = (None, f"line {row.line}: {why}") if why else (xi, "")
-            found[row.line].append(
+            by_line[row.line].append(
                 Ratio(id=row.id, restitution=row.restitution, damping_model=model, damping_ratio=ratio, error=error)
             )
-    return found
+    return by_line

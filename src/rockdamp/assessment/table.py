@@ -112,43 +112,45 @@ def _rows(reader: Iterator[list[str]], names: list[str]) -> Iterator[Row | BadRo
 
 
 def _row(line: int, cells: Mapping[str, str]) -> Row:
-    given = {name: text for name, text in cells.items() if text}
-    if "id" not in given:
+    filled = {name: text for name, text in cells.items() if text}
+    if "id" not in filled:
         raise InputError("id is empty; each wall must have one")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        wall, curve = _wall(given), _curve(given)
-        e, reason = stated(wall, _restitution(given.get("restitution", DEFAULT_RULE)))
-    return Row(line, given["id"], wall, curve, e, reason, tuple(f"line {line}: {each.message}" for each in caught))
+        wall, curve = _wall(filled), _curve(filled)
+        e, reason = stated(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
+    return Row(line, filled["id"], wall, curve, e, reason, tuple(f"line {line}: {each.message}" for each in caught))
 
 
-def _wall(given: Mapping[str, str]) -> Wall | Parapet:
-    answer = given.get("parapet", "").lower()
+def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
+    answer = filled.get("parapet", "").lower()
     if answer not in ANSWERS:
-        raise InputError(f"parapet is {given['parapet']!r}; it must be yes, no or empty")
+        raise InputError(f"parapet is {filled['parapet']!r}; it must be yes, no or empty")
     for name in NEEDED:
-        if name not in given:
+        if name not in filled:
             raise InputError(f"{name} is empty; it must be a number")
-    sizes = {name: _number(name, given[name]) for name in SIZES if name in given}
+    sizes = {name: _number(name, filled[name]) for name in SIZES if name in filled}
     if not ANSWERS[answer]:
         return Wall(**sizes)
     if "hinge_ratio" in sizes:
-        raise InputError(f"hinge_ratio is {given['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
+        raise InputError(f"hinge_ratio is {filled['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
     return Parapet(**sizes)
 
 
-def _curve(given: Mapping[str, str]) -> TrilinearCurve:
-    last: dict[str, float | str] = {"ultimate_displacement_ratio": _number("a3", given["a3"])} if "a3" in given else {}
-    last |= {"softening": given["softening"]} if "softening" in given else {}
-    if "preset" in given:
-        if "a1" in given or "b1" in given:
+def _curve(filled: Mapping[str, str]) -> TrilinearCurve:
+    last: dict[str, float | str] = (
+        {"ultimate_displacement_ratio": _number("a3", filled["a3"])} if "a3" in filled else {}
+    )
+    last |= {"softening": filled["softening"]} if "softening" in filled else {}
+    if "preset" in filled:
+        if "a1" in filled or "b1" in filled:
             raise InputError("preset stands for a1 and b1; there must be either it or both of them")
-        return TrilinearCurve.preset(given["preset"], **last)
+        return TrilinearCurve.preset(filled["preset"], **last)
     for name in ("a1", "b1"):
-        if name not in given:
+        if name not in filled:
             raise InputError(f"{name} is empty; there must be a1 and b1, or preset")
     make: Callable[..., TrilinearCurve] = TrilinearCurve
-    return make(_number("a1", given["a1"]), _number("b1", given["b1"]), **last)
+    return make(_number("a1", filled["a1"]), _number("b1", filled["b1"]), **last)
 
 
 def _restitution(text: str) -> float | str:

@@ -43,7 +43,7 @@ def free_decay(
     points: int = 1001,
     step: float | None = None,
 ) -> xr.Dataset:
-    """Free decay after a release at rest.
+    """Compute the free decay after a release at rest.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def respond(
     step: float | None = None,
     histories: bool = True,
 ) -> xr.Dataset:
-    """Response of a wall to a record's motion, starting at rest.
+    """Compute the response of a wall to a record's motion, starting at rest.
 
     Parameters
     ----------

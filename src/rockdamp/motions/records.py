@@ -98,15 +98,15 @@ class Record(ByValue):
         return ANSWERS[self.header.get("synthetic", "no")]
 
 
-def _header(given: Mapping[str, str]) -> dict[str, str]:
+def _header(stated: Mapping[str, str]) -> dict[str, str]:
     """Return a header with its keys in small letters."""
-    instance("header", given, Mapping)
-    for key, value in given.items():
+    instance("header", stated, Mapping)
+    for key, value in stated.items():
         instance("a key of the header", key, str)
         instance(f"header {key!r}", value, str)
-    header = {key.strip().lower(): value for key, value in given.items()}
-    if len(header) < len(given):
-        raise InputError(f"the header has the keys {', '.join(map(str, given))}; each must stand there once")
+    header = {key.strip().lower(): value for key, value in stated.items()}
+    if len(header) < len(stated):
+        raise InputError(f"the header has the keys {', '.join(map(str, stated))}; each must stand there once")
     return header
 
 

@@ -1,11 +1,9 @@
 """What is counted of the histories: a handful of them, whose rates and bands can be counted by hand."""
 
 import numpy as np
-import xarray as xr
 from made_up_earthquakes import histories
 
-from rockdamp.studies.earthquakes import comparison, population
-from rockdamp.vocabulary import MODELS
+from rockdamp.studies.earthquakes import comparison
 
 CONFIG = {"earthquakes": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
 
@@ -69,25 +67,3 @@ def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_with
     for wall in ("", "wall_"):
         assert np.ptp(found[f"{wall}median_velocity_ratio_interval"].values) > 0.1
         np.testing.assert_allclose(found[f"{wall}median_intensity_ratio_interval"], ONE)
-
-
-def test_a_damper_of_the_population_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():
-    fell = (capacities()[:, None] <= SCALE).astype(int)
-    share = xr.Dataset(
-        {
-            "collapses": (("record", "intensity", "damping_model"), np.repeat(fell[..., None], len(MODELS), axis=-1)),
-            "vulnerability": (("wall", "damping_model"), np.full((1, len(MODELS)), fell.mean())),
-            "redrawn_vulnerability": (("parameter", "wall"), np.full((len(population.PARAMETERS), 1), np.nan)),
-        },
-        coords={
-            "record": np.arange(20),
-            "station": ("record", np.arange(20)),
-            "intensity": SCALE,
-            "damping_model": list(MODELS),
-        },
-    )
-    walls = xr.Dataset({name: ("wall", [0.5]) for name in population.PARAMETERS}, coords={"wall": [0]})
-    found = population.gather({"population": {"bootstrap": CONFIG["earthquakes"]["bootstrap"]}}, walls, share)
-    found = found.isel(damping_model=1)
-    assert np.ptp(found["median_intensity_interval"].values) > 0.1
-    np.testing.assert_allclose(found["median_intensity_ratio_interval"], ONE)

@@ -261,16 +261,3 @@ def test_redrawn_walls_differ_in_one_parameter_and_are_run_under_cr(config, wall
     assert float(again.sel(parameter="slenderness").isel(wall=wall)) == np.mean(fell)
     total, confidence = gathered["total_sensitivity"], gathered["total_sensitivity_confidence"]
     assert (total >= 0).all() and (confidence > 0).any() and total.idxmax() in ("slenderness", "overburden_ratio")
-
-
-def test_shares_are_added_up_without_being_held_at_once(tmp_path, shares):
-    paths = []
-    for number, one in enumerate(shares):
-        paths.append(tmp_path / f"{number}.nc")
-        dataset.write(one, paths[-1], "population_share", config={}, code_version="x")
-    opened = [dataset.connect(path) for path in paths]
-    total = population.sum_of(one["collapses"] for one in opened)
-    np.testing.assert_array_equal(total, sum(one["collapses"] for one in shares))
-    assert not any(one["collapsed"]._in_memory for one in opened)
-    for one in opened:
-        one.close()

@@ -32,9 +32,9 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
     than the one of least error at that e, over the histories that stand with both.
     """
-    given = ComparisonSettings.of(config)
-    weights = resample(earthquakes["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
-    edges = given.bands
+    settings = ComparisonSettings.of(config)
+    weights = resample(earthquakes["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
+    edges = settings.bands
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
     complete = _complete(earthquakes)
     pooled = earthquakes.isel(wall=complete)

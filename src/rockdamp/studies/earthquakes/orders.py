@@ -44,17 +44,17 @@ EVERY_SET = "all"
 
 def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
-    given = OrderRecordSettings.of(config)
-    size = given.records_per_job
-    mine = catalogue.listing(given.records)[int(number) * size : (int(number) + 1) * size]
-    shares = [_under(catalogue.read(entry), given) for entry in track(mine, f"Orders, records {int(number) + 1}")]
+    settings = OrderRecordSettings.of(config)
+    size = settings.records_per_job
+    mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
+    shares = [_under(catalogue.read(entry), settings) for entry in track(mine, f"Orders, records {int(number) + 1}")]
     return xr.concat(shares, "record", join="exact")
 
 
-def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dataset:
+def _under(motion: catalogue.GroundMotion, settings: OrderRecordSettings) -> xr.Dataset:
     """Run all histories of one record."""
     pgv = intensity_measures(motion.record).pgv
-    per_wall = [_of_wall(named, motion, pgv, given) for named in given.walls]
+    per_wall = [_of_wall(named, motion, pgv, settings) for named in settings.walls]
     last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
     names = {
         "reference": ("reference_peak", "reference_collapsed"),
@@ -67,11 +67,11 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
         peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
         data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
     coords = {
-        "velocity_ratio": given.scale,
-        "wall": [named.name for named in given.walls],
-        "restitution": given.restitution,
+        "velocity_ratio": settings.scale,
+        "wall": [named.name for named in settings.walls],
+        "restitution": settings.restitution,
         "variation": list(VARIATIONS),
-        "order": given.order,
+        "order": settings.order,
         "record": motion.name,
     }
     of_record = {"record_set": ("record", [motion.record_set]), "station": ("record", [motion.group])}
@@ -79,24 +79,24 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
 
 
 def _of_wall(
-    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, given: OrderRecordSettings
+    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, settings: OrderRecordSettings
 ) -> dict[str, tuple[Array, NDArray[np.int8]]]:
     """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
     wall = named.wall
-    factor = given.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
-    forcing = Forcing.of(wall, motion.record, factor, rest=given.tail)
-    coarser = forcing.substeps(2 * given.step / named.curve.initial_frequency)
+    factor = settings.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
+    forcing = Forcing.of(wall, motion.record, factor, rest=settings.tail)
+    coarser = forcing.substeps(2 * settings.step / named.curve.initial_frequency)
 
     def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
         by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
         response = solve(named.curve, damping, **replace(forcing, load_factor=by_scale).newmark(substeps))
         return response.peak, response.outcome
 
-    e, finer = given.restitution, 2 * coarser
+    e, finer = settings.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
-    changed = run(Damping.cr(e[:, None] + given.restitution_change * np.array([0.0, -1.0, 1.0])), finer)
+    changed = run(Damping.cr(e[:, None] + settings.restitution_change * np.array([0.0, -1.0, 1.0])), finer)
     coarse = run(Damping.cr(e), coarser)
-    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in given.order]
+    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in settings.order]
     peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
     return {
         "reference": (changed[0][..., 0], changed[1][..., 0]),
@@ -115,14 +115,14 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     higher e, over the histories that stand with all of them. From ``smallest_order`` on the excess is negative, its
     interval included; ``recommended_order`` is the smallest that is enough at every e over all records.
     """
-    given = OrderComparisonSettings.of(config)
+    settings = OrderComparisonSettings.of(config)
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
         of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
-        weights = resample(of_set["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
-        parts.append(_compare_set(of_set, weights, given.bands))
+        weights = resample(of_set["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
+        parts.append(_compare_set(of_set, weights, settings.bands))
     compared = xr.concat(parts, "record_set", join="exact")
     return compared.assign_coords(
         record_set=sets,
@@ -131,13 +131,13 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         order=histories["order"].values,
         variation=list(VARIATIONS),
         bound=list(BOUND),
-        band=np.arange(1, given.bands.size),
-        band_start=("band", given.bands[:-1]),
-        band_end=("band", given.bands[1:]),
+        band=np.arange(1, settings.bands.size),
+        band_start=("band", settings.bands[:-1]),
+        band_end=("band", settings.bands[1:]),
     ).assign(
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
-        restitution_change=given.restitution_change,
+        restitution_change=settings.restitution_change,
         recommended_order=recommended_order(compared["smallest_order"].values[0]),
     )
 

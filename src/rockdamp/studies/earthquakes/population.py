@@ -48,12 +48,12 @@ def walls(config: Config) -> xr.Dataset:
 
     ``redrawn`` (parameter, wall) is another value of each parameter, NaN where it is not drawn.
     """
-    given = PopulationWallSettings.of(config)
-    values = sample(given)
+    settings = PopulationWallSettings.of(config)
+    values = sample(settings)
     wall, curve = mechanics(values)
     ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
     for column, model in enumerate(VISCOUS_MODELS, start=1):
-        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], given.release_amplitude)
+        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], settings.release_amplitude)
     of_wall: dict[str, Array] = {
         **values,
         "instability_displacement": wall.instability_displacement,
@@ -64,7 +64,7 @@ def walls(config: Config) -> xr.Dataset:
         {
             **{name: ("wall", value) for name, value in of_wall.items()},
             "damping_ratio": (("wall", "damping_model"), ratio),
-            "redrawn": (("parameter", "wall"), redraw(given)),
+            "redrawn": (("parameter", "wall"), redraw(settings)),
         },
         coords={
             "wall": np.arange(wall.thickness.size),
@@ -74,51 +74,53 @@ def walls(config: Config) -> xr.Dataset:
     )
 
 
-def sample(given: PopulationWallSettings) -> dict[str, Array]:
+def sample(settings: PopulationWallSettings) -> dict[str, Array]:
     """Draw a Latin hypercube of the distributions, with the correlations of the settings.
 
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
     """
-    drawn, (_, factor) = _hypercube(given, given.seed), _correlation(given)
+    drawn, (_, factor) = _hypercube(settings, settings.seed), _correlation(settings)
     scores = stats.norm.ppf(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
-    return {name: given.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {name: settings.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
-def redraw(given: PopulationWallSettings) -> Array:
+def redraw(settings: PopulationWallSettings) -> Array:
     """Draw each parameter of some walls again, conditional on all others; shape (parameters, walls), NaN elsewhere.
 
     Under the copula the normal score of one parameter, conditional on the others, is normal: with the scores z and the
     inverse R of the correlations its mean is z_i - (R z)_i/R_ii and its variance 1/R_ii.
     """
-    correlation, factor = _correlation(given)
+    correlation, factor = _correlation(settings)
     inverse = np.linalg.inv(correlation)
     variance = 1 / np.diag(inverse)
-    scores = stats.norm.ppf(_hypercube(given, given.seed)) @ factor.T
-    fresh = stats.norm.ppf(_hypercube(given, [given.seed, 1]))
+    scores = stats.norm.ppf(_hypercube(settings, settings.seed)) @ factor.T
+    fresh = stats.norm.ppf(_hypercube(settings, [settings.seed, 1]))
     uniform = stats.norm.cdf(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
-    values = np.array([given.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
-    some = np.unique(np.linspace(0, given.count - 1, min(given.redrawn, given.count)).astype(int))
-    return np.where(np.isin(np.arange(given.count), some), values, np.nan)
+    values = np.array([settings.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
+    some = np.unique(np.linspace(0, settings.count - 1, min(settings.redrawn, settings.count)).astype(int))
+    return np.where(np.isin(np.arange(settings.count), some), values, np.nan)
 
 
-def _hypercube(given: PopulationWallSettings, seed: int | list[int]) -> Array:
+def _hypercube(settings: PopulationWallSettings, seed: int | list[int]) -> Array:
     """Return a Latin hypercube; shape (walls, parameters)."""
     rng = np.random.default_rng(seed)
-    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(given.count))
+    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(settings.count))
 
 
-def _correlation(given: PopulationWallSettings) -> tuple[Array, Array]:
+def _correlation(settings: PopulationWallSettings) -> tuple[Array, Array]:
     """Return the correlations of the normal scores, which must not contradict each other, and their factor."""
     correlation = np.eye(len(PARAMETERS))
-    for pair, value in given.correlations.items():
+    for pair, value in settings.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
         return correlation, np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
-        stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in given.correlations.items())
+        stated = ", ".join(
+            f"{value:g} of {name} with {other}" for (name, other), value in settings.correlations.items()
+        )
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
 
 
@@ -141,12 +143,12 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 
     ``redrawn_vulnerability`` (parameter, wall) is that under CR with the parameter drawn again, NaN where it is not.
     """
-    given = PopulationShareSettings.of(config)
-    size = given.walls_per_job
+    settings = PopulationShareSettings.of(config)
+    size = settings.walls_per_job
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    motions = catalogue.load_records(given.records)
+    motions = catalogue.load_records(settings.records)
     runs = [
-        run(motion, mine, given.intensity, step=given.step, tail=given.tail)
+        run(motion, mine, settings.intensity, step=settings.step, tail=settings.tail)
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
@@ -155,7 +157,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     if drawn.any():
         others = _with_one_redrawn(mine.isel(wall=drawn))
         fell = [
-            run(motion, others, given.intensity, step=given.step, tail=given.tail, models=[REFERENCE])[1]
+            run(motion, others, settings.intensity, step=settings.step, tail=settings.tail, models=[REFERENCE])[1]
             for motion in track(motions, f"Walls {int(number) + 1}, redrawn")
         ]
         again[:, drawn] = np.mean(fell, axis=(0, 2, 3)).reshape(len(PARAMETERS), -1)
@@ -171,7 +173,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         coords={
             "parameter": list(PARAMETERS),
             "wall": mine["wall"].values,
-            "intensity": given.intensity,
+            "intensity": settings.intensity,
             "damping_model": list(MODELS),
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
