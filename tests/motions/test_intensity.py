@@ -168,9 +168,7 @@ def test_a_wall_within_its_first_branch_is_an_oscillator_of_the_spectrum(motion,
     ("arguments", "expected"),
     [
         (([0.5, 0.0],), "period is 0.0; it must be greater than 0"),
-        ((np.nan,), "period is nan; it must be a finite number"),
         ((0.5, 1.0), "damping_ratio is 1.0; it must be at least 0 and less than 1"),
-        ((0.5, np.nan), "damping_ratio is nan; it must be a finite number"),
     ],
 )
 def test_periods_and_damping_ratios_out_of_range_are_refused(arguments, expected, motion):
@@ -191,28 +189,10 @@ def test_a_record_in_its_unit_that_comes_to_rest_is_not_doubted():
     ("pga", "unit", "expected"),
     [
         (
-            300.0,
-            "m s-2",
-            "PGA is 300 m s-2, over 3 g, with its numbers taken as m s-2; it would not be if its "
-            "numbers were in cm s-2 (3 m s-2) or mm s-2 (0.3 m s-2)",
-        ),
-        (
-            9.80665 * 300,
-            "g",
-            "PGA is 2.94e+03 m s-2, over 3 g, with its numbers taken as g; it would not be if its "
-            "numbers were in cm s-2 (3 m s-2) or mm s-2 (0.3 m s-2)",
-        ),
-        (
             30.0,
             "g",
             "PGA is 30 m s-2, over 3 g, with its numbers taken as g; it would not be if its numbers were in "
             "m s-2 (3.06 m s-2)",
-        ),
-        (
-            0.03,
-            "m s-2",
-            "PGA is 0.03 m s-2, under 0.005 g, with its numbers taken as m s-2; it would not be if its "
-            "numbers were in g (0.294 m s-2)",
         ),
         (1e-9, "g", "PGA is 1e-09 m s-2, under 0.005 g, with its numbers taken as g; no usual unit explains it"),
     ],
@@ -231,10 +211,6 @@ def test_a_baseline_that_was_not_corrected_is_doubted():
     (doubt,) = plausible(shifted, "a.csv")
     assert doubt.startswith("a.csv: the ground still moves at 0.4 m s-1 at the end, ")
     assert doubt.endswith("the record is cut off or its baseline is not corrected")
-
-
-def test_two_doubts_are_two_sentences():
-    assert len(plausible(record([0.0, 100.0, 100.0, 0.0]), "a.csv")) == 2
 
 
 def test_a_record_that_does_not_move_is_an_error():

@@ -5,7 +5,6 @@ import pytest
 
 from rockdamp import units
 from rockdamp.errors import InputError
-from rockdamp.motions.catalogue import from_file
 from rockdamp.motions.records import Record, read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -109,17 +108,14 @@ def test_a_unit_of_acceleration_is_known_in_any_usual_form_and_nothing_else_is(t
         ("ACCELERATION TIME SERIES (CM/S**2)", 0.01),
         ("ACCELERATION TIME SERIES IN CM / SEC / SEC", 0.01),
         ("ACCELERATION TIME SERIES IN GALS", 0.01),
-        ("ACCELERATION TIME SERIES CM/S2", 0.01),
         ("ACCELERATION TIME SERIES CM SEC-2", 0.01),
         ("ACCELERATION TIME SERIES IN M/S/S", 1.0),
         ("ACCELERATION IN UNITS OF IN/SEC2", 0.0254),
         ("ACCELERATION IN CM PER SEC PER SEC", None),  # understood or refused, and refused is as good
         ("ACCELERATION TIME SERIES IN UNITS OF M G", None),
-        ("ACCELERATION TIME SERIES IN UNITS OF MG", None),
         ("ACCELERATION TIME SERIES (%G)", None),
         ("ACCELERATION TIME SERIES IN G, (CM/S2)", None),
         ("VELOCITY TIME SERIES IN UNITS OF CM/S", None),
-        ("VELOCITY TIME SERIES (CM/SEC)", None),
         ("DISPLACEMENT TIME SERIES", None),
     ],
 )
@@ -137,33 +133,19 @@ def test_a_unit_in_the_title_of_an_at2_file_counts_too(read):
         read(text, "record.AT2")
 
 
-def test_a_doubt_about_the_unit_names_the_one_that_was_read(tmp_path):
-    path = tmp_path / "big.AT2"
-    path.write_text(AT2.format(third="ACCELERATION IN M/S/S", fourth=FOURTH).replace("-1.5", "-150"), encoding="utf-8")
-    with pytest.warns(UserWarning) as caught:
-        from_file(path)
-    assert any("with its numbers taken as m/s/s" in str(warning.message) for warning in caught)
-
-
 @pytest.mark.parametrize(
     ("fourth", "step"),
     [
         ("NPTS= 3, DT= 1.0D-02", 0.01),
-        ("NPTS= 3, DT= 1.0d-02 SEC", 0.01),
         ("NPTS= 3, DT= 5. MSEC", 0.005),
         ("NPTS= 3, DT= .0050SEC,", 0.005),
-        ("NPTS= 3, DT= .01 seconds.", 0.01),
-        ("3 0.005 NPTS, DT", 0.005),
         ("3 0.005 NPTS, DT (SEC)", 0.005),
         ("NPTS= 3, DT= 1/200", None),
         ("NPTS= 3, DT= 1,005", None),
-        ("NPTS= 3, DT= 1_0", None),
         ("NPTS= 3, DT= 200 HZ", None),
         ("NPTS= 3, DT= 0.005 0.01", None),
         ("NPTS= 3, DT= \u0661", None),
-        ("NPTS= \u0663, DT= 1", None),
         ("NPTS= 3_0, DT= 1", None),
-        ("NPTS= 3, DT= 1e999", None),
         ("NPTS= " + 5000 * "3" + ", DT= 1", None),
     ],
 )
@@ -198,21 +180,15 @@ def test_a_key_of_the_header_has_no_case(read, line):
     ("lines", "message"),
     [
         ("# synthetic: yes\n# synthetic: no\n", "key 'synthetic' on line 2 stands there more than once"),
-        ("# synthetic: no\n# Synthetic: no\n", "key 'synthetic' on line 2 stands there more than once"),
         ("# source: A\n# Source: B\n", "key 'source' on line 2 stands there more than once"),
         ("# synthetic = yes\n", "line 1 is '# synthetic = yes'; it must be '# synthetic: ...', with a colon"),
-        ("# synthetic yes\n", "line 1 is '# synthetic yes'"),
         ("# a synthetic motion\n", "line 1 is '# a synthetic motion'"),
         ("# synthetic\uff1a yes\n", "line 1 is"),
         ("# units = s, g\n", "line 1 is '# units = s, g'; it must be '# units: ...'"),
         ("# sythetic: yes\n", "key 'sythetic' on line 1 is unknown; did you mean 'synthetic'?"),
-        ("# is synthetic: yes\n", "key 'is synthetic' on line 1 is unknown; did you mean 'synthetic'?"),
-        ("# unit: g\n", "key 'unit' on line 1 is unknown; did you mean 'units'?"),
         ("# acceleration units: g\n", "did you mean 'units'?"),
         ("# pulse period: 2\n", "did you mean 'pulse_period'?"),
         ("# synthetic: true\n", "synthetic is 'true'; it must be yes or no"),
-        ("# synthetic: Yes\n", "synthetic is 'Yes'; it must be yes or no"),
-        ("# synthetic:\n", "synthetic is ''; it must be yes or no"),
     ],
 )
 def test_a_header_that_could_be_misread_is_refused(read, lines, message):
@@ -232,7 +208,9 @@ def test_keys_of_a_record_made_in_python_have_no_case_either():
         Record([0, 1], [0, 1], header={"synthetic": "yes", "Synthetic": "no"})
 
 
-@pytest.mark.parametrize("header", [{"#a": "b"}, {"a": "\x1b[2J"}, {"a": "b\x0bc"}])
+@pytest.mark.parametrize("header", [{"#a": "b"}, {"a:b": "c"}, {"": "b"}, {"a": "b\nc"}, {"a": "\x1b[2J"}])
 def test_what_could_not_be_read_back_is_not_written(tmp_path, header):
     with pytest.raises(InputError, match="header key"):
         write_record(tmp_path / "record.csv", Record([0, 1], [0, 1], header=header))
+    with pytest.raises(InputError, match="cannot be written"):
+        write_record(tmp_path, Record([0, 1], [0, 1]))

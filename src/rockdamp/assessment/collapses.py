@@ -35,21 +35,11 @@ SHOWN = partial(progress.track, description="Records")
 
 @dataclass(frozen=True)
 class Collapses:
-    """Walls under records.
+    """Walls under records: peaks and collapses at the intensities asked for, and collapses at the stripes of each wall.
 
-    Attributes
-    ----------
-    measure : str
-        One of `MEASURES`.
-    intensity : ndarray, shape (intensities,)
-        Those asked for. [m s-1] or [m s-2]
-    stripe : ndarray, shape (walls, stripes)
-        Those of each wall. [m s-1] or [m s-2]
-    factor : ndarray, shape (records, intensities)
-        On each record's acceleration. [-]
-    peak, collapsed : ndarray, shape (walls, dampings, records, intensities)
-        Largest |u|/u_ins, NaN of a wall that collapsed, and whether it did. [-]
-    stripe_collapsed : ndarray of bool, shape (walls, dampings, records, stripes)
+    `peak` is the largest |u|/u_ins, NaN of a wall that collapsed; it and `collapsed` have the shape (walls, dampings,
+    records, intensities), `stripe_collapsed` (walls, dampings, records, stripes). `stripe` has the shape (walls,
+    stripes), in the unit of `intensity`; `factor`, on each record's acceleration, (records, intensities).
     """
 
     measure: str
@@ -75,21 +65,9 @@ def collapses(
 ) -> Collapses:
     """Run walls with each damper under records, scaled to the intensities asked for and to each wall's stripes.
 
-    Parameters
-    ----------
-    wall, curve, dampings
-        Of numbers, or of arrays of shape (walls,).
-    motions : sequence of GroundMotion
-    measure : str
-        One of `MEASURES`.
-    intensity : ndarray, shape (intensities,)
-        [m s-1] or [m s-2]
-    step : float
-        Of the solver, times the first branch's angular frequency, at most. [-]
-    tail : float
-        Rest after each record. [s]
-    track : callable
-        Gives the records on, and may show how far they are.
+    Walls, curves and dampers are of numbers, or of arrays of shape (walls,). `step` is the solver's longest, times the
+    angular frequency of the first branch; `tail` is the rest after each record [s]. `track` yields the records on, and
+    may show progress.
     """
     levels = [intensity_measures(motion.record) for motion in motions]
     own = np.array([MEASURES[measure](level) for level in levels])

@@ -1,4 +1,4 @@
-"""Thousands of walls under records: a share of them at a time, so that memory grows with what is written alone."""
+"""Thousands of walls under records: a share of them at a time, so that only the results take memory."""
 
 from __future__ import annotations
 
@@ -44,23 +44,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Answer:
-    """Results for one wall; arrays have the shape (damping models,) of `MODELS` first.
+    """Results for one wall; arrays have the damping models of `MODELS` as their first dimension.
 
-    Attributes
-    ----------
-    row : Row
-    rocking_onset : float
-        Ground acceleration whose static load reaches the plateau. [m s-2]
-    damping_ratio : ndarray
-        NaN of restitution. [-]
-    collapses, records : ndarray of int, int
-        At the intensity asked for, and of how many.
-    median, dispersion : ndarray
-        Of the fragility; NaN where it is not defined. [m s-1] or [m s-2], and [-]
-    peak_ratio_median : ndarray
-        Median over the records of the largest |u|/u_ins; NaN where half of them or more collapse the wall. [-]
-    stripe, stripe_share : ndarray, shape (stripes,) and (damping models, stripes)
-        Intensities, and the share of records that collapse the wall. [m s-1] or [m s-2], and [-]
+    `rocking_onset` is the ground acceleration whose static load reaches the plateau [m s-2]. `collapses` are of
+    `records`, at the intensity asked for; `peak_ratio_median` is NaN where half of the records or more collapse the
+    wall. `stripe_share`, shape (damping models, stripes), is the share of records that collapse it at the intensities
+    `stripe`.
     """
 
     row: Row
@@ -85,21 +74,9 @@ def answers(
     tail: float = TAIL,
     walls: int = WALLS,
 ) -> Iterator[Answer | BadRow]:
-    """Yield what is found of each wall, in the order of the rows; of a row that cannot be computed, why.
+    """Yield the results for each wall, in the order of the rows; for a row that cannot be computed, why.
 
-    Parameters
-    ----------
-    rows : sequence of Row or BadRow
-        Of `table.read_walls`.
-    motions : sequence of GroundMotion
-    measure : str
-        ``PGV`` or ``PGA``.
-    intensity : float
-        Asked for. [m s-1] or [m s-2]
-    step, tail
-        As for `assess`.
-    walls : int
-        That are run at once; what is found of a wall does not depend on it.
+    `step` and `tail` are as for `assess`. `walls` run at once; the results do not depend on how many.
     """
     good = sum(isinstance(row, Row) for row in rows)
     with counting(good * len(motions), "Walls under records") as advance:
@@ -111,15 +88,15 @@ def answers(
 
         def run(wall: Wall | Parapet, curve: TrilinearCurve, e: Array) -> Any:
             dampings = beside_each_other(e)
-            given: dict[str, Any] = {"step": step, "tail": tail, "track": partial(through, count=e.size)}
-            return dampings, collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **given)
+            options: dict[str, Any] = {"step": step, "tail": tail, "track": partial(through, count=e.size)}
+            return dampings, collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **options)
 
         for start in range(0, len(rows), walls):
             share = rows[start : start + walls]
-            found: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
+            results: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
             for alike in _alike([row for row in share if isinstance(row, Row)]):
-                found |= {_line(one): one for one in _of(alike, run)}
-            yield from (found[row.line] for row in share)
+                results |= {_line(one): one for one in _of(alike, run)}
+            yield from (results[row.line] for row in share)
 
 
 def _alike(rows: Sequence[Row]) -> Iterator[list[Row]]:
@@ -177,7 +154,7 @@ def _stacked(owners: Sequence[T]) -> T:
 
 
 def _median(peaks: Array) -> Array:
-    """Median over the last axis; NaN where it is that of a wall that collapsed."""
+    """Return the median over the last axis; NaN where it is that of a wall that collapsed."""
     ordered = np.sort(peaks, axis=-1)
     count = ordered.shape[-1]
     low, high = ordered[..., (count - 1) // 2], ordered[..., count // 2]
@@ -217,10 +194,10 @@ def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
         }
 
 
-def dataset(found: Sequence[Answer | BadRow], measure: str, intensity: float) -> xr.Dataset:
-    """Return what was found as a dataset of the kind ``batch``; NaN, and -1 collapses, of rows that have an error."""
-    name, shape = measure.lower(), (len(found), len(MODELS))
-    good = [(i, one) for i, one in enumerate(found) if isinstance(one, Answer)]
+def dataset(results: Sequence[Answer | BadRow], measure: str, intensity: float) -> xr.Dataset:
+    """Return the results as a dataset of the kind ``batch``; NaN, and -1 collapses, of rows that have an error."""
+    name, shape = measure.lower(), (len(results), len(MODELS))
+    good = [(i, one) for i, one in enumerate(results) if isinstance(one, Answer)]
 
     def of(value: Callable[[Answer], Any], kind: Any = float, missing: Any = np.nan, wide: bool = True) -> Any:
         values = np.full(shape if wide else shape[:1], missing, dtype=kind)
@@ -241,18 +218,18 @@ def dataset(found: Sequence[Answer | BadRow], measure: str, intensity: float) ->
             "dispersion": of(lambda one: one.dispersion),
             "peak_ratio_median": of(lambda one: one.peak_ratio_median),
             "records": records,
-            "error": ("wall", [one.error if isinstance(one, BadRow) else "" for one in found]),
+            "error": ("wall", [one.error if isinstance(one, BadRow) else "" for one in results]),
         },
         coords={
-            "wall": [one.id if isinstance(one, BadRow) else one.row.id for one in found],
+            "wall": [one.id if isinstance(one, BadRow) else one.row.id for one in results],
             "damping_model": list(MODELS),
         },
     )
 
 
-def fragilities(found: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
+def fragilities(results: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
     """Yield the fragility of each wall and damping model, for NRML."""
-    for one in found:
+    for one in results:
         if isinstance(one, Answer):
             for i, model in enumerate(MODELS):
                 name = f"{one.row.id}-{model}"

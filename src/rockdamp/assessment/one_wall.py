@@ -114,17 +114,11 @@ def assess(
 
 
 def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
-    """Return the measure and the intensities that are asked for.
-
-    Raises
-    ------
-    InputError
-        If there are both measures or none, or an intensity is not greater than 0.
-    """
-    given = {name: value for name, value in (("PGV", pgv), ("PGA", pga)) if value is not None}
-    if len(given) != 1:
+    """Return the measure and the intensities that are asked for: there must be one measure."""
+    measures = {name: value for name, value in (("PGV", pgv), ("PGA", pga)) if value is not None}
+    if len(measures) != 1:
         raise InputError("there must be either pgv or pga, the intensities asked for")
-    ((measure, value),) = given.items()
+    ((measure, value),) = measures.items()
     name = measure.lower()
     values = np.unique(np.atleast_1d(numbers(name, value)))
     require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
@@ -136,7 +130,7 @@ def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
 
 
 def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
-    """Return e and what it rests on."""
+    """Return e and its reason."""
     if isinstance(restitution, str):
         e, reason = by_rule(wall, restitution)
         return float(e), reason
@@ -148,11 +142,11 @@ def ground_motions(records: Records) -> list[GroundMotion]:
     if isinstance(records, (str, os.PathLike)):
         return load_records(records)
     wanted = "a name, a path, a pattern or a GroundMotion, or some of them"
-    given = [records] if isinstance(records, GroundMotion) else several("records", records, wanted)
-    if not given:
+    named = [records] if isinstance(records, GroundMotion) else several("records", records, wanted)
+    if not named:
         raise InputError("there are no records; there must be at least one")
     motions: list[GroundMotion] = []
-    for record in given:
+    for record in named:
         motions += [record] if isinstance(record, GroundMotion) else load_records(record)
     repeated = [motion.name for motion in motions if sum(other.name == motion.name for other in motions) > 1]
     if repeated:

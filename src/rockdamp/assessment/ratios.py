@@ -31,13 +31,6 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
     """Yield the damping ratios of each wall by each viscous model, in the order of the rows.
 
     A row that makes no wall, or one that is not released below a3, has its error once, without a model.
-
-    Parameters
-    ----------
-    rows : sequence of Row or BadRow
-        Of `table.read_walls`.
-    release_amplitude : float
-        u0/u_ins of the decay that is matched. [-]
     """
     released = [_released(row, release_amplitude) for row in rows]
     of_walls: dict[int, list[Ratio]] = {}
@@ -59,7 +52,7 @@ def _released(row: Row | BadRow, x0: float) -> Row | BadRow:
 
 
 def _of_alike(rows: list[Row], softening: str, x0: float) -> dict[int, list[Ratio]]:
-    """By line, the damping ratios of walls whose curves have one kind of last branch."""
+    """Return, by line, the damping ratios of walls whose curves have one kind of last branch."""
     if not rows:
         return {}
     lengths = [
@@ -69,17 +62,17 @@ def _of_alike(rows: list[Row], softening: str, x0: float) -> dict[int, list[Rati
     a1, b1, a3 = np.array(lengths, dtype=float).T
     curve = TrilinearCurve(a1, b1, a3, softening)
     e = np.array([row.restitution for row in rows])
-    found: dict[int, list[Ratio]] = {row.line: [] for row in rows}
+    by_line: dict[int, list[Ratio]] = {row.line: [] for row in rows}
     for model in VISCOUS_MODELS:
-        given = zip(
+        cells = zip(
             rows,
             damping_ratio_table(curve, model, e, x0).tolist(),
             table_refusal(curve, model, e, x0).tolist(),
             strict=True,
         )
-        for row, xi, why in given:
+        for row, xi, why in cells:
             ratio, error = (None, f"line {row.line}: {why}") if why else (xi, "")
-            found[row.line].append(
+            by_line[row.line].append(
                 Ratio(id=row.id, restitution=row.restitution, damping_model=model, damping_ratio=ratio, error=error)
             )
-    return found
+    return by_line

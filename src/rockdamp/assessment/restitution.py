@@ -22,20 +22,7 @@ HOUSNER = "Housner: one block that rocks on its base"
 
 
 def by_rule(wall: Rocking, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
-    """Return e of a wall by the name of a rule, and what it rests on. [-]
-
-    Parameters
-    ----------
-    wall : Wall or Parapet
-        Of a parapet every rule gives Housner's restitution.
-    rule : str
-        One of `RULES`.
-
-    Raises
-    ------
-    InputError
-        If there is no such rule.
-    """
+    """Return e of a wall by the name of a rule, and its reason; for a parapet every rule is Housner's. [-]"""
     if rule not in RULES:
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
     if isinstance(wall, Parapet):

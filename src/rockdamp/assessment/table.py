@@ -1,4 +1,4 @@
-"""A table of walls, one a row: read so that a row that makes no wall is told with its line, and stops no other."""
+"""Read a table of walls, one a row: a bad row is reported with its line, and stops no other."""
 
 from __future__ import annotations
 
@@ -28,14 +28,9 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table, by its line in the file and the id that it states.
+    """A row of the table, by its line in the file and its id: a wall, its curve, e and its reason.
 
-    Attributes
-    ----------
-    wall, curve, restitution, reason
-        What it describes; e and what that rests on.
-    doubts : tuple of str
-        What about it is unlikely.
+    `doubts` are the warnings about it.
     """
 
     line: int
@@ -57,24 +52,10 @@ class BadRow:
 
 
 def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
-    """Read a table of walls.
+    """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
-    Parameters
-    ----------
-    path : path
-        A CSV whose first line names its columns: ``id``, ``thickness`` and ``height`` [m], and those of the others of
-        `COLUMNS` that are wanted. Sizes are in SI units. A cell may be empty: then the default of `Wall` holds, e is by
-        the rule ``measured``, and the curve must be given by the others, ``a1`` and ``b1``, or ``preset``.
-
-    Returns
-    -------
-    list of Row or BadRow
-        In the order of the file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or its columns are not those of walls.
+    Sizes are in SI units. A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the
+    curve must be stated by ``a1`` and ``b1``, or by ``preset``.
     """
     path = Path(path)
     text = input_file.text(input_file.content(path, "a CSV of walls"), path)
@@ -88,13 +69,7 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
 
 
 def row_of(path: str | os.PathLike[str], wanted: str) -> Row:
-    """Return the wall of one id.
-
-    Raises
-    ------
-    InputError
-        If the table cannot be read, has no such wall, or its row makes none.
-    """
+    """Return the wall of one id; refuse a table without it, and a row that makes no wall."""
     rows = [row for row in read_walls(path) if row.id == wanted]
     if not rows:
         raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}")
@@ -137,43 +112,45 @@ def _rows(reader: Iterator[list[str]], names: list[str]) -> Iterator[Row | BadRo
 
 
 def _row(line: int, cells: Mapping[str, str]) -> Row:
-    given = {name: text for name, text in cells.items() if text}
-    if "id" not in given:
+    filled = {name: text for name, text in cells.items() if text}
+    if "id" not in filled:
         raise InputError("id is empty; each wall must have one")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        wall, curve = _wall(given), _curve(given)
-        e, reason = stated(wall, _restitution(given.get("restitution", DEFAULT_RULE)))
-    return Row(line, given["id"], wall, curve, e, reason, tuple(f"line {line}: {each.message}" for each in caught))
+        wall, curve = _wall(filled), _curve(filled)
+        e, reason = stated(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
+    return Row(line, filled["id"], wall, curve, e, reason, tuple(f"line {line}: {each.message}" for each in caught))
 
 
-def _wall(given: Mapping[str, str]) -> Wall | Parapet:
-    answer = given.get("parapet", "").lower()
+def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
+    answer = filled.get("parapet", "").lower()
     if answer not in ANSWERS:
-        raise InputError(f"parapet is {given['parapet']!r}; it must be yes, no or empty")
+        raise InputError(f"parapet is {filled['parapet']!r}; it must be yes, no or empty")
     for name in NEEDED:
-        if name not in given:
+        if name not in filled:
             raise InputError(f"{name} is empty; it must be a number")
-    sizes = {name: _number(name, given[name]) for name in SIZES if name in given}
+    sizes = {name: _number(name, filled[name]) for name in SIZES if name in filled}
     if not ANSWERS[answer]:
         return Wall(**sizes)
     if "hinge_ratio" in sizes:
-        raise InputError(f"hinge_ratio is {given['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
+        raise InputError(f"hinge_ratio is {filled['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
     return Parapet(**sizes)
 
 
-def _curve(given: Mapping[str, str]) -> TrilinearCurve:
-    last: dict[str, float | str] = {"ultimate_displacement_ratio": _number("a3", given["a3"])} if "a3" in given else {}
-    last |= {"softening": given["softening"]} if "softening" in given else {}
-    if "preset" in given:
-        if "a1" in given or "b1" in given:
+def _curve(filled: Mapping[str, str]) -> TrilinearCurve:
+    last: dict[str, float | str] = (
+        {"ultimate_displacement_ratio": _number("a3", filled["a3"])} if "a3" in filled else {}
+    )
+    last |= {"softening": filled["softening"]} if "softening" in filled else {}
+    if "preset" in filled:
+        if "a1" in filled or "b1" in filled:
             raise InputError("preset stands for a1 and b1; there must be either it or both of them")
-        return TrilinearCurve.preset(given["preset"], **last)
+        return TrilinearCurve.preset(filled["preset"], **last)
     for name in ("a1", "b1"):
-        if name not in given:
+        if name not in filled:
             raise InputError(f"{name} is empty; there must be a1 and b1, or preset")
     make: Callable[..., TrilinearCurve] = TrilinearCurve
-    return make(_number("a1", given["a1"]), _number("b1", given["b1"]), **last)
+    return make(_number("a1", filled["a1"]), _number("b1", filled["b1"]), **last)
 
 
 def _restitution(text: str) -> float | str:

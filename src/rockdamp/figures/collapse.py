@@ -226,7 +226,7 @@ def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array,
 def _curves(axes: Axes, wall: xr.Dataset) -> None:
     intensity = np.geomspace(float(wall["velocity_ratio"][0]), float(wall["velocity_ratio"][-1]), 201)
     cr = wall.sel(damping_model=REFERENCE)
-    low, high = envelope(intensity, cr["wall_median_scale_interval"].values, cr["wall_dispersion_interval"].values)
+    low, high = envelope(intensity, cr["wall_median_velocity_ratio_interval"].values, cr["wall_dispersion_interval"].values)
     axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
     for model in (*dampers(wall), REFERENCE):
         fragility = wall.sel(damping_model=model)

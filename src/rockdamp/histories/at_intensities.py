@@ -1,4 +1,4 @@
-"""Many walls under one record at several intensities: how each history ended, and nothing of it in between."""
+"""Many walls under one record at several intensities: how each history ends, without the history itself."""
 
 from __future__ import annotations
 
@@ -32,31 +32,16 @@ def peaks_and_collapses(
     step: float,
     tail: float,
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Run walls with each damper under a record that is scaled by each of some factors.
+    """Run walls with each damper under a record that is scaled by each factor.
 
-    Parameters
-    ----------
-    record : Record
-    wall, curve : Wall or Parapet, TrilinearCurve
-        Their parameters are numbers, or arrays of shape (walls,).
-    dampings : sequence of Damping
-        Likewise.
-    factor : ndarray, shape (factors,) or (walls, factors)
-        On the record's acceleration. [-]
-    step : float
-        The longest, times the angular frequency of the first branch. [-]
-    tail : float
-        Rest after the record. [s]
+    Parameters of walls, curves and dampers are numbers, or arrays of shape (walls,); `factor` has the shape (factors,)
+    or (walls, factors). `step` is the longest, times the angular frequency of the first branch; `tail` is the rest
+    after the record. [s]
 
     Returns
     -------
     peak, collapsed : ndarray, shape (walls, factors, dampings)
-        Largest |u|/u_ins, which of a wall that collapsed means nothing, and whether it did. [-]
-
-    Raises
-    ------
-    InputError
-        If a history would take more than `MOST_STEPS` steps.
+        Largest |u|/u_ins, meaningless for a wall that collapsed, and whether it did. [-]
     """
     factor = np.atleast_2d(np.asarray(factor, dtype=float))
     shapes = [damping.shape for damping in dampings]
@@ -81,14 +66,6 @@ def peaks_and_collapses(
 
 
 def substeps_of(sampling: ArrayLike, step: float) -> NDArray[np.int64]:
-    """Count the solver's steps between two samples.
-
-    Parameters
-    ----------
-    sampling : float or ndarray
-        Of the record, times the angular frequency of the first branch. [-]
-    step : float
-        The longest, as `sampling`. [-]
-    """
+    """Count the solver's steps between two samples, both times the frequency of the first branch."""
     needed = np.asarray(sampling, dtype=float) / step
     return SUBSTEPS_BASE ** np.maximum(np.ceil(np.log2(needed)), 0).astype(int)

@@ -29,14 +29,8 @@ class Load(TypedDict):
 class Forcing:
     """A ground motion as a load on a wall, linear between its samples. The wall starts at rest.
 
-    Attributes
-    ----------
-    ground_acceleration : ndarray, shape (samples,)
-        With the rest after the motion. [m s-2]
-    sampling : float or ndarray
-        p dt, the time between two samples in tau. [-]
-    load_factor : float or ndarray
-        Makes the ground acceleration the dimensionless load. [s2 m-1]
+    `ground_acceleration` includes the rest after the motion [m s-2]. `sampling` is p dt, the time between two samples
+    in tau; `load_factor` makes the ground acceleration the dimensionless load. [s2 m-1]
     """
 
     ground_acceleration: Array

@@ -16,16 +16,9 @@ LEAST = 1e-3  # of u_ins: a computed half cycle is one that goes beyond it
 
 @dataclass(frozen=True)
 class HalfCycles:
-    """Successive excursions to either side; all arrays of shape (count,).
+    """Successive excursions to either side: signed `peak` [m] and its time [s], crossings of zero before and after. [s]
 
-    Attributes
-    ----------
-    peak : ndarray
-        Largest displacement, signed. [m]
-    peak_elapsed : ndarray
-        Its time. [s]
-    start, end : ndarray
-        Crossings of zero before and after; NaN for the first's start and the last's end. [s]
+    The first `start` and the last `end` are NaN.
     """
 
     peak: Array
@@ -38,24 +31,15 @@ class HalfCycles:
 
     @property
     def duration(self) -> Array:
-        """From crossing to crossing. [s]"""
+        """Time from crossing to crossing. [s]"""
         return self.end - self.start
 
 
 def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
-    """Tell in which steps between samples a history reaches or passes zero.
+    """Return the steps between samples in which a history reaches or passes zero, shape (..., n - 1).
 
-    A step that starts at zero leaves it and does not count, as in the solver's count of impacts.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., n)
-        Displacements, whose zeros are impacts, or velocities, whose zeros are peaks; NaN passes nothing.
-
-    Returns
-    -------
-    ndarray of bool, shape (..., n - 1)
-        Of the step from each sample to the next.
+    A step that starts at zero leaves it and does not count, as in the solver's count of impacts. Zeros of displacements
+    are impacts, zeros of velocities are peaks; NaN passes nothing.
     """
     sign = np.sign(np.asarray(values, dtype=float))
     before, after = sign[..., :-1], sign[..., 1:]
@@ -63,19 +47,10 @@ def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
 
 
 def turns(displacement: Array, velocity: Array, step: float | Array) -> tuple[Array, Array]:
-    """Return where and when histories turn after the release, to second order between the samples.
+    """Return displacements and times at which histories turn after the release, to second order between the samples.
 
-    Parameters
-    ----------
-    displacement, velocity : ndarray, shape (lanes, n)
-        From the release on, which is at rest and counts as no turn.
-    step : float or ndarray, shape (lanes,)
-        Between samples.
-
-    Returns
-    -------
-    displacement, elapsed : ndarray, shape (lanes, most)
-        Of each lane's turns, from the release on; NaN after its last.
+    Both have the shape (lanes, most), NaN after each lane's last turn. The histories, shape (lanes, n), start at the
+    release, which is at rest and counts as no turn; `step` is the time between samples.
     """
     lane, at = np.nonzero(passes_zero(velocity[:, 1:]))
     count = np.bincount(lane, minlength=velocity.shape[0])
@@ -93,23 +68,13 @@ def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
     """Return the samples of one history's peaks: the release at rest, and the last sample before each change of sign.
 
     An impact is no turning point: it scales the velocity and keeps its sign.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (n,)
-        From the release on, at which its sign says nothing.
     """
     turns = 1 + np.flatnonzero(passes_zero(np.asarray(velocity)[1:]))
     return np.concatenate([[0], turns])
 
 
 def excursion_peaks(displacement: Array) -> NDArray[np.intp]:
-    """Return the samples of the largest displacement between successive crossings of zero, the release left out.
-
-    Parameters
-    ----------
-    displacement : ndarray, shape (n,)
-    """
+    """Return the samples of the largest displacement between successive crossings of zero, the release left out."""
     starts = 1 + np.flatnonzero(passes_zero(displacement))
     excursions = np.split(np.abs(displacement), starts)[1:]
     tops = [start + int(np.argmax(excursion)) for start, excursion in zip(starts, excursions, strict=True)]
@@ -144,7 +109,7 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
 
 
 def _crossing(elapsed: Array, displacement: Array, start: int, stop: int) -> float:
-    """Middle of the first and the last change of sign from sample `start` to sample `stop`, linearly interpolated."""
+    """Return the middle of the first and last change of sign from `start` to `stop`, linearly interpolated."""
     changes = start + np.flatnonzero(passes_zero(displacement[start : stop + 1]))[[0, -1]]
     before, after = displacement[changes], displacement[changes + 1]
     share = before / (before - after)

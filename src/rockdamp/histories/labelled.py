@@ -43,7 +43,7 @@ def free_decay(
     points: int = 1001,
     step: float | None = None,
 ) -> xr.Dataset:
-    """Free decay after a release at rest.
+    """Compute the free decay after a release at rest.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def respond(
     step: float | None = None,
     histories: bool = True,
 ) -> xr.Dataset:
-    """Response of a wall to a record's motion, starting at rest.
+    """Compute the response of a wall to a record's motion, starting at rest.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def respond(
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(_described)
-    scaled = batch.given["scale_factor"].variable * xr.Variable("elapsed", motion)
+    scaled = batch.parameters["scale_factor"].variable * xr.Variable("elapsed", motion)
     return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
 
 
@@ -176,18 +176,9 @@ def _warn_of_motion(ground: Array, scale: Array) -> None:
 class _Batch:
     """A wall, its curve, its damper and what else varies, broadcast by name to lanes of one shape.
 
-    Attributes
-    ----------
-    given : dict of DataArray
-        Every parameter as it was given, its dimensions named.
-    dims : tuple of str
-        Dimensions of the lanes.
-    wall, curve, damping
-        With an element for each lane.
-    values : dict of ndarray
-        The further parameters, an element for each lane.
-    frequency, u_ins : ndarray
-        p and u_ins, an element for each lane; 1 without a wall. [rad s-1], [m]
+    `parameters` are as they were passed, with named dimensions; `dims` are those of the lanes. All else has an element
+    for each lane: `values` are the further parameters, `frequency` is p [rad s-1] and `u_ins` [m], both 1 without a
+    wall.
     """
 
     def __init__(
@@ -199,16 +190,16 @@ class _Batch:
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_damping(damping.parameters.get("damping_ratio", 0.0)))
         others = {name: quantity(name, value) for name, value in others.items()}
-        self.given = _names(_parameters(wall)) | _names(_parameters(curve))
-        self.given |= _names(damping.parameters)
+        self.parameters = _names(_parameters(wall)) | _names(_parameters(curve))
+        self.parameters |= _names(damping.parameters)
         for name, value in others.items():
-            self.given |= _names({name: value})
+            self.parameters |= _names({name: value})
         try:
-            together = xr.broadcast(*xr.align(*self.given.values(), join="exact", copy=False))
+            together = xr.broadcast(*xr.align(*self.parameters.values(), join="exact", copy=False))
         except ValueError as error:
             raise InputError(f"parameters have unlike values along a dimension that they share: {error}") from None
-        broadcast(**dict(zip(self.given, together, strict=True)))
-        lanes: dict[str, Any] = {name: array.values for name, array in zip(self.given, together, strict=True)}
+        broadcast(**dict(zip(self.parameters, together, strict=True)))
+        lanes: dict[str, Any] = {name: array.values for name, array in zip(self.parameters, together, strict=True)}
         self.dims, self.model = together[0].dims, damping.model
         with plausibility.as_meant():  # it was warned of when it was made
             self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
@@ -219,13 +210,7 @@ class _Batch:
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
 
     def steps_within(self, spacing: float, step: float | None, times: int) -> int:
-        """Steps of the solver between two times that are `spacing` apart, in s or without a wall in tau.
-
-        Raises
-        ------
-        InputError
-            If a history of so many times would take more than `MOST_STEPS`.
-        """
+        """Return the solver's steps between two of so many times, `spacing` apart in s, or without a wall in tau."""
         longest = np.minimum(STEP, FINEST * stable_step(self.curve)) if step is None else number("step", step)
         require(np.greater(longest, 0), "step", longest, "greater than 0")
         with np.errstate(over="ignore"):
@@ -250,7 +235,7 @@ class _Batch:
         }
         if self.wall is not None:
             variables["peak_displacement"] = (self.dims, self.u_ins * response.peak)
-        short = {name: _shortened(name, array) for name, array in self.given.items()}
+        short = {name: _shortened(name, array) for name, array in self.parameters.items()}
         varied = {name: array for name, array in short.items() if array.ndim}
         fixed = {name: float(array) for name, array in short.items() if not array.ndim}
         coords = {"damping_model": self.model, **varied}

@@ -21,13 +21,10 @@ RESULTS = ("peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcom
 
 
 def scales_of(record: Record, asked: Mapping[str, Sequence[float]]) -> Array:
-    """Return the factors on a record's acceleration that are asked for.
+    """Return the factors on a record's acceleration.
 
-    Parameters
-    ----------
-    record : Record
-    asked : dict
-        One of ``scale``, plain factors [-], ``pga`` [m s-2] and ``pgv`` [m s-1], to which the record is scaled.
+    `asked` has one key: ``scale``, plain factors [-], or ``pga`` [m s-2] or ``pgv`` [m s-1], to which the record is
+    scaled.
     """
     ((kind, values),) = asked.items()
     if kind == "scale":
@@ -46,24 +43,10 @@ def rows(
     asked: Mapping[str, Sequence[float]],
     tail: float,
 ) -> Iterator[dict[str, Any]]:
-    """Yield what each record does to a wall, at each scale and under each damping model.
+    """Yield the peaks and the outcome of a wall under each record, at each scale and under each damping model.
 
-    Parameters
-    ----------
-    motions : iterable of GroundMotion
-    wall, curve : Wall or Parapet, TrilinearCurve
-    dampings : sequence of Damping
-        Of numbers.
-    asked : dict
-        As for `scales_of`.
-    tail : float
-        Rest after each record. [s]
-
-    Yields
-    ------
-    dict
-        ``record``, ``scale``, ``pga`` [m s-2] and ``pgv`` [m s-1] of the scaled record, ``damping_model``,
-        ``damping_ratio`` (None of restitution) and `RESULTS`, as `respond` has them.
+    ``pga`` [m s-2] and ``pgv`` [m s-1] are those of the scaled record; ``damping_ratio`` is None for restitution; the
+    `RESULTS` are those of `respond`. `asked` is as for `scales_of`; `tail` is the rest after each record. [s]
     """
     for motion in motions:
         scale, measures = scales_of(motion.record, asked), intensity_measures(motion.record)

@@ -1,4 +1,4 @@
-"""The response to a record as it was measured: its rest, its strong phase, its free decay."""
+"""The response to a measured record: its rest, its strong phase, its free decay."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SHORTEST_REST = 10  # samples
 
 
 def record_attributes(record: Record) -> dict[str, str]:
-    """Return what a dataset, and with it each figure, must say of the record that it stands on."""
+    """Return the attributes that a dataset, and with it each figure, must state of its record."""
     stated = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
     return {**stated, "record_synthetic": "yes" if record.synthetic else "no"}
 
@@ -39,17 +39,9 @@ def made_by(record: Record) -> str:
 def computed_response(
     record: Record, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, step: float
 ) -> Histories:
-    """Compute the response to a record's motion; arrays of the curve or the damper make a batch.
+    """Compute the response to a record's motion at its samples; arrays of the curve or the damper make a batch.
 
-    Parameters
-    ----------
-    step : float
-        Of the solver, in tau: at most this, and a whole number of them between two samples of the record. [-]
-
-    Returns
-    -------
-    Histories
-        At the record's samples.
+    `step` is the solver's longest, in tau: a whole number of steps lies between two samples of the record. [-]
     """
     step = number("step", step)
     require(step > 0, "step", step, "greater than 0")
@@ -59,13 +51,7 @@ def computed_response(
 
 
 def rest_samples(record: Record) -> int:
-    """Count the samples before the motion, in which the wall is at rest.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than `SHORTEST_REST`.
-    """
+    """Count the samples before the motion, in which the wall is at rest; refuse fewer than `SHORTEST_REST`."""
     acceleration = np.abs(record.ground_acceleration)
     count = int(np.argmax(acceleration >= QUIET * acceleration.max()))
     allowed = f"at least {SHORTEST_REST}, in which the motion stays below {QUIET:.0%} of its peak"
@@ -74,13 +60,7 @@ def rest_samples(record: Record) -> int:
 
 
 def measured_displacement(record: Record) -> tuple[Array, float]:
-    """Return the measured displacement from the level at rest, and that level as the sensor showed it. [m]
-
-    Raises
-    ------
-    InputError
-        If the record has no displacement, or no rest.
-    """
+    """Return the measured displacement from the level at rest, and that level as the sensor showed it. [m]"""
     if record.displacement is None:
         raise InputError("the record has no column displacement_m; it must hold the measured response")
     zero = float(np.mean(record.displacement[: rest_samples(record)]))
@@ -88,13 +68,7 @@ def measured_displacement(record: Record) -> tuple[Array, float]:
 
 
 def decay_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
-    """Time from which the load stays below `STRONG` of the plateau's strength. [s]
-
-    Raises
-    ------
-    InputError
-        If it does not before the end of the record.
-    """
+    """Return the time from which the load stays below `STRONG` of the plateau's strength; refuse none. [s]"""
     start = _quiet_from(record, wall, curve, STRONG)
     if np.isnan(start):
         raise InputError("the motion is still strong at the end of the record; it must hold a decay after the motion")
@@ -102,7 +76,7 @@ def decay_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
 
 
 def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
-    """Time from which the load stays below `FREE` of the plateau's strength; NaN if not before the record's end. [s]
+    """Return the time from which the load stays below `FREE` of the plateau's strength; NaN if it never does. [s]
 
     A load that can no longer make the wall rock still moves its peaks: at a third of the plateau by a third of u1 and
     more.
@@ -111,7 +85,7 @@ def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float
 
 
 def _quiet_from(record: Record, wall: Wall, curve: TrilinearCurve, share: float) -> float:
-    """Time of the first sample from which on the load is below a share of the plateau's strength; NaN of none. [s]"""
+    """Return the time from which on the load is below a share of the plateau's strength; NaN of none. [s]"""
     load = np.abs(float(wall.load_factor) * record.ground_acceleration)
     above = np.flatnonzero(load >= share * float(curve.strength_ratio))
     first = int(above[-1]) + 1 if above.size else 0

@@ -42,30 +42,9 @@ def decays(
     length: float = 20.0,
     wall: Wall | Parapet | None = None,
 ) -> xr.Dataset:
-    """Free decay under each of several damping models, at each step of the solver.
+    """Compute the free decay of one wall under each of several damping models, at each step of the solver.
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Of one wall.
-    dampings : sequence of Damping
-        Of different models.
-    release_amplitude : float
-        u0/u_ins, in (0, a3). [-]
-    length : float
-        Of the history, in tau. [-]
-    wall : Wall or Parapet, optional
-        Adds the time in seconds, u_ins and p.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``displacement`` and ``velocity`` (damping_model, tau), ``impacts``, ``outcome``, and each model's parameter.
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
+    `length` is in tau. A wall adds the time in seconds, u_ins and p.
     """
     length, release_amplitude = number("length", length), number("release_amplitude", release_amplitude)
     require(length > 0, "length", length, "greater than 0 (in tau)")
@@ -97,31 +76,7 @@ def responses(
     scale: float = 1.0,
     tail: float = 0.0,
 ) -> xr.Dataset:
-    """Response of one wall to a record under each of several damping models, at the samples of the record.
-
-    Parameters
-    ----------
-    record : Record
-    wall : Wall or Parapet
-    curve : TrilinearCurve
-    dampings : sequence of Damping
-        Of different models.
-    scale : float
-        Factor on the ground acceleration. [-]
-    tail : float
-        Rest after the end of the record. [s]
-
-    Returns
-    -------
-    xarray.Dataset
-        ``displacement`` and ``velocity`` (damping_model, elapsed), ``ground_acceleration``, peaks, ``outcome``, each
-        model's parameter, and the wall's shape.
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range, or the history would take more than `MOST_STEPS` steps.
-    """
+    """Compute the response of one wall to a record under several damping models, at the samples of the record."""
     scale, tail = number("scale", scale), number("tail", tail)
     _warn_of(dampings)
     pga = float(np.abs(record.ground_acceleration).max())
@@ -145,13 +100,9 @@ def responses(
 
 
 def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the peaks of each decay: model, impacts before the peak, tau and u/u_ins; with a wall in s and m too.
+    """Return the peaks of `decays`: model, impacts before the peak, tau and u/u_ins; with a wall in s and m too.
 
-    Parameters
-    ----------
-    decay : xarray.Dataset
-        What `decays` returned. Before the first peak, the release, are no impacts; the last half cycle, which has not
-        ended, is left out.
+    The first peak, the release, has no impact before it; the last half cycle, which has not ended, is left out.
     """
     rows = []
     with_wall = "elapsed" in decay.coords

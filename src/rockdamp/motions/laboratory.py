@@ -65,12 +65,7 @@ def read_raw(path: str | os.PathLike[str]) -> Raw:
     """Read a table of numbers: divided by commas, semicolons, tabs or blanks, with or without a line of names.
 
     Lines before the first of two or more numbers are remarks, of which the last one with as many cells names the
-    columns; they are numbered otherwise. A comma is a decimal sign where semicolons or tabs divide.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two rows of numbers, or a row is not one.
+    columns; otherwise the columns are numbered. A comma is a decimal sign where semicolons or tabs divide.
     """
     read = input_file.content(path, "a table of raw channels")
     lines = [line.strip() for line in input_file.text(read, path).split("\n")]
@@ -137,33 +132,21 @@ def laboratory_record(
 
     Parameters
     ----------
-    raw : Raw
-    time, table_acceleration, table_velocity : Channel
-        Of the motion one, acceleration or velocity.
+    table_acceleration, table_velocity : Channel
+        One of them is the motion.
     wall, table : Channel, optional
         Displacement of the wall at its hinge, and of the table where that is not relative to it.
     rest : float
-        How long the record is at rest at its start: the means there are the zeros. [s]
+        Time at rest at the start: the means there are the zeros. [s]
     lowpass : float, optional
         Corner of Butterworth's filter of fourth order, run forwards and backwards. [Hz]
     rate : float, optional
-        Of the record; by default that of the raw channels, and where it is lower, a filter at 0.4 of it. [Hz]
+        Rate of the record; by default that of the raw channels, and where it is lower, a filter at 0.4 of it. [Hz]
     baseline : {"constant", "linear", "none"}
         What is taken off the acceleration: its mean at rest; or the straight line, zero at the end of the rest, that
         leaves no velocity at the end of the record, as well; or nothing.
-    specimen, source : str
-        What the header says of what was tested, and of where the channels come from.
-    synthetic : bool
-        Whether the channels were computed and not measured, which the header says too.
-
-    Returns
-    -------
-    Record
-
-    Raises
-    ------
-    InputError
-        If a channel is not there, a unit is another quantity's, or a value lies outside its range.
+    specimen, source, synthetic
+        Entries of the header.
     """
     if (table_acceleration is None) == (table_velocity is None):
         raise InputError("the motion must be given once: as table_acceleration or as table_velocity")
@@ -199,7 +182,7 @@ def laboratory_record(
 
 
 def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str]) -> Array:
-    """Return a channel in SI, and say so."""
+    """Return a channel in SI, and state its factor in the header."""
     factor = units.size(channel.unit, unit)
     if factor is None:
         raise InputError(f"{name} has the unit {channel.unit!r}, which is none of its kind, as {EXAMPLES[name]}")

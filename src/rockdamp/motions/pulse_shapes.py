@@ -18,22 +18,7 @@ PULSE_WIDTH, PULSE_SIDE_LOBE = 0.29, 0.23
 
 
 def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:
-    """Ricker wavelet a(t) = A (1 - 2 s) exp(-s), s = (pi f t)^2, with its peak at t = 0.
-
-    Parameters
-    ----------
-    time : array_like, any shape
-        [s]
-    frequency : float
-        f, where the spectrum peaks. [Hz]
-    amplitude : float
-        A. [m s-2]
-
-    Returns
-    -------
-    ndarray, shape of `time`
-        [m s-2]
-    """
+    """Return a Ricker wavelet A (1 - 2 s) exp(-s), s = (pi f t)^2, with its peak at t = 0. [s], [Hz], [m s-2]"""
     at, amplitude, frequency = numbers("time", time), number("amplitude", amplitude), number("frequency", frequency)
     require(frequency > 0, "frequency", frequency, "greater than 0 [Hz]")
     s = (np.pi * frequency * at) ** 2
@@ -43,31 +28,17 @@ def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:
 def table_pulse(
     time: ArrayLike, amplitude: float, *, width: float = PULSE_WIDTH, side_lobe: float = PULSE_SIDE_LOBE
 ) -> Array:
-    """Pulse that a shaking table makes of a Ricker wavelet: side lobes lower and longer, no velocity left over.
+    """Return a shaking table's pulse for a Ricker wavelet: side lobes lower and longer, no velocity left over.
 
     The difference of two Gaussian bells of equal area,
 
         a(t) = A [exp(-q) - r exp(-r^2 q)]/(1 - r),  q = t^2/(2 s^2),  0 < r < 1,
 
     whose integral is zero; being even, it leaves no displacement over either. It is zero at q0 = ln(1/r)/(1 - r^2) and
-    lowest at 3 q0, with -A (1 + r)/r^2 exp(-3 q0). Towards r = 1 it is the Ricker wavelet; r follows from the
-    side lobe, s from the width.
+    lowest at 3 q0, with -A (1 + r)/r^2 exp(-3 q0). Towards r = 1 it is the Ricker wavelet.
 
-    Parameters
-    ----------
-    time : array_like, any shape
-        From the peak. [s]
-    amplitude : float
-        A, the peak. [m s-2]
-    width : float
-        Of the main lobe, between its zeros. [s]
-    side_lobe : float
-        Depth of the side lobes over the peak, between 0.02 and a Ricker wavelet's 0.446. [-]
-
-    Returns
-    -------
-    ndarray, shape of `time`
-        [m s-2]
+    s follows from the `width` of the main lobe between its zeros [s], r from `side_lobe`: the depth of the side lobes
+    over the peak, between 0.02 and a Ricker wavelet's 0.446.
     """
     at, amplitude = numbers("time", time), number("amplitude", amplitude)
     width, side_lobe = number("width", width), number("side_lobe", side_lobe)
@@ -80,38 +51,23 @@ def table_pulse(
 
 
 def _zero(r: float) -> float:
-    """q where the pulse of `table_pulse` is zero."""
+    """Return q where the pulse of `table_pulse` is zero."""
     return float(np.log(1 / r) / (1 - r**2))
 
 
 def _side_lobe(r: float) -> float:
-    """Depth of the side lobes of `table_pulse` over its peak."""
+    """Return the depth of the side lobes of `table_pulse` over its peak."""
     return float((1 + r) / r**2 * np.exp(-3 * _zero(r)))
 
 
 def wavelet(time: ArrayLike, frequency: float, cycles: float, amplitude: float) -> Array:
-    r"""Pulse of a few cycles, the wavelet of Mavroeidis and Papageorgiou (2003, doi:10.1785/0120020100), even in time.
+    r"""Return the wavelet of Mavroeidis and Papageorgiou (2003, doi:10.1785/0120020100), a few cycles, even in time.
 
     .. math:: a(t) = \frac{A}{2} \left[\left(1 + \cos\frac{\omega t}{\gamma}\right) \cos\omega t
               - \frac{1}{\gamma} \sin\frac{\omega t}{\gamma} \sin\omega t\right], \quad |\omega t| \le \pi \gamma
 
-    with :math:`\omega = 2 \pi f`. Its integral is odd and zero at both ends: the table stops where it started.
-
-    Parameters
-    ----------
-    time : array_like, any shape
-        From the peak. [s]
-    frequency : float
-        f. [Hz]
-    cycles : float
-        gamma, more than 1; the pulse lasts gamma/f. [-]
-    amplitude : float
-        A, the peak. [m s-2]
-
-    Returns
-    -------
-    ndarray, shape of `time`
-        [m s-2]
+    with :math:`\omega = 2 \pi f`. Its integral is odd and zero at both ends: the table stops where it started. The
+    `cycles` gamma are more than 1; the pulse lasts gamma/f.
     """
     at, amplitude = numbers("time", time), number("amplitude", amplitude)
     frequency, cycles = number("frequency", frequency), number("cycles", cycles)

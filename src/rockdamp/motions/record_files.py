@@ -1,6 +1,6 @@
-"""The lines of a record's file, CSV or PEER AT2, to numbers in SI. Errors name the line.
+"""Read a record's file, CSV or PEER AT2, into numbers in SI. Errors name the line.
 
-What a file says of itself, its units above all, is believed or refused, never passed over.
+Statements of the file, its units above all, are believed or refused, never passed over.
 """
 
 from __future__ import annotations
@@ -63,13 +63,7 @@ class Parts(NamedTuple):
 
 
 def require_stated(stated: str, acceleration: str, remedy: str) -> None:
-    """Check a list of units, ``s, m s-2, m``, against those that the numbers are taken in: s, `acceleration` and m.
-
-    Raises
-    ------
-    InputError
-        If one of them is another, or no unit of time, acceleration or length.
-    """
+    """Refuse a list of units, ``s, m s-2, m``, with other units than those of the numbers: s, `acceleration` and m."""
     for name in re.split("[,;]", stated):
         same_acceleration = units.size(name, "m s-2") == units.size(acceleration, "m s-2")
         if not (same_acceleration or units.size(name, "s") == 1 or units.size(name, "m") == 1):
@@ -122,7 +116,7 @@ def _columns(lines: Sequence[str], first: int, names: Sequence[str]) -> Mapping[
 
 
 def _header(lines: Sequence[str]) -> dict[str, str]:
-    """Return what lines ``# key: value`` say, keys in small letters; a line without a colon is a remark."""
+    """Return the entries of lines ``# key: value``, keys in small letters; a line without a colon is a remark."""
     header: dict[str, str] = {}
     for number, line in enumerate(lines, 1):
         key, colon, value = line.lstrip("# \t").partition(":")

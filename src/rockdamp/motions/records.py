@@ -98,33 +98,20 @@ class Record(ByValue):
         return ANSWERS[self.header.get("synthetic", "no")]
 
 
-def _header(given: Mapping[str, str]) -> dict[str, str]:
+def _header(stated: Mapping[str, str]) -> dict[str, str]:
     """Return a header with its keys in small letters."""
-    instance("header", given, Mapping)
-    for key, value in given.items():
+    instance("header", stated, Mapping)
+    for key, value in stated.items():
         instance("a key of the header", key, str)
         instance(f"header {key!r}", value, str)
-    header = {key.strip().lower(): value for key, value in given.items()}
-    if len(header) < len(given):
-        raise InputError(f"the header has the keys {', '.join(map(str, given))}; each must stand there once")
+    header = {key.strip().lower(): value for key, value in stated.items()}
+    if len(header) < len(stated):
+        raise InputError(f"the header has the keys {', '.join(map(str, stated))}; each must stand there once")
     return header
 
 
 def followed_by_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
-    """Return a ground acceleration and, after it, zeros for at least `tail`: the time in which a wall comes to rest.
-
-    Parameters
-    ----------
-    ground_acceleration : ndarray, shape (samples,)
-        Of which the unit does not matter.
-    step, tail : float
-        Between two samples; and how long the rest lasts. Both in s, or both in tau.
-
-    Raises
-    ------
-    InputError
-        If `tail` is negative or not finite.
-    """
+    """Append zeros for at least `tail`, in which a wall comes to rest; `step` and `tail` in s, or in tau."""
     tail = number("tail", tail)
     require(tail >= 0, "tail", tail, "at least 0")
     rest = np.ceil(tail / step)

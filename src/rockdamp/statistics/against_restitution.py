@@ -80,24 +80,10 @@ def bootstrapped(
 ) -> xr.Dataset:
     """Return the statistics of each alternative at each e, with their intervals.
 
-    Parameters
-    ----------
-    histories : xarray.Dataset
-        ``reference_peak`` and ``reference_collapsed`` (record, scale, wall, restitution) under restitution; ``peak``
-        and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, standing 0, not run -1.
-    weights : ndarray, shape (replicates, records)
-        How often each record is drawn, as `fragility.resample` returns it.
-    bands : sequence of (low, high)
-        Of the peak under restitution. [u/u_ins]
-    description : str
-        Of the progress bar.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions restitution and those of the alternatives: ``median_ratio``, ``log_dispersion``, ``log_error`` and
-        ``pairs`` (and ``band``); ``false_safe`` and ``false_collapse``, and their rates among the collapses and the
-        survivals under restitution. All but the counts have an ``_interval``, with a last dimension ``bound``.
+    `histories` has ``reference_peak`` and ``reference_collapsed`` (record, velocity_ratio, wall, restitution) under
+    restitution, and ``peak`` and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, standing
+    0, not run -1. `bands` are of the peak under restitution [u/u_ins]; `description` is that of the progress bar. False
+    answers come as counts and as rates among the collapses and the survivals under restitution.
     """
     order = (*HISTORIES, "restitution")
     other = histories["peak"].transpose(*order, ...)
@@ -133,7 +119,7 @@ def _ratios(
     weights: Array,
     bands: Sequence[tuple[float, float]],
 ) -> dict[str, Array]:
-    """Statistics of the ratio of the peaks where both stand, in each band; histories (record, scale, wall)."""
+    """Return statistics of the ratio of the peaks where both stand, in each band; histories (record, scale, wall)."""
     record = np.broadcast_to(np.arange(len(reference))[:, None, None], reference.shape)
     stand = (fell == 0) & (other_fell == 0)
     results = []
@@ -148,7 +134,7 @@ def _ratios(
 
 
 def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
-    """Statistics of each replicate from the weight of each pair, shape (replicates, pairs)."""
+    """Return statistics of each replicate from the weight of each pair, shape (replicates, pairs)."""
     mean, square = (quotient(weight @ logarithm**power, weight.sum(axis=1)) for power in (1, 2))
     return {
         "median_ratio": np.exp(weighted_quantile(logarithm, weight, 0.5)),
@@ -158,7 +144,7 @@ def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
 
 
 def _outcomes(fell: NDArray[np.bool_], other: NDArray[np.int8], weights: Array) -> dict[str, Any]:
-    """Collapses that only one of both has, and as rates of the collapses and survivals under restitution."""
+    """Count collapses that only one of both has, also as rates of the collapses and survivals under restitution."""
     rates: dict[str, Any] = {}
     for name, wrong, cases in (("safe", fell & (other == 0), fell), ("collapse", ~fell & (other == 1), ~fell)):
         # Sums by record: a replicate weighs them by how often it drew the record.
@@ -170,22 +156,10 @@ def _outcomes(fell: NDArray[np.bool_], other: NDArray[np.int8], weights: Array) 
 
 
 def fragilities(intensity: Array, collapses: Array, runs: Any, weights: Array, reference: Any) -> dict[str, Array]:
-    """Fit fragility curves, and compare their medians with restitution's.
+    """Fit fragility curves, and compare their medians with restitution's; arrays of shape (...), and their intervals.
 
-    Parameters
-    ----------
-    intensity : ndarray, shape (stripes,)
-    collapses, runs : ndarray, shape (records, ..., stripes)
-        Counts of each record; they broadcast. [-]
-    weights : ndarray, shape (replicates, records)
-        As for `bootstrapped`.
-    reference : index
-        Of the curves under restitution: ``median[reference]`` broadcasts with ``median``, of shape (...).
-
-    Returns
-    -------
-    dict of ndarray
-        ``median``, ``dispersion`` and ``median_intensity_ratio``, of shape (...), and the ``_interval`` of each.
+    `collapses` and `runs` count by record, shape (records, ..., stripes), and broadcast. `reference` indexes the curves
+    under restitution: ``median[reference]`` broadcasts with ``median``.
     """
     whole, drawn = fit_resampled(intensity, collapses, runs, weights)
     values = {

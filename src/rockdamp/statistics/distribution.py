@@ -1,4 +1,4 @@
-"""A distribution between two bounds: of a wall's parameters in a population, and of what a record identifies."""
+"""Distributions between two bounds: of a wall's parameters in a population, and of identified parameters."""
 
 from __future__ import annotations
 
@@ -15,21 +15,10 @@ KINDS = ("uniform", "loguniform", "normal")
 
 @dataclass(frozen=True)
 class Distribution:
-    """Distribution of values between two bounds.
+    """Distribution of values between the bounds `low` and `high`.
 
-    Parameters
-    ----------
-    distribution : {"uniform", "loguniform", "normal"}
-        Uniform in the value or in its logarithm; normal is cut off at the bounds.
-    low, high : float
-        The smallest and the largest value.
-    mean, standard_deviation : float, optional
-        Moments of the normal distribution before it is cut off; the other kinds have none.
-
-    Raises
-    ------
-    InputError
-        If the bounds do not ascend, or the moments do not fit the kind.
+    It is ``uniform`` in the value, ``loguniform`` or ``normal``; a normal one is cut off at the bounds, and it alone
+    has moments, those before it is cut off.
 
     Examples
     --------
@@ -81,7 +70,7 @@ class Distribution:
 
     @property
     def _standard_bounds(self) -> tuple[float, float]:
-        """The bounds in standard deviations from the mean, as SciPy's truncated normal takes them."""
+        """Return the bounds in standard deviations from the mean, as SciPy's truncnorm takes them."""
         if self.mean is None or self.standard_deviation is None:
             raise InputError("a distribution without mean and standard_deviation has no standard bounds")
         return (self.low - self.mean) / self.standard_deviation, (self.high - self.mean) / self.standard_deviation

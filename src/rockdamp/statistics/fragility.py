@@ -97,21 +97,8 @@ def fit_resampled(
 ) -> tuple[Fragility, Fragility]:
     """Fit fragility curves to counts by record: of all records, and of each replicate of a bootstrap.
 
-    A replicate draws whole groups, and groups differ in size: its runs are those of what it drew, not all of them.
-
-    Parameters
-    ----------
-    intensity : ndarray, shape (stripes,)
-        As for `fit_fragility`.
-    collapses, runs : ndarray, shape (records, ..., stripes)
-        Counts of each record; they broadcast. [-]
-    weights : ndarray, shape (replicates, records)
-        How often each record is drawn, as `resample` returns it.
-
-    Returns
-    -------
-    whole, drawn : Fragility
-        Of shape (...) and (replicates, ...).
+    `collapses` and `runs` have the shape (records, ..., stripes) and broadcast; `weights` is that of `resample`. A
+    replicate draws whole groups, and groups differ in size: its runs are those of what it drew, not all of them.
     """
     counts = np.broadcast_arrays(np.asarray(collapses, dtype=float), np.asarray(runs, dtype=float))
     whole = fit_fragility(intensity, *(count.sum(axis=0) for count in counts))
@@ -119,7 +106,7 @@ def fit_resampled(
 
 
 def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
-    """Tell which curves have a collapse at a lower stripe than a survival."""
+    """Return which curves have a collapse at a lower stripe than a survival."""
     stripes = np.arange(k.shape[-1])
     lowest = np.where(k > 0, stripes, k.shape[-1]).min(axis=-1)
     highest = np.where(n > k, stripes, -1).max(axis=-1)
@@ -127,7 +114,7 @@ def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
 
 
 def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
-    """Newton's method on the log likelihood of P = Phi(a + b z), for counts of shape (curves, stripes)."""
+    """Maximise the log likelihood of P = Phi(a + b z) by Newton's method, for counts of shape (curves, stripes)."""
     total = np.maximum(n.sum(axis=-1), 1e-300)
     a, b = np.zeros(k.shape[0]), np.ones(k.shape[0])
     a -= 1 - 2 * k.sum(axis=-1) / total
@@ -162,7 +149,7 @@ def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
 
 
 def weighted_quantile(values: Array, weights: Array, probability: float) -> Array:
-    """Quantile of values, shape (n,), under each replicate's weights, shape (replicates, n).
+    """Return the quantile of values, shape (n,), under each replicate's weights, shape (replicates, n).
 
     The inverse of the weighted distribution function, averaged where it is flat; NaN where nothing was drawn.
     """
@@ -178,7 +165,7 @@ def weighted_quantile(values: Array, weights: Array, probability: float) -> Arra
 
 
 def interval(drawn: Array) -> Array:
-    """95 % interval over the replicates, the first axis; NaN where fewer than nine in ten of them define a value."""
+    """Return the 95 % interval over the replicates, the first axis; NaN where under nine in ten define a value."""
     known = np.isfinite(drawn)
     filled = np.where(known, drawn, np.inf)
     order, count = np.sort(filled, axis=0), known.sum(axis=0)

@@ -1,4 +1,4 @@
-"""Interval of a proportion, where what is counted comes in groups that may agree."""
+"""Interval of a proportion of trials that come in groups whose outcomes may agree."""
 
 from __future__ import annotations
 
@@ -15,25 +15,11 @@ QUANTILE = float(ndtri(INTERVAL[1]))  # of the normal distribution
 
 
 def wilson(share: ArrayLike, count: ArrayLike) -> Array:
-    r"""Return the 95 % score interval of a proportion.
+    r"""Return the 95 % score interval of a proportion, shape (..., 2), within 0 to 1; `count` need not be whole.
 
     .. math::
         \frac{\hat{p} + \frac{z^2}{2 n} \pm z \sqrt{\frac{\hat{p} (1 - \hat{p})}{n} + \frac{z^2}{4 n^2}}}{1 + z^2/n}
 
-    Parameters
-    ----------
-    share : float or ndarray
-        The proportion that was counted. [-]
-    count : float or ndarray
-        Of independent trials, broadcasts; it need not be whole. [-]
-
-    Returns
-    -------
-    ndarray, shape (..., 2)
-        Both ends; within 0 to 1, and apart even where none or all was counted. [-]
-
-    References
-    ----------
     Wilson E.B. (1927). Probable inference, the law of succession, and statistical inference. *Journal of the American
     Statistical Association* 22(158), 209-212, doi:10.1080/01621459.1927.10502953.
     """
@@ -47,20 +33,8 @@ def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, s
     """Return how many independent trials would leave the proportion as uncertain as the groups do.
 
     It is p (1 - p) over the variance of the proportion in a bootstrap over the groups (Kish 1965): as many as there are
-    trials where those of a group know nothing of each other, as many as there are groups where they agree.
-
-    Parameters
-    ----------
-    counted : ndarray of bool, shape (trials, ...)
-    groups : sequence, shape (trials,)
-        The group of each trial.
-    replicates, seed : int
-        Of the bootstrap.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Between the number of groups and that of trials; where none or all are counted, the number of groups. [-]
+    trials where those of a group know nothing of each other, as many as there are groups where they agree, or where
+    none or all are `counted`, shape (trials, ...).
     """
     trials, number = len(counted), np.unique(np.asarray(groups)).size
     if number == trials:

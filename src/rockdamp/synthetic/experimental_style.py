@@ -61,25 +61,8 @@ def synthetic_record(
 ) -> Record:
     """Make the experimental-style record: the pulse, the wall's response to it, and what instruments make of both.
 
-    Parameters
-    ----------
-    seed : int
-        Of the noise.
-    yield_displacement_ratio, strength_ratio, restitution : float
-        a1, b1 and e of the wall that responds. [-]
-    pulse_peak : float
-        Peak of the table's pulse. [m s-2]
-    noise : float
-        Factor on the noise and drift of both instruments; 0 leaves the sensor's zero and the rounding. [-]
-
-    Returns
-    -------
-    Record
-
-    Raises
-    ------
-    InputError
-        If the wall collapses, or a value lies outside its range.
+    `pulse_peak` is that of the table's pulse [m s-2]. `noise` is a factor on the noise and drift of both instruments; 0
+    leaves the sensor's zero and the rounding. A wall that collapses is refused.
     """
     require(np.asarray(noise) >= 0, "noise", noise, "at least 0")
     elapsed = np.arange(int(DURATION * SAMPLING) + 1) / SAMPLING
@@ -115,23 +98,9 @@ def instrumented(
     made_by: Mapping[str, str],
     noise: float = 1.0,
 ) -> Record:
-    """Return what the instruments make of a motion and the wall's response: noise, drift, a zero, the logger's steps.
+    """Add noise, drift, a zero and the logger's steps to a motion and the wall's response, sampled at `SAMPLING`.
 
-    Parameters
-    ----------
-    elapsed, ground_acceleration, displacement : ndarray, shape (samples,)
-        At `SAMPLING`. [s], [m s-2], [m]
-    seed : int
-        Of the noise.
-    made_by : dict of str to str
-        What the header says of how the record was made: ``source`` and keys that begin with ``generator_``.
-    noise : float
-        As in `synthetic_record`. [-]
-
-    Returns
-    -------
-    Record
-        Labelled synthetic.
+    `made_by` is for the header: ``source``, and keys that begin with ``generator_``. The record is labelled synthetic.
     """
     # RandomState's streams are frozen for good, a Generator's may change with NumPy: the shipped files must not.
     random = np.random.RandomState(seed)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import xarray as xr
-from made_up_earthquakes import MODELS
+from made_up_earthquakes import MODELS, histories
 
 from rockdamp.config.earthquakes import PARAMETERS
 from rockdamp.statistics.fragility import resample
-from rockdamp.studies.earthquakes import comparison, incremental, orders, population
+from rockdamp.studies.earthquakes import comparison, orders, population
 
 STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
 SCALE = np.geomspace(0.2, 5.0, 9)
@@ -42,30 +42,7 @@ def study():
     of_station = rng.normal(size=(len(STATION), 1, 1, 1, 1, 1))
     peaks = cr[..., None, None] * np.exp(scatter * (0.3 * of_station + rng.normal(size=(*shape, len(MODELS), 3))))
     varied = cr[..., None] * np.exp(0.05 * rng.normal(size=(*shape, 4)))
-    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
-    ratio = np.full((2, 2, len(MODELS), 3), 0.05)
-    ratio[:, :, 0] = np.nan
-    return xr.Dataset(
-        {
-            "peak_ratio": (dims, peaks),
-            "peak_ratio_uncertainty": (dims, 1e-3 * peaks),
-            "collapsed": (dims, (peaks > 1).astype(np.int8)),
-            "settled": (dims, np.ones(peaks.shape, dtype=np.int8)),
-            "decay_misfit": (dims, np.zeros(peaks.shape)),
-            "varied_peak": ((*dims[:4], "variation"), varied),
-            "varied_collapsed": ((*dims[:4], "variation"), (varied > 1).astype(np.int8)),
-            "damping_ratio": (dims[2:], ratio),
-        },
-        coords={
-            **records(),
-            "velocity_ratio": SCALE,
-            "wall": ["a", "b"],
-            "restitution": [0.8, 0.9],
-            "damping_model": MODELS,
-            "damping_ratio_source": list(incremental.SOURCES),
-            "variation": list(incremental.VARIATIONS),
-        },
-    )
+    return histories(peaks, varied, STATION, SCALE)
 
 
 def shares():

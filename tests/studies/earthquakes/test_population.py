@@ -10,7 +10,6 @@ from repository import ROOT
 from scipy import stats
 
 from rockdamp.config.earthquakes import Bootstrap, PopulationWallSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -262,25 +261,3 @@ def test_redrawn_walls_differ_in_one_parameter_and_are_run_under_cr(config, wall
     assert float(again.sel(parameter="slenderness").isel(wall=wall)) == np.mean(fell)
     total, confidence = gathered["total_sensitivity"], gathered["total_sensitivity_confidence"]
     assert (total >= 0).all() and (confidence > 0).any() and total.idxmax() in ("slenderness", "overburden_ratio")
-
-
-def test_shares_are_added_up_without_being_held_at_once(tmp_path, shares):
-    paths = []
-    for number, one in enumerate(shares):
-        paths.append(tmp_path / f"{number}.nc")
-        dataset.write(one, paths[-1], "population_share", config={}, code_version="x")
-    opened = [dataset.connect(path) for path in paths]
-    total = population.sum_of(one["collapses"] for one in opened)
-    np.testing.assert_array_equal(total, sum(one["collapses"] for one in shares))
-    assert not any(one["collapsed"]._in_memory for one in opened)
-    for one in opened:
-        one.close()
-
-
-def test_both_studies_mean_the_same_wall(config):
-    """One description, two studies: the same constants."""
-    section = config["earthquakes"]["walls"][2]
-    wall = make_named_wall(section).wall
-    values = {name: np.array([section[name]]) for name in population.PARAMETERS if name in section}
-    other, _ = population.mechanics(values)
-    assert other.frequency_parameter[0] == pytest.approx(float(wall.frequency_parameter), rel=1e-14)

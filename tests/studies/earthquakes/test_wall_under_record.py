@@ -102,7 +102,7 @@ def test_where_no_halving_changes_a_peak_its_error_is_bounded_by_the_square_of_t
     assert bound == pytest.approx(0.4 * w1h**2 / 3)
 
 
-@pytest.mark.parametrize("steps, changed", [(3, 1), (3, 2), (5, 1), (5, 2), (5, 3), (5, 4)])
+@pytest.mark.parametrize("steps, changed", [(3, 1), (3, 2), (5, 1), (5, 4)])
 def test_the_largest_change_by_any_halving_bounds_the_error(case, steps, changed):
     peaks = np.where(np.arange(steps) < changed, 0.63, 0.6)
     assert made_up(case, peaks)["peak_ratio_uncertainty"] == pytest.approx(0.03, rel=0.01)

@@ -1,4 +1,4 @@
-"""Compare every damper with CR under earthquakes, and CR with small changes of its own.
+"""Compare every damper with CR under earthquakes, and CR with small changes of itself.
 
 Every statistic has a bootstrap interval over the stations of the records: see `statistics.against_restitution`.
 """
@@ -26,29 +26,15 @@ BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")
 
 
 def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
-    """Compare every damper, and CR with small changes of its own, with CR.
+    """Compare every damper, and CR with small changes, with CR, over all records and the walls with every source.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `ComparisonSettings`.
-    earthquakes : xarray.Dataset
-        Of `incremental.gather`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over all records, scales and the walls that have a damping ratio from every source: the statistics of
-        `against_restitution.bootstrapped`, those of CR with small changes under names with ``varied_``. They are given
-        by band of CR's peak, and the first band is all of them. ``log_error_excess``: how much more a damper errs than
-        the one of least error at that e, over the histories that stand with both. ``median_velocity_ratio``, ``dispersion`` and
-        ``median_intensity_ratio`` of the fragilities. For each wall: ``wall_median_velocity_ratio``, its ratio to CR's,
-        ``wall_dispersion``, ``collapse_fraction`` and ``fractile`` of the peaks. Names with ``_interval`` are 95 %
-        intervals of a paired bootstrap over stations.
+    The statistics are those of `against_restitution.bootstrapped`, by band of CR's peak, where the first band is all of
+    them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
+    than the one of least error at that e, over the histories that stand with both.
     """
-    given = ComparisonSettings.of(config)
-    weights = resample(earthquakes["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
-    edges = given.bands
+    settings = ComparisonSettings.of(config)
+    weights = resample(earthquakes["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
+    edges = settings.bands
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
     complete = _complete(earthquakes)
     pooled = earthquakes.isel(wall=complete)
@@ -85,21 +71,21 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
 
 
 def _complete(earthquakes: xr.Dataset) -> NDArray[np.bool_]:
-    """Walls that have a damping ratio from every source: sources can only be compared on the same walls."""
+    """Return the walls that have a damping ratio from every source: sources are compared on the same walls."""
     defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
     complete = defined.all(BY_DAMPER).values
     return complete if complete.any() else np.ones_like(complete)
 
 
 def _uncertainty(earthquakes: xr.Dataset) -> Array:
-    """Fractiles of the bound of the peaks' error, as a fraction of the peak."""
+    """Return fractiles of the bound of the peaks' error, as a fraction of the peak."""
     bound = (earthquakes["peak_ratio_uncertainty"] / earthquakes["peak_ratio"]).values
     known = bound[np.isfinite(bound)]
     return np.quantile(known, SHARES) if known.size else np.full(len(SHARES), np.nan)
 
 
 def _beside_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset:
-    """Alternatives by the names of their peak and collapse, beside CR."""
+    """Select alternatives by the names of their peak and collapse, beside CR."""
     # CR has no damping ratio: what it has for one source it has for all.
     cr = earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
     return xr.Dataset(
@@ -113,12 +99,12 @@ def _beside_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset
 
 
 def _cr(earthquakes: xr.Dataset) -> int:
-    """Index of CR among the damping models."""
+    """Return the index of CR among the damping models."""
     return int(earthquakes["damping_model"].values.tolist().index(REFERENCE))
 
 
 def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset:
-    """How much more each damper errs than the one of least error at its e, over the histories that stand with both.
+    """Return how much more each damper errs than the one of least error at its e, where the wall stands with both.
 
     Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels.
     """
@@ -154,22 +140,22 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset
 
 
 def _fragility(scale: Array, collapses: NDArray[Any], runs: NDArray[Any], weights: Array, cr: int) -> xr.Dataset:
-    """Fragilities of counts (record, restitution, damping model, source, scale), and their medians over CR's."""
+    """Fit counts (record, restitution, damping model, source, scale), and divide the medians by CR's."""
     fitted = fragilities(scale, collapses, runs, weights, (..., slice(cr, cr + 1), slice(None)))
     dims = {name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted}
     statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
-    return statistics.rename(median="median_velocity_ratio", median_interval="median_scale_interval")
+    return statistics.rename(median="median_velocity_ratio", median_interval="median_velocity_ratio_interval")
 
 
 def _pooled_fragility(pooled: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Fragilities over all walls together."""
+    """Fit the fragilities of all walls together."""
     stored = pooled["collapsed"].transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
     counts = (stored == 1).sum(axis=-1), (stored >= 0).sum(axis=-1)
     return _fragility(pooled["velocity_ratio"].values, *counts, weights, _cr(pooled))
 
 
 def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Fragility of each wall, the share of records that collapse it, and fractiles of the peaks."""
+    """Return each wall's fragility, the share of records that collapse it, and fractiles of the peaks."""
     order = ("record", "wall", *BY_DAMPER, "velocity_ratio")
     stored = earthquakes["collapsed"].transpose(*order).values
     run, collapsed = (stored >= 0).astype(float), (stored == 1).astype(float)
@@ -188,6 +174,6 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
 
 
 def _misfit(earthquakes: xr.Dataset) -> xr.Dataset:
-    """Median over records and walls of the misfit over the decay, at each scale."""
+    """Return the median over records and walls of the misfit over the decay, at each scale."""
     median = earthquakes["decay_misfit"].median(("record", "wall"))
     return xr.Dataset({"median_decay_misfit": median.transpose(*BY_DAMPER, "velocity_ratio")})

@@ -1,7 +1,7 @@
-"""Peaks of the study of earthquakes against the event-driven solver, on a sample that is stratified towards collapse.
+"""Check peaks of the study of earthquakes by the event-driven solver, on a sample that is stratified towards collapse.
 
-Few histories come near to collapse, and there they fork: a sample of all of them would hardly see any. So as many are
-drawn of those that stand far from collapse, near to it and at its edge, of those that just collapse, and of those whose
+Few histories come near to collapse, and there they fork: a random sample would hardly hold any. Hence equal numbers are
+drawn of histories far from collapse, near to it and at its edge, of those that just collapse, and of those whose
 outcome depends on the step.
 """
 
@@ -41,18 +41,9 @@ Members = list[NDArray[np.bool_]]  # which histories each stratum has
 
 @dataclass(frozen=True)
 class Sample:
-    """Histories drawn from each stratum.
+    """Histories drawn from each stratum: each in a `part` of the study, with its indices there (`place`) and `stratum`.
 
-    Attributes
-    ----------
-    part : ndarray of int, shape (histories,)
-        Part of the study that each history is of.
-    place : ndarray of int, shape (histories, dimensions)
-        Its indices in that part.
-    stratum : ndarray of int, shape (histories,)
-        Its stratum, as its place in `STRATA`.
-    study : ndarray of int, shape (strata,)
-        How many histories of the study each stratum has.
+    `study` counts the histories of the whole study in each of `STRATA`.
     """
 
     part: NDArray[np.int64]
@@ -132,38 +123,27 @@ def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
 def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """Solve a stratified sample of the histories again, event by event.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `EventDrivenCheckSettings`.
-    earthquakes : xarray.Dataset
-        Of `incremental.gather`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``exact_peak`` and ``exact_collapsed`` (history) beside the study's own, its bound of the error, and what each
-        history is of; for each stratum the share that ends otherwise (``otherwise_share``), the share of the peaks that
-        are beyond their bound (``beyond_bound_share``), and the median and the largest difference of the peaks.
+    The dataset has ``exact_peak`` and ``exact_collapsed`` beside the peaks of the study and their bounds, and for each
+    stratum the share of histories that end otherwise or lie beyond their bound.
     """
-    given = EventDrivenCheckSettings.of(config)
+    settings = EventDrivenCheckSettings.of(config)
     names = ("peak_ratio", "collapsed", "settled")
     peak, collapsed, settled = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
     collapsed = np.where(_once(collapsed.shape), collapsed, -1)
     members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("velocity_ratio"))
-    sample = draw([lambda: members], given.histories, given.seed)
+    sample = draw([lambda: members], settings.histories, settings.seed)
     picked = earthquakes.isel(
         {dim: xr.DataArray(sample.place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}
     )
-    walls = {named.name: named for named in given.walls}
-    entries = {entry.name: entry for entry in catalogue.listing(given.records)}
+    walls = {named.name: named for named in settings.walls}
+    entries = {entry.name: entry for entry in catalogue.listing(settings.records)}
     motions = {name: catalogue.read(entries[name]) for name in np.unique(picked["record"].values).tolist()}
 
     cases = picked[["damping_ratio", "scale_factor"]].load()  # and the coordinates
 
     def solve(index: int) -> tuple[float, bool]:
         case = cases.isel(history=index)
-        return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], given.tail)
+        return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], settings.tail)
 
     checked = (
         picked[[*names, "peak_ratio_uncertainty"]]

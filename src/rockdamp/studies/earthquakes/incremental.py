@@ -1,10 +1,8 @@
 """Walls under earthquakes: incremental dynamic analyses with restitution and with every damper.
 
-Each record is scaled to the same intensities of each wall, `scale` = lambda PGV/(p u_ins): the velocity that the
-motion gives the wall over the one that carries a rigid wall to its instability, so that one set of scales takes every
-wall from rest to collapse. Everything else is dimensionless as in the kernels.
-
-`wall_under_record` runs the histories and says how far their peaks can be trusted.
+Each record is scaled to the same velocity ratios of each wall, lambda PGV/(p u_ins): the velocity that the motion gives
+the wall over the one that carries a rigid wall to its instability. One set of them takes every wall from rest to
+collapse. `wall_under_record` runs the histories and bounds the error of their peaks.
 """
 
 from __future__ import annotations
@@ -43,23 +41,12 @@ BY_DAMPER = (*HISTORY, "damping_model", "damping_ratio_source")
 def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     """Return the walls of the study and the damping ratio of each damper, from each source.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `EarthquakeWallSettings`.
-    equivalence : xarray.Dataset
-        With ``coefficient`` (damping_model, yield_displacement_ratio, degree) of the polynomials xi(e).
-
-    Returns
-    -------
-    xarray.Dataset
-        ``damping_ratio`` (wall, restitution, damping_model, damping_ratio_source), NaN for CR and beyond the range
-        of the polynomials, and what describes each wall.
+    The ratio is NaN for CR and beyond the range of the polynomials.
     """
-    given = EarthquakeWallSettings.of(config)
-    ratio = np.full((len(given.walls), given.restitution.size, len(MODELS), len(SOURCES)), np.nan)
-    ratio[:, :, 1:] = _damping_ratios(given, Polynomials.of(equivalence))
-    made = [(named.wall, named.curve) for named in given.walls]
+    settings = EarthquakeWallSettings.of(config)
+    ratio = np.full((len(settings.walls), settings.restitution.size, len(MODELS), len(SOURCES)), np.nan)
+    ratio[:, :, 1:] = _damping_ratios(settings, Polynomials.of(equivalence))
+    made = [(named.wall, named.curve) for named in settings.walls]
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
         for name in (
@@ -84,26 +71,26 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
             **of_wall,
         },
         coords={
-            "wall": [named.name for named in given.walls],
-            "restitution": given.restitution,
+            "wall": [named.name for named in settings.walls],
+            "restitution": settings.restitution,
             "damping_model": list(MODELS),
             "damping_ratio_source": list(SOURCES),
         },
     )
 
 
-def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
-    """Damping ratios, shape (walls, e, viscous models, sources)."""
-    count, e = len(given.walls), given.restitution
+def _damping_ratios(settings: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
+    """Return damping ratios, shape (walls, e, viscous models, sources)."""
+    count, e = len(settings.walls), settings.restitution
     a1, b1, a3 = (
-        np.array([float(getattr(named.curve, name)) for named in given.walls])
+        np.array([float(getattr(named.curve, name)) for named in settings.walls])
         for name in ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
     )
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
-    amplitude = np.full(each_e.size, given.release_amplitude)
-    step, scheme, label = given.solver.step, given.solver.scheme, "Damping ratios of the walls"
+    amplitude = np.full(each_e.size, settings.release_amplitude)
+    step, scheme, label = settings.solver.step, settings.solver.scheme, "Damping ratios of the walls"
     matched = match_decays(
-        curves, amplitude, each_e, VISCOUS_MODELS, given.matching, step=step, scheme=scheme, description=label
+        curves, amplitude, each_e, VISCOUS_MODELS, settings.matching, step=step, scheme=scheme, description=label
     )
     ratio = np.empty((count, e.size, len(VISCOUS_MODELS), len(SOURCES)))
     for column, model in enumerate(VISCOUS_MODELS):
@@ -121,28 +108,11 @@ def _damping_ratios(given: EarthquakeWallSettings, polynomials: Polynomials) -> 
 
 
 def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run every wall under one job's share of the records.
-
-    Parameters
-    ----------
-    number : str
-        Of the job, from 0.
-    config : dict
-        Has the keys of `EarthquakeRecordSettings`.
-    walls : xarray.Dataset
-        Of `walls`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``peak_ratio``, ``collapsed``, ``settled``, ``peak_ratio_uncertainty`` and ``decay_misfit``
-        (record, scale, wall, restitution, damping_model, damping_ratio_source); ``varied_peak`` and
-        ``varied_collapsed`` (record, scale, wall, restitution, variation) of CR; intensity measures (record).
-    """
-    given = EarthquakeRecordSettings.of(config)
-    size = given.records_per_job
-    mine = catalogue.listing(given.records)[int(number) * size : (int(number) + 1) * size]
-    study = _Study(given, walls["restitution"].values, walls["damping_ratio"].values)
+    """Run every wall under one job's share of the records; jobs are numbered from 0."""
+    settings = EarthquakeRecordSettings.of(config)
+    size = settings.records_per_job
+    mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
+    study = _Study(settings, walls["restitution"].values, walls["damping_ratio"].values)
     shares = [study.run(catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
     return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
@@ -157,16 +127,16 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
 class _Study:
     """The walls, e and damping ratios that the records of a job share."""
 
-    given: EarthquakeRecordSettings
+    settings: EarthquakeRecordSettings
     restitution: Array
     damping_ratio: Array  # (wall, e, model, source)
 
     def run(self, motion: catalogue.GroundMotion) -> xr.Dataset:
         """Run one record, for every wall, scale, e and damper."""
         intensity = intensity_measures(motion.record)
-        cases = [self._case(named, motion.record, intensity) for named in self.given.walls]
-        by_wall = zip(self.given.walls, cases, by_damper(cases, self.restitution, self.damping_ratio), strict=True)
-        change = self.given.restitution_change
+        cases = [self._case(named, motion.record, intensity) for named in self.settings.walls]
+        by_wall = zip(self.settings.walls, cases, by_damper(cases, self.restitution, self.damping_ratio), strict=True)
+        change = self.settings.restitution_change
         per_wall = [
             peaks | case.varied(self.restitution, change) | self._load(named, motion.record, intensity)
             for named, case, peaks in by_wall
@@ -188,8 +158,8 @@ class _Study:
         data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
         data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
         coords = {
-            "velocity_ratio": self.given.scale,
-            "wall": [named.name for named in self.given.walls],
+            "velocity_ratio": self.settings.scale,
+            "wall": [named.name for named in self.settings.walls],
             "restitution": self.restitution,
             "damping_model": list(MODELS),
             "damping_ratio_source": list(SOURCES),
@@ -206,13 +176,13 @@ class _Study:
 
     def _factor(self, named: NamedWall, intensity: IntensityMeasures) -> Array:
         """Return the factors that scale the record to each intensity of a wall."""
-        return self.given.scale * float(named.wall.velocity_scale) / intensity.pgv
+        return self.settings.scale * float(named.wall.velocity_scale) / intensity.pgv
 
     def _case(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> Case:
-        """A wall under a record that is scaled to each intensity of the wall."""
+        """Return a wall under a record that is scaled to each intensity of the wall."""
         factor, end = self._factor(named, intensity), intensity.strong_end
         return Case.of(
-            named.wall, named.curve, record, factor, strong_end=end, step=self.given.step, tail=self.given.tail
+            named.wall, named.curve, record, factor, strong_end=end, step=self.settings.step, tail=self.settings.tail
         )
 
     def _load(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:

@@ -1,8 +1,8 @@
-"""ECD of order m under earthquakes: from which order on is it nearer to restitution than restitution is to itself?
+"""ECD of order m under earthquakes: the order from which on it errs less than restitution with a slightly changed e.
 
-Restitution's own sensitivity is what a small change of e does to its peaks, smaller than any test could tell. Every
-order has the damping ratio that loses what an impact takes (docs/theory.md, section 8): nothing is fitted. Differences
-are taken over the same histories, and bootstrapped over stations: see `statistics.against_restitution`.
+That change of e is smaller than any test could tell. Every order has the damping ratio that loses what an impact takes
+(docs/theory.md, section 8): nothing is fitted. Differences are taken over the same histories, and bootstrapped over
+stations: see `statistics.against_restitution`.
 """
 
 from __future__ import annotations
@@ -43,33 +43,18 @@ EVERY_SET = "all"
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
-    """Run every wall under one job's share of the records, with CR, its small changes, and each order.
-
-    Parameters
-    ----------
-    number : str
-        Of the job, from 0.
-    config : dict
-        Has the keys of `OrderRecordSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``reference_peak`` and ``reference_collapsed`` (record, scale, wall, restitution) with CR; ``varied_peak`` and
-        ``varied_collapsed`` with a last dimension variation; ``peak_ratio`` and ``collapsed`` with a last
-        dimension order.
-    """
-    given = OrderRecordSettings.of(config)
-    size = given.records_per_job
-    mine = catalogue.listing(given.records)[int(number) * size : (int(number) + 1) * size]
-    shares = [_under(catalogue.read(entry), given) for entry in track(mine, f"Orders, records {int(number) + 1}")]
+    """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
+    settings = OrderRecordSettings.of(config)
+    size = settings.records_per_job
+    mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
+    shares = [_under(catalogue.read(entry), settings) for entry in track(mine, f"Orders, records {int(number) + 1}")]
     return xr.concat(shares, "record", join="exact")
 
 
-def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dataset:
-    """All histories of one record."""
+def _under(motion: catalogue.GroundMotion, settings: OrderRecordSettings) -> xr.Dataset:
+    """Run all histories of one record."""
     pgv = intensity_measures(motion.record).pgv
-    per_wall = [_of_wall(named, motion, pgv, given) for named in given.walls]
+    per_wall = [_of_wall(named, motion, pgv, settings) for named in settings.walls]
     last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
     names = {
         "reference": ("reference_peak", "reference_collapsed"),
@@ -82,11 +67,11 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
         peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
         data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
     coords = {
-        "velocity_ratio": given.scale,
-        "wall": [named.name for named in given.walls],
-        "restitution": given.restitution,
+        "velocity_ratio": settings.scale,
+        "wall": [named.name for named in settings.walls],
+        "restitution": settings.restitution,
         "variation": list(VARIATIONS),
-        "order": given.order,
+        "order": settings.order,
         "record": motion.name,
     }
     of_record = {"record_set": ("record", [motion.record_set]), "station": ("record", [motion.group])}
@@ -94,24 +79,24 @@ def _under(motion: catalogue.GroundMotion, given: OrderRecordSettings) -> xr.Dat
 
 
 def _of_wall(
-    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, given: OrderRecordSettings
+    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, settings: OrderRecordSettings
 ) -> dict[str, tuple[Array, NDArray[np.int8]]]:
-    """Peaks and outcomes of one wall under one record: of CR (scales, e), of its changes and of the orders, last."""
+    """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
     wall = named.wall
-    factor = given.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
-    forcing = Forcing.of(wall, motion.record, factor, rest=given.tail)
-    coarser = forcing.substeps(2 * given.step / named.curve.initial_frequency)
+    factor = settings.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
+    forcing = Forcing.of(wall, motion.record, factor, rest=settings.tail)
+    coarser = forcing.substeps(2 * settings.step / named.curve.initial_frequency)
 
     def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
         by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
         response = solve(named.curve, damping, **replace(forcing, load_factor=by_scale).newmark(substeps))
         return response.peak, response.outcome
 
-    e, finer = given.restitution, 2 * coarser
+    e, finer = settings.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
-    changed = run(Damping.cr(e[:, None] + given.restitution_change * np.array([0.0, -1.0, 1.0])), finer)
+    changed = run(Damping.cr(e[:, None] + settings.restitution_change * np.array([0.0, -1.0, 1.0])), finer)
     coarse = run(Damping.cr(e), coarser)
-    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in given.order]
+    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in settings.order]
     peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
     return {
         "reference": (changed[0][..., 0], changed[1][..., 0]),
@@ -124,35 +109,20 @@ def _of_wall(
 
 
 def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
-    """Compare each order with CR, and with CR's own sensitivity, over all records, by set of records and by wall.
+    """Compare each order with CR, and with CR's sensitivity to e, over all records, by set of records and by wall.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `OrderComparisonSettings`.
-    *shares : xarray.Dataset
-        Of `chunk`.
-
-    Returns
-    -------
-    xarray.Dataset
-        For each set of records, the first of them all, each e and each order: the statistics of
-        `against_restitution.bootstrapped` and ``median_intensity_ratio`` of the fragilities. The same of CR's
-        variations with ``varied_`` before the name. ``excess``: log_error less CR's own sensitivity, which is the
-        smaller of those to a lower and a higher e, over the histories that stand with all of them.
-        ``smallest_order``: from which on the excess is negative, its interval included; NaN where there is none.
-        ``recommended_order``: the smallest that is enough at every e over all records. ``wall_excess`` and
-        ``wall_smallest_order`` by wall, ``band_log_error`` by band of CR's peak. Names with ``_interval`` are 95 %
-        intervals of a paired bootstrap over stations.
+    The first set is all records. ``excess`` is log_error less CR's sensitivity, the smaller of those to a lower and a
+    higher e, over the histories that stand with all of them. From ``smallest_order`` on the excess is negative, its
+    interval included; ``recommended_order`` is the smallest that is enough at every e over all records.
     """
-    given = OrderComparisonSettings.of(config)
+    settings = OrderComparisonSettings.of(config)
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
         of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
-        weights = resample(of_set["station"].values, given.bootstrap.replicates, given.bootstrap.seed)
-        parts.append(_compare_set(of_set, weights, given.bands))
+        weights = resample(of_set["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
+        parts.append(_compare_set(of_set, weights, settings.bands))
     compared = xr.concat(parts, "record_set", join="exact")
     return compared.assign_coords(
         record_set=sets,
@@ -161,19 +131,19 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         order=histories["order"].values,
         variation=list(VARIATIONS),
         bound=list(BOUND),
-        band=np.arange(1, given.bands.size),
-        band_start=("band", given.bands[:-1]),
-        band_end=("band", given.bands[1:]),
+        band=np.arange(1, settings.bands.size),
+        band_start=("band", settings.bands[:-1]),
+        band_end=("band", settings.bands[1:]),
     ).assign(
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
-        restitution_change=given.restitution_change,
+        restitution_change=settings.restitution_change,
         recommended_order=recommended_order(compared["smallest_order"].values[0]),
     )
 
 
 def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
-    """Every statistic of one set of records."""
+    """Return every statistic of one set of records."""
     orders = histories.rename(peak_ratio="peak").drop_dims("variation")
     varied = histories.drop_dims("order").rename(varied_peak="peak", varied_collapsed="collapsed")
     of_varied = _statistics(varied, weights, bands)
@@ -182,7 +152,7 @@ def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Data
 
 
 def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
-    """Statistics of the alternatives to CR, which are the last dimension."""
+    """Return statistics of the alternatives to CR, which are the last dimension."""
     statistics = bootstrapped(histories, weights).isel(band=0).drop_vars(["false_safe", "false_collapse"])
     reference, peak = histories["reference_peak"], histories["peak"]
     stand = (histories["reference_collapsed"] == 0) & (histories["collapsed"] == 0)
@@ -193,7 +163,7 @@ def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Datas
 
 
 def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Ratio of the median intensity of collapse to CR's, all walls together."""
+    """Return the ratio of the median intensity of collapse to CR's, all walls together."""
     fell, other = (histories[name].values == 1 for name in ("reference_collapsed", "collapsed"))
     scale, walls, dims = histories["velocity_ratio"].values, histories.sizes["wall"], histories["collapsed"].dims[3:]
     ratio, bounds = np.empty(other.shape[3:]), np.empty((*other.shape[3:], 2))
@@ -208,7 +178,7 @@ def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
 
 
 def _excess(histories: xr.Dataset, weights: Array) -> xr.Dataset:
-    """How much more each order errs than CR with e changed, on the histories that stand with all; and by wall."""
+    """Return how much more each order errs than CR with e changed, where the wall stands with all; and by wall."""
     changes = histories.sel(variation=list(CHANGES_OF_E))
     peak, reference = histories["peak_ratio"].values, histories["reference_peak"].values
     changed = np.moveaxis(changes["varied_peak"].values, -1, 0)
@@ -239,29 +209,17 @@ def _excess(histories: xr.Dataset, weights: Array) -> xr.Dataset:
 
 
 def _over_sensitivity(sums: Array, counts: Array, weight: Array) -> Array:
-    """Error of an order less the smaller one of CR with a lower and a higher e, in each replicate.
+    """Return the error of an order less the smaller one of CR with a lower and a higher e, in each replicate.
 
-    Parameters
-    ----------
-    sums : ndarray, shape (3, records)
-        Squares of the order, of the lower and of the higher e. The same histories count for all three.
-    counts : ndarray, shape (records,)
-    weight : ndarray, shape (replicates, records)
+    `sums`, shape (3, records), are squares of the order, of the lower and of the higher e; `counts`, shape (records,),
+    are the histories, the same for all three; `weight` has the shape (replicates, records).
     """
     order, lower, higher = root_mean_square(np.einsum("br,ar->ab", weight, sums), (weight @ counts)[None])
     return np.asarray(order - np.minimum(lower, higher))
 
 
 def smallest_order(order: Array, upper: Array) -> Array:
-    """Return the order from which on the upper bound of the excess, shape (..., order), is at most 0; NaN if none is.
-
-    Parameters
-    ----------
-    order : ndarray, shape (orders,)
-        Ascending.
-    upper : ndarray, shape (..., orders)
-        NaN counts as beyond.
-    """
+    """Return the order from which on the excess's upper bound, shape (..., orders), is at most 0; NaN if none is."""
     within = np.nan_to_num(upper, nan=np.inf) <= 0
     onwards = np.logical_and.accumulate(within[..., ::-1], axis=-1)[..., ::-1]
     return np.where(onwards.any(axis=-1), order[onwards.argmax(axis=-1)], np.nan)
@@ -271,10 +229,5 @@ def recommended_order(smallest: Array) -> float:
     """Return the order that is enough at every e, from the smallest at each; NaN if some e has none.
 
     `rockdamp.vocabulary.RECOMMENDED_ORDER` is that of the full study.
-
-    Parameters
-    ----------
-    smallest : ndarray, shape (restitutions,)
-        `smallest_order` of all records.
     """
     return float(np.max(smallest))

@@ -1,7 +1,7 @@
-"""A population of walls under earthquakes: fragility with restitution and with every damper, and what it depends on.
+"""A population of walls under earthquakes: fragility with restitution and with every damper, and its sensitivity.
 
 The walls are a Latin hypercube over the distributions of the config. Each is run under every record, scaled to the
-same peak ground velocities. Jobs take shares of the walls; what they store is counted up without being held at once.
+same peak ground velocities. Jobs take shares of the walls; their counts are added up without being held at once.
 """
 
 from __future__ import annotations
@@ -44,25 +44,16 @@ FEWEST = 100  # walls: of fewer the indices are noise
 
 
 def walls(config: Config) -> xr.Dataset:
-    """Sample the walls.
+    """Sample the walls, with the damping ratios of the closed form.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `PopulationWallSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The parameters (wall), what they make of the wall, and ``damping_ratio`` (wall, damping_model) of the closed
-        form, NaN for CR; ``redrawn`` (parameter, wall), another value of each parameter, NaN where it is not drawn.
+    ``redrawn`` (parameter, wall) is another value of each parameter, NaN where it is not drawn.
     """
-    given = PopulationWallSettings.of(config)
-    values = sample(given)
+    settings = PopulationWallSettings.of(config)
+    values = sample(settings)
     wall, curve = mechanics(values)
     ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
     for column, model in enumerate(VISCOUS_MODELS, start=1):
-        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], given.release_amplitude)
+        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], settings.release_amplitude)
     of_wall: dict[str, Array] = {
         **values,
         "instability_displacement": wall.instability_displacement,
@@ -73,7 +64,7 @@ def walls(config: Config) -> xr.Dataset:
         {
             **{name: ("wall", value) for name, value in of_wall.items()},
             "damping_ratio": (("wall", "damping_model"), ratio),
-            "redrawn": (("parameter", "wall"), redraw(given)),
+            "redrawn": (("parameter", "wall"), redraw(settings)),
         },
         coords={
             "wall": np.arange(wall.thickness.size),
@@ -83,60 +74,58 @@ def walls(config: Config) -> xr.Dataset:
     )
 
 
-def sample(given: PopulationWallSettings) -> dict[str, Array]:
-    """Draw a Latin hypercube of the distributions, each correlated with the others as the settings say.
+def sample(settings: PopulationWallSettings) -> dict[str, Array]:
+    """Draw a Latin hypercube of the distributions, with the correlations of the settings.
 
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
-
-    Raises
-    ------
-    InputError
-        If the correlations contradict each other.
     """
-    drawn, (_, factor) = _hypercube(given, given.seed), _correlation(given)
+    drawn, (_, factor) = _hypercube(settings, settings.seed), _correlation(settings)
     scores = stats.norm.ppf(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
-    return {name: given.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {name: settings.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
-def redraw(given: PopulationWallSettings) -> Array:
-    """Draw each parameter of some walls again, given all others; shape (parameters, walls), NaN of the other walls.
+def redraw(settings: PopulationWallSettings) -> Array:
+    """Draw each parameter of some walls again, conditional on all others; shape (parameters, walls), NaN elsewhere.
 
-    Under the copula a normal score, given the others z, is normal: with the inverse R of the correlations its mean is
-    z_i - (R z)_i/R_ii and its variance 1/R_ii.
+    Under the copula the normal score of one parameter, conditional on the others, is normal: with the scores z and the
+    inverse R of the correlations its mean is z_i - (R z)_i/R_ii and its variance 1/R_ii.
     """
-    correlation, factor = _correlation(given)
+    correlation, factor = _correlation(settings)
     inverse = np.linalg.inv(correlation)
     variance = 1 / np.diag(inverse)
-    scores = stats.norm.ppf(_hypercube(given, given.seed)) @ factor.T
-    fresh = stats.norm.ppf(_hypercube(given, [given.seed, 1]))
+    scores = stats.norm.ppf(_hypercube(settings, settings.seed)) @ factor.T
+    fresh = stats.norm.ppf(_hypercube(settings, [settings.seed, 1]))
     uniform = stats.norm.cdf(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
-    values = np.array([given.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
-    some = np.unique(np.linspace(0, given.count - 1, min(given.redrawn, given.count)).astype(int))
-    return np.where(np.isin(np.arange(given.count), some), values, np.nan)
+    values = np.array([settings.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
+    some = np.unique(np.linspace(0, settings.count - 1, min(settings.redrawn, settings.count)).astype(int))
+    return np.where(np.isin(np.arange(settings.count), some), values, np.nan)
 
 
-def _hypercube(given: PopulationWallSettings, seed: int | list[int]) -> Array:
-    """A Latin hypercube; shape (walls, parameters)."""
+def _hypercube(settings: PopulationWallSettings, seed: int | list[int]) -> Array:
+    """Return a Latin hypercube; shape (walls, parameters)."""
     rng = np.random.default_rng(seed)
-    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(given.count))
+    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(settings.count))
 
 
-def _correlation(given: PopulationWallSettings) -> tuple[Array, Array]:
-    """The correlations of the normal scores, and the lower triangular factor of them."""
+def _correlation(settings: PopulationWallSettings) -> tuple[Array, Array]:
+    """Return the correlations of the normal scores, which must not contradict each other, and their factor."""
     correlation = np.eye(len(PARAMETERS))
-    for pair, value in given.correlations.items():
+    for pair, value in settings.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
         return correlation, np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
-        stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in given.correlations.items())
+        stated = ", ".join(
+            f"{value:g} of {name} with {other}" for (name, other), value in settings.correlations.items()
+        )
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
 
 
 def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
+    """Return the walls and the curves that the parameters describe."""
     wall = Wall(
         thickness=values["thickness"],
         height=values["thickness"] * values["slenderness"],
@@ -150,30 +139,16 @@ def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
 
 
 def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run one job's share of the walls under every record.
+    """Run one job's share of the walls under every record, and count its collapses.
 
-    Parameters
-    ----------
-    number : str
-        Of the job, from 0.
-    config : dict
-        Has the keys of `PopulationShareSettings`.
-    walls : xarray.Dataset
-        Of `walls`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``peak_ratio`` and ``collapsed`` (wall, record, intensity, damping_model), and their counts:
-        ``collapses`` (record, intensity, damping_model) and ``vulnerability`` (wall, damping_model);
-        ``redrawn_vulnerability`` (parameter, wall) under CR with that parameter drawn again, NaN where it is not.
+    ``redrawn_vulnerability`` (parameter, wall) is that under CR with the parameter drawn again, NaN where it is not.
     """
-    given = PopulationShareSettings.of(config)
-    size = given.walls_per_job
+    settings = PopulationShareSettings.of(config)
+    size = settings.walls_per_job
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    motions = catalogue.load_records(given.records)
+    motions = catalogue.load_records(settings.records)
     runs = [
-        run(motion, mine, given.intensity, step=given.step, tail=given.tail)
+        run(motion, mine, settings.intensity, step=settings.step, tail=settings.tail)
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
@@ -182,7 +157,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     if drawn.any():
         others = _with_one_redrawn(mine.isel(wall=drawn))
         fell = [
-            run(motion, others, given.intensity, step=given.step, tail=given.tail, models=[REFERENCE])[1]
+            run(motion, others, settings.intensity, step=settings.step, tail=settings.tail, models=[REFERENCE])[1]
             for motion in track(motions, f"Walls {int(number) + 1}, redrawn")
         ]
         again[:, drawn] = np.mean(fell, axis=(0, 2, 3)).reshape(len(PARAMETERS), -1)
@@ -198,7 +173,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         coords={
             "parameter": list(PARAMETERS),
             "wall": mine["wall"].values,
-            "intensity": given.intensity,
+            "intensity": settings.intensity,
             "damping_model": list(MODELS),
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
@@ -207,7 +182,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 
 
 def _with_one_redrawn(walls: xr.Dataset) -> xr.Dataset:
-    """All walls once for each parameter, with that parameter as it was drawn again."""
+    """Repeat all walls for each parameter, with that parameter as it was drawn again."""
     values = {name: np.tile(walls[name].values, (len(PARAMETERS), 1)) for name in PARAMETERS}
     for row, name in enumerate(PARAMETERS):
         values[name][row] = walls["redrawn"].values[row]
@@ -223,21 +198,9 @@ def run(
     tail: float,
     models: Sequence[str] = MODELS,
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Run walls under one record at every intensity; peaks and collapses, shape (walls, intensities, models).
+    """Run walls under one record at every intensity (PGV); peaks and collapses, shape (walls, intensities, models).
 
-    Parameters
-    ----------
-    motion : GroundMotion
-    walls : xarray.Dataset
-        Of `walls`.
-    intensity : ndarray, shape (intensities,)
-        Peak ground velocities. [m s-1]
-    step : float
-        The longest, times the angular frequency of the first branch. [-]
-    tail : float
-        Rest after the record. [s]
-    models : sequence of str
-        Those that are run; of all but CR the walls have a ``damping_ratio``.
+    `step` is the longest, times the angular frequency of the first branch; `tail` is the rest after the record. [s]
     """
     values = {name: walls[name].values for name in PARAMETERS}
     wall, curve = mechanics(values)
@@ -257,20 +220,7 @@ def run(
 def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """Count up the shares: fragility of the population, and the sensitivity of collapse to each parameter.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `PopulationSettings`.
-    walls, *shares : xarray.Dataset
-        Of `walls` and `share`; of the shares the counts alone are read.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``collapse_fraction`` (intensity, damping_model), ``median_intensity``, ``dispersion`` and the ratio of the
-        medians to CR's (damping_model) with intervals over the stations; ``vulnerability`` (wall, damping_model), the
-        share of records and intensities that collapse the wall, its first-order ``sensitivity`` (parameter,
-        damping_model) and, under CR, its ``total_sensitivity`` (parameter), NaN of fewer than `FEWEST` walls.
+    Intervals are bootstrapped over the stations. Sensitivities of fewer than `FEWEST` walls are NaN.
     """
     bootstrap = PopulationSettings.of(config).bootstrap
     collapses = sum_of(share["collapses"] for share in shares)
@@ -322,10 +272,10 @@ def sum_of(counts: Iterable[xr.DataArray]) -> xr.DataArray:
 
 
 def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Array, Array]:
-    """First-order indices, the part of the variance that a parameter explains on its own, and their confidence.
+    """Return first-order indices, the part of the variance that a parameter explains alone, and their confidence.
 
     RBD-FAST (Tarantola et al. 2006, doi:10.1016/j.ress.2005.06.003; Plischke 2010) takes any sample, so the walls that
-    were run serve. Of correlated parameters each has what it shares with the others.
+    were run serve. The index of a correlated parameter includes what it shares with the others.
     """
     from SALib.analyze import rbd_fast
 
@@ -344,24 +294,14 @@ def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Ar
 
 
 def total_effects(result: Array, redrawn: Array, bootstrap: Bootstrap) -> tuple[Array, Array]:
-    """Return total-effect indices, the part of the variance left when all other parameters are known.
+    """Return total-effect indices, the part of the variance left when all other parameters are known, and intervals.
 
     Jansen's estimator (1999, doi:10.1016/S0010-4655(98)00154-4), half the mean square that drawing one parameter again
-    changes. It is drawn given the others (Kucherenko et al. 2012, doi:10.1016/j.cpc.2011.12.020): of a correlated
-    parameter the index leaves out what the others tell of it, and it may be less than the first-order one.
+    changes. It is drawn conditional on the others (Kucherenko et al. 2012, doi:10.1016/j.cpc.2011.12.020): the index of
+    a correlated parameter leaves out what the others tell of it, and it may be less than the first-order one.
 
-    Parameters
-    ----------
-    result : ndarray, shape (walls,)
-    redrawn : ndarray, shape (parameters, walls)
-        The same with one parameter drawn again; NaN where it was not.
-    bootstrap : Bootstrap
-        Of the walls.
-
-    Returns
-    -------
-    total, confidence : ndarray, shape (parameters,)
-        The indices and half widths of their 95 % intervals; NaN of fewer than `FEWEST` walls. [-]
+    `result` has the shape (walls,), `redrawn` (parameters, walls), NaN where the parameter was not drawn again. An
+    interval is half the width of the 95 % one. Both are NaN of fewer than `FEWEST` walls.
     """
     some = np.flatnonzero(np.isfinite(redrawn).all(axis=0))
     if len(result) < FEWEST or some.size < 2 or np.ptp(result) == 0:

@@ -1,4 +1,4 @@
-"""Peaks of the population against the event-driven solver: what its own step, longer than the study's, costs."""
+"""Check the population's peaks by the event-driven solver: its step is longer than the study's."""
 
 from __future__ import annotations
 
@@ -27,21 +27,11 @@ HISTORY = ("wall", "record", "intensity", "damping_model")
 def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
     """Solve a stratified sample of the population's histories again, event by event.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `PopulationCheckSettings`.
-    walls, *shares : xarray.Dataset
-        Of `population.walls` and `population.share`.
-
-    Returns
-    -------
-    xarray.Dataset
-        As `check_earthquakes`, without bounds: each history of a population is run at one step.
+    The dataset is that of `check_earthquakes`, without bounds: each history of a population is run at one step.
     """
-    given = PopulationCheckSettings.of(config)
-    sample = draw([partial(_members, share) for share in shares], given.histories, given.seed)
-    motions = catalogue.load_records(given.records)
+    settings = PopulationCheckSettings.of(config)
+    sample = draw([partial(_members, share) for share in shares], settings.histories, settings.seed)
+    motions = catalogue.load_records(settings.records)
     wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
     first = np.cumsum([0, *(share.sizes["wall"] for share in shares)])
     number = first[sample.part] + sample.place[:, 0]
@@ -54,7 +44,7 @@ def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> 
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
         damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
-        forcing = Forcing.of(wall, motion, factor, rest=given.tail)
+        forcing = Forcing.of(wall, motion, factor, rest=settings.tail)
         of_wall = replace(forcing, sampling=forcing.sampling[i], load_factor=forcing.load_factor[i])
         return exact_end(curve.map(itemgetter(i)), damping, of_wall)
 
@@ -75,14 +65,14 @@ def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> 
 
 
 def _members(share: xr.Dataset) -> Members:
-    """The strata of one share; without finer steps, nothing is known to be unsettled."""
+    """Return the strata of one share; without finer steps, nothing is known to be unsettled."""
     peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak_ratio", "collapsed"))
     of_all = event_driven_check.strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
     return of_all[: STRATA.index("unsettled")]
 
 
 def _picked(shares: Sequence[xr.Dataset], name: str, sample: Sample) -> Array:
-    """A variable of each history of the sample."""
+    """Return a variable of each history of the sample."""
     picked = np.empty(len(sample.place), dtype=shares[0][name].dtype)
     for number, share in enumerate(shares):
         own = sample.part == number

@@ -42,17 +42,10 @@ NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
 
 @dataclass(frozen=True)
 class Case:
-    """One wall under one record, at every scale.
+    """One wall under one record, with a load factor of the forcing for each scale.
 
-    Attributes
-    ----------
-    curve : TrilinearCurve
-    forcing : Forcing
-        The record on the wall, with a load factor for each scale.
-    substeps : int
-        Steps of the coarsest run between two samples.
-    decay : int
-        The sample at which the strong motion has ended.
+    `substeps` counts the steps of the coarsest run between two samples. At the sample `decay` the strong motion has
+    ended.
     """
 
     curve: TrilinearCurve
@@ -192,17 +185,9 @@ class Case:
 class Runs:
     """The histories of one damper at every step, the coarsest first.
 
-    Attributes
-    ----------
-    damping : Damping, shape (e, ...)
-    peak, collapsed : ndarray, shape (HALVINGS + FURTHER + 1, scales, e, ...)
-        NaN and False at the further halvings of histories that are not near to collapse.
-    near : ndarray of bool, shape (scales, e, ...)
-        Which come near to collapse, or end in two ways.
-    defined : ndarray of bool, shape (sources,)
-        Which sources have a damping ratio of a viscous damper.
-    misfit : ndarray, shape (scales, e, ...)
-        `Case._decay_misfit` of a viscous damper.
+    `peak` and `collapsed` have the shape (HALVINGS + FURTHER + 1, scales, e, ...); they are NaN and False at the
+    further halvings of histories that are not `near` to collapse and do not end in two ways. `defined` marks the
+    sources that have a damping ratio of a viscous damper, and `misfit` is `Case._decay_misfit`.
     """
 
     damping: Damping
@@ -214,21 +199,9 @@ class Runs:
 
 
 def by_damper(cases: Sequence[Case], e: Array, damping_ratio: Array) -> list[dict[str, Array]]:
-    """Run walls under one record, with CR and every damper.
+    """Run walls under one record, with CR and every damper; for each wall arrays of shape (scales, e, models, sources).
 
-    Parameters
-    ----------
-    cases : sequence of Case
-        The walls.
-    e : ndarray, shape (e,)
-        Coefficients of restitution.
-    damping_ratio : ndarray, shape (walls, e, models, sources)
-        NaN where there is none.
-
-    Returns
-    -------
-    list of dict
-        Of each wall, arrays of shape (scales, e, models, sources).
+    `damping_ratio`, shape (walls, e, models, sources), is NaN where a source has none.
     """
     by_wall = [list(case.runs(e, ratio)) for case, ratio in zip(cases, damping_ratio, strict=True)]
     _run_further([(case, runs) for case, of_wall in zip(cases, by_wall, strict=True) for runs in of_wall])

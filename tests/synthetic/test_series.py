@@ -12,14 +12,13 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.pulse_shapes import table_pulse, wavelet
+from rockdamp.motions.pulse_shapes import wavelet
 from rockdamp.motions.records import read_record, write_record
 from rockdamp.solvers import event_driven, newmark
-from rockdamp.solvers.response import COLLAPSED
 from rockdamp.storage import yaml_file
-from rockdamp.synthetic import test_series
+from rockdamp.synthetic import series
 from rockdamp.synthetic.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
-from rockdamp.synthetic.test_series import DURATION, Maker
+from rockdamp.synthetic.series import DURATION, Maker
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 FOLDER = ROOT / "data" / "test_series"
@@ -79,7 +78,7 @@ def test_a_wall_degrades_at_the_impact_that_ends_a_half_cycle_beyond_u1_and_at_n
 def test_a_wall_that_a_level_overturns_is_refused():
     high = {**SETTINGS, "levels": {"half": 3.0}, "walls": {"cr": {"damping_model": "CR"}}}
     with pytest.raises(InputError, match=r"levels: half is 3.0; it must be such that cr stands"):
-        next(test_series.test_series(high))
+        next(series.records(high))
 
 
 # --- the records
@@ -88,7 +87,7 @@ def test_a_wall_that_a_level_overturns_is_refused():
 @pytest.mark.parametrize("name", [*NAMES[:4], "ecd-quarter", *NAMES[12:]])
 def test_a_shipped_record_is_exactly_what_the_generator_makes(name, tmp_path):
     wall, _, level = name.partition("-")
-    write_record(tmp_path / "made.csv", test_series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
+    write_record(tmp_path / "made.csv", series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
     assert (tmp_path / "made.csv").read_text(encoding="utf-8") == (FOLDER / f"{name}.csv").read_text(encoding="utf-8")
 
 
@@ -133,46 +132,11 @@ def test_the_levels_are_barely_rocking_a_quarter_half_and_near_nine_tenths():
         assert low < np.abs(record.displacement - zero).max() / U_INS < high
 
 
-@pytest.mark.parametrize("wall", ["cr", "ecd", "ecd16"])
-def test_no_pulse_up_to_a_tenth_above_any_level_overturns_a_wall(wall):
-    peaks = np.concatenate([share * np.array(list(LEVELS.values())) for share in np.linspace(0.1, 1.1, 51)])
-    response = by_the_kernel(wall, peaks, substeps=2)
-    assert response.peak.max() < 1
-    assert not np.any(response.outcome == COLLAPSED)
-
-
-def test_the_degrading_wall_stands_at_a_tenth_above_each_level():
-    times = ELAPSED[ELAPSED < 1.0]  # the pulse is over
-    for level in ("half", "nine-tenths"):
-        pulse = {**PULSE, "amplitude": 1.1 * LEVELS[level] * STANDARD_GRAVITY}
-        assert np.abs(maker("degrading").displacement(times, **pulse)).max() < 0.9
-
-
-def test_under_the_table_shaped_pulse_there_are_no_levels():
-    """What test_series.yaml says of it: a tenth below an amplitude that overturns, the wall reaches 0.16 u_ins."""
-    curve, damping = TrilinearCurve(0.033, 0.795), Damping.cr(0.845)  # of data/sin-03-00-synthetic.csv
-    fine = np.arange(3 * 1024 + 1) / 1024
-    response = newmark.solve(
-        curve,
-        damping,
-        step=P / 4096,
-        steps=4 * (fine.size - 1),
-        substeps=4,
-        load_factor=float(WALL.load_factor) * STANDARD_GRAVITY * np.array([1.0, 1.1]) * 1.327,
-        ground_acceleration=table_pulse(fine - 1.5, 1.0),
-    )
-    assert list(response.outcome == COLLAPSED) == [False, True]
-    assert 0.15 < response.peak[0] < 0.17
-
-
 def test_the_generator_writes_the_records_beside_their_settings(tmp_path, monkeypatch):
     few = (FOLDER / "test_series.yaml").read_text(encoding="utf-8")
     few = few[: few.index("walls:")] + "walls: {cr: {damping_model: CR}}\n" + few[few.index("curve:") :]
     (tmp_path / "test_series.yaml").write_text(few, encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "rockdamp.synthetic.test_series")  # else runpy warns of a second copy
+    monkeypatch.delitem(sys.modules, "rockdamp.synthetic.series")  # else runpy warns of a second copy
     monkeypatch.setattr(sys, "argv", ["test_series", str(tmp_path)])
-    runpy.run_module("rockdamp.synthetic.test_series", run_name="__main__")
+    runpy.run_module("rockdamp.synthetic.series", run_name="__main__")
     assert sorted(path.name for path in tmp_path.glob("*.csv")) == sorted(f"cr-{level}.csv" for level in LEVELS)
-    monkeypatch.setattr(sys, "argv", ["test_series"])
-    with pytest.raises(SystemExit, match="usage: python -m rockdamp.synthetic.test_series FOLDER"):
-        runpy.run_module("rockdamp.synthetic.test_series", run_name="__main__")

@@ -1,9 +1,9 @@
-"""A test series of experimental-style records: one wall under pulses of one shape, from barely rocking to near collapse.
+"""A test series of experimental-style records: one wall under pulses of one shape, from small to near collapse.
 
-Four walls climb it. One loses energy at impacts, two by viscous dampers, and one at impacts while its curve degrades:
-what fits the records of one need not fit those of another. All are labelled synthetic in their headers.
+Four walls go through it. One loses energy at impacts, two by viscous dampers, and one at impacts while its curve
+degrades: parameters that fit the records of one need not fit another's. All are labelled synthetic in their headers.
 
-``python -m rockdamp.synthetic.test_series FOLDER`` makes the records that the folder's ``test_series.yaml`` describes.
+``python -m rockdamp.synthetic.series FOLDER`` makes the records that the folder's ``test_series.yaml`` describes.
 """
 
 from __future__ import annotations
@@ -35,18 +35,10 @@ SETTINGS = "test_series.yaml"
 
 @dataclass(frozen=True)
 class Maker:
-    """The wall that makes a record: its curve, its damper, and how it degrades.
+    """The wall that makes a record: its curve at the start, its damper, and how it degrades.
 
-    Attributes
-    ----------
-    curve : TrilinearCurve
-        At the start.
-    damping_model : str
-        Its parameter is what loses, in a free decay, as much as `restitution`.
-    restitution : float
-        e. [-]
-    growth, loss : float
-        By which a1 grows and b1 falls, as fractions of themselves, with each half cycle beyond u1. [-]
+    The damper loses as much in a free decay as `restitution`. With each half cycle beyond u1 a1 grows by `growth` and
+    b1 falls by `loss`, as fractions of themselves.
     """
 
     curve: TrilinearCurve
@@ -60,7 +52,7 @@ class Maker:
         return Damping.of_restitution(self.restitution, model=self.damping_model)
 
     def displacement(self, times: Array, frequency: float, cycles: float, centre: float, amplitude: float) -> Array:
-        """Response u/u_ins at `times` [s] to a wavelet that peaks at `centre` [s]; NaN after a collapse."""
+        """Return u/u_ins at `times` [s] under a wavelet that peaks at `centre` [s]; NaN after a collapse."""
         p = float(WALL.frequency_parameter)
         step = 1 / (SAMPLING * OVERSAMPLING)
 
@@ -95,19 +87,8 @@ class Maker:
         return float(later[0]) if later.size else None
 
 
-def test_series(settings: dict[str, Any]) -> Iterator[tuple[str, Record]]:
-    """Yield the name and the record of each wall on each level, as `settings` has them.
-
-    Parameters
-    ----------
-    settings : dict
-        The keys of data/test_series/test_series.yaml.
-
-    Raises
-    ------
-    InputError
-        If a wall collapses, or a value lies outside its range.
-    """
+def records(settings: dict[str, Any]) -> Iterator[tuple[str, Record]]:
+    """Yield the name and the record of each wall on each level; `settings` are those of test_series.yaml."""
     names = [(wall, level) for wall in settings["walls"] for level in settings["levels"]]
     for seed, (wall, level) in enumerate(names, start=settings["seed"]):
         yield f"{wall}-{level}", record(settings, wall, level, seed)
@@ -141,7 +122,7 @@ def record(settings: dict[str, Any], wall: str, level: str, seed: int) -> Record
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m rockdamp.synthetic.test_series FOLDER")
+        sys.exit("usage: python -m rockdamp.synthetic.series FOLDER")
     folder = Path(sys.argv[1])
-    for name, made in test_series(yaml_file.load((folder / SETTINGS).read_text(encoding="utf-8"))):
+    for name, made in records(yaml_file.load((folder / SETTINGS).read_text(encoding="utf-8"))):
         write_record(folder / f"{name}.csv", made)
