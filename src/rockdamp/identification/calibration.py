@@ -11,7 +11,7 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import SEARCHED, Candidate
+from rockdamp.identification.candidates import SEARCHED, Candidate, true_values
 from rockdamp.identification.least_squares import Fit
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
@@ -93,7 +93,7 @@ def calibrate(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", np.sqrt(np.diag(covariance))),
-            "true_value": ("parameter", _true_values(record)),
+            "true_value": ("parameter", true_values(record, PARAMETERS)),
             "covariance": (("parameter", "parameter_other"), covariance),
             "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
             "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
@@ -122,12 +122,3 @@ def _check_rocking(computed: Array, estimate: Array, u_ins: float) -> None:
             f"the largest displacement is {largest:.3g} m, on the first branch, which ends at {branch:.3g} m; "
             "it must go beyond to determine a1 and b1"
         )
-
-
-def _true_values(record: Record) -> Array:
-    """What a synthetic record says made it; NaN where it says nothing, or was measured."""
-    values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in PARAMETERS]
-    try:
-        return np.array([float(value) for value in values])
-    except ValueError:
-        raise InputError(f"the record's generator_* values are {values}; they must be numbers") from None

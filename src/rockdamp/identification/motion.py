@@ -32,29 +32,7 @@ NEAR = 8.0
 
 @dataclass(frozen=True)
 class MotionNoise:
-    r"""The response's change by the noise of the motion, about parameters and a noise.
-
-    Parameters
-    ----------
-    fit : Fit
-        Under the measured motion and the noise :math:`z_0`.
-    directions : ndarray, shape (directions, samples)
-        Of the noise. [m s-2]
-    parameters : ndarray, shape (3 or more,)
-        :math:`\theta_0`, of which the noise follows the first three.
-    about : ndarray, shape (directions,)
-        :math:`z_0`. [-]
-    effect : ndarray, shape (directions, samples)
-        Derivative of the response by z. [m]
-    derivative : ndarray, shape (3, samples)
-        Derivative of the response by the parameters.
-    noise : Noise
-        The sensor's zero and drift, and the main directions of the effect.
-    follows : ndarray, shape (directions, 3)
-        Z.
-    precision : ndarray, shape (3, 3)
-        Of the parameters, by the linear problem.
-    """
+    """The response's change by the noise of the motion, about parameters and a noise."""
 
     fit: Fit
     directions: Array
@@ -72,10 +50,7 @@ class MotionNoise:
     ) -> MotionNoise:
         """Linearise the response of a fit that has the measured motion.
 
-        Raises
-        ------
-        InputError
-            If the noise decides on whether the wall collapses.
+        It raises `InputError` where the noise decides on whether the wall collapses.
         """
         directions = noise_directions(measured.record)
         acceleration = measured.record.ground_acceleration + about @ directions
@@ -142,13 +117,7 @@ class MotionNoise:
 
 
 def noise_directions(record: Record) -> Array:
-    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients.
-
-    Returns
-    -------
-    ndarray, shape (directions, samples)
-        [m s-2]
-    """
+    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients. [m s-2]"""
     deviation, samples = motion_noise(record), record.elapsed.size
     if samples <= MOST_DIRECTIONS:
         return deviation * np.eye(samples)

@@ -22,13 +22,7 @@ from rockdamp.arrays import Array
 
 @dataclass(frozen=True)
 class Noise:
-    """The linear part of the instruments' errors, with the products that every likelihood needs.
-
-    Parameters
-    ----------
-    rows : ndarray, shape (directions, samples)
-        B. [m]
-    """
+    """The linear part of the instruments' errors, B of shape (directions, samples) [m], with what likelihoods need."""
 
     rows: Array
 
@@ -38,18 +32,10 @@ class Noise:
         object.__setattr__(self, "_grams", (_product(b, b), _product(b[:, 1:-1], b[:, 1:-1]), neighbours))
 
     def log_likelihood(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
-        """Return the logarithm of the density of residuals, zero, drift and motion's noise integrated out.
+        """Return the logarithm of the density of residuals; zero, drift and the motion's noise are integrated out.
 
-        Parameters
-        ----------
-        residuals : ndarray, shape (batch, samples)
-            Measured less computed. [m]
-        deviation, correlation : ndarray, shape (batch,)
-            sigma [m], and phi between a sample and the next, in (-1, 1). [-]
-
-        Returns
-        -------
-        ndarray, shape (batch,)
+        Residuals, measured less computed [m], have the shape (batch, samples). The deviation sigma [m] and the
+        correlation phi between a sample and the next, in (-1, 1), have the shape (batch,).
         """
         samples, variance, phi = residuals.shape[1], deviation**2, correlation
         weighted = _by_inverse(residuals, phi) / variance[:, None]

@@ -49,14 +49,8 @@ def _finite() -> Iterator[None]:
 class Problem:
     """A record, a candidate and a prior, with what is known of the posterior before it is drawn from.
 
-    Parameters
-    ----------
-    prior : Prior
-    motion : MotionNoise
-        The response, linearised in the noise of the motion about the mode.
-    mode : ndarray, shape (parameters,)
-        The point of the unit cube where the density is greatest, nearly. The cube's coordinates are the prior's
-        probabilities of each parameter.
+    The response is linearised in the noise of the motion about the mode, the point of the unit cube of the greatest
+    density, nearly. The cube's coordinates are the prior's probabilities of each parameter.
     """
 
     prior: Prior
@@ -70,13 +64,7 @@ class Problem:
 
         The response is linearised about the least squares first. The search then alternates: the mode of this
         linear problem, and a new linearisation about it and the noise that it asks for, as far as that explains the
-        record better in truth.
-
-        Raises
-        ------
-        InputError
-            If the wall is so near to collapse that the noise of the measured motion decides on it, or if it does not
-            rock where the record is explained best.
+        record better in truth. It raises `InputError` where that is too near to collapse, or the wall does not rock.
         """
         fit = solution.fit
         starts = np.array([solution.estimate, *solution.local_minima[:STARTS]])
@@ -152,12 +140,8 @@ class Problem:
     def drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
         """Draw from the posterior until enough draws are effective; return the problem about the mode with them.
 
-        Where the draws show a mode that is higher than the one of the search, the draws start again about that.
-
-        Raises
-        ------
-        InputError
-            If that takes too long, or the response to the noise of the motion is not linear there.
+        Where the draws show a mode that is higher than the one of the search, the draws start again about that. It
+        raises `InputError` if this takes too long, or the response to the noise of the motion is not linear there.
         """
         problem = self
         for _ in range(AGAIN):

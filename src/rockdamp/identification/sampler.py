@@ -33,25 +33,13 @@ class Neighbourhood:
 
     Each coordinate has a t distribution whose centre follows from the coordinates before it, and which is cut off at
     the bounds. So no point falls outside, even where the posterior lies at a bound.
-
-    Parameters
-    ----------
-    centre : ndarray, shape (dimensions,)
-    lower : ndarray, shape (dimensions, dimensions)
-        Lower triangular root of the covariance.
     """
 
     centre: Array
     lower: Array
 
     def points(self, cube: Array) -> tuple[Array, Array]:
-        """Map another unit cube to this one.
-
-        Returns
-        -------
-        tuple of ndarray
-            Points, shape (batch, dimensions), and the logarithm of the distribution's density there, shape (batch,).
-        """
+        """Map another unit cube to this one: points, and the logarithm of the distribution's density there."""
         tails = t(DEGREES)
         standard, points, log_density = np.empty_like(cube), np.empty_like(cube), np.zeros(len(cube))
         for i, (row, centre) in enumerate(zip(WIDER * self.lower, self.centre, strict=True)):
@@ -68,19 +56,7 @@ class Neighbourhood:
 
 @dataclass(frozen=True)
 class Draws:
-    """Weighted draws from a posterior, and the evidence of its model.
-
-    Parameters
-    ----------
-    points : ndarray, shape (draws, dimensions)
-        Of the unit cube.
-    weights : ndarray, shape (draws,)
-        Their sum is 1. [-]
-    log_density : ndarray, shape (draws,)
-        Logarithm of the density there.
-    log_evidence : float
-        Logarithm of the likelihood averaged over the prior.
-    """
+    """Weighted draws from a posterior over the unit cube, and the likelihood averaged over the prior, the evidence."""
 
     points: Array
     weights: Array
@@ -105,20 +81,7 @@ class Draws:
 def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effective: float, seed: int) -> Draws:
     """Draw from a density over the unit cube until enough draws are effective; the same seed gives the same draws.
 
-    Parameters
-    ----------
-    log_density : callable
-        Of points, shape (batch, dimensions); -inf where it is zero.
-    about : Neighbourhood
-        Where the posterior is thought to be.
-    effective : float
-        Effective number of draws, at least. [-]
-    seed : int
-
-    Raises
-    ------
-    InputError
-        If so many draws take too long, or nautilus is missing.
+    The density is -inf where it is zero. It raises `InputError` if so many draws take too long, or nautilus is missing.
     """
 
     def stretched(cube: Array) -> Array:

@@ -51,16 +51,8 @@ class Group:
 def groups(asked: AmplitudeDependence, strength_ratio: float, beyond: PlateauBeyond) -> list[Group]:
     """Return the curves of the study: steeper (and, for a3 = 1, without a variant), then translated.
 
-    They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets; each at
-    a3 = 1 and at the settings' a3 in both variants, the translated one where it leaves room for a plateau.
-
-    Parameters
-    ----------
-    asked : AmplitudeDependence
-    strength_ratio : float
-        b1 of the reference curve. [-]
-    beyond : PlateauBeyond
-        Of the cracked stiffness study.
+    They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets. All have
+    a3 = 1, and the settings' a3 in both variants, the translated one where it leaves room for a plateau.
     """
     a1s = asked.yield_displacement_ratio
     plateaus = beyond.at(a1s, strength_ratio)
@@ -82,21 +74,7 @@ def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Grou
 
 
 def amplitude_dependence(config: Config) -> xr.Dataset:
-    """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `AmplitudeDependenceSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``damping_ratio`` (Err) with its uncertainty, ``damping_ratio_peaks``, ``damping_ratio_energy`` and
-        ``damping_ratio_middle`` (damping_model, case, release_share, restitution); ``spread`` of each over the
-        amplitudes, the standard deviation of the logarithm; ``best_exponent`` (case); and the best exponent and the
-        spreads of the closed form over a map of curves.
-    """
+    """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents."""
     given = AmplitudeDependenceSettings.of(config)
     curves = groups(given.amplitude_dependence, given.strength_ratio, given.strength_ratio_beyond)
     parts = [_measured(group, given) for group in curves]
@@ -168,21 +146,10 @@ def damping_ratio_peaks(
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
 ) -> Array:
-    """Damping ratio with which the half cycle after a release at rest ends at CR's peak, V(x1) = e^2 V(x0). [-]
+    """Return the damping ratio with which the half cycle after a release ends at CR's peak, V(x1) = e^2 V(x0). [-]
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Broadcasts.
-    damping_model : str
-        A viscous model, or ``"POWER"``.
-    restitution, release_amplitude, exponent : float or ndarray
-        e, in (0, 1); x0, in (0, a3); n of the general exponent. Broadcast. [-]
-
-    Raises
-    ------
-    InputError
-        If a damping ratio lies outside `BRACKET` times the closed form's.
+    All arguments broadcast; the exponent is that of ``"POWER"``. It raises `InputError` where a ratio lies outside
+    `BRACKET` times the closed form's.
     """
     guess = damping_ratio_energy(curve, damping_model, restitution, release_amplitude, exponent)
     shape = guess.shape
@@ -230,14 +197,7 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
 def spread(curve: TrilinearCurve, damping: Damping, share: Array) -> Array:
     """Standard deviation over the amplitudes, the last axis, of the logarithm of the closed form's factor g. [-]
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Of shape (..., 1).
-    damping : Damping
-        A viscous model; broadcasts with the curve.
-    share : ndarray, shape (amplitudes,)
-        u0/u3.
+    The curve has the shape (..., 1), the shares u0/u3 (amplitudes,).
     """
     factor = equivalence_factor(curve, damping, share * np.asarray(curve.ultimate_displacement_ratio))
     return np.log(factor).std(axis=-1)

@@ -30,17 +30,7 @@ CURVES = ("tri-linear", "bi-linear")
 def demand(config: Config) -> xr.Dataset:
     """Run the reference wall with both curves under restitution, under every pulse and every record.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `BilinearSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``pulse_peak_ratio`` and ``pulse_collapsed`` (force_curve, pulse, pulse_frequency, load_ratio);
-        ``record_peak_ratio`` and ``record_collapsed`` (force_curve, record, scale). The loads are over the tri-linear
-        plateau for both.
+    The loads are over the tri-linear plateau for both.
     """
     given = BilinearSettings.of(config)
     pair = (given.curve, given.damping_force.rigid.curve)

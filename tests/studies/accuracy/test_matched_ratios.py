@@ -47,15 +47,6 @@ def test_the_sample_holds_the_largest_errors_and_drawn_ones_whatever_their_uncer
     assert any([one.ratio for one in other[model]] != [one.ratio for one in chosen[model]] for model in VISCOUS_MODELS)
 
 
-def test_no_case_is_in_the_sample_twice(studies, matches):
-    """Slenderness and overburden change neither curve nor release: of their cases only one counts."""
-    for of_model in matched_ratios.sample(studies, matches, count=30, seed=1).values():
-        cases = [
-            (float(one.curve.yield_displacement_ratio), one.release_amplitude, one.restitution) for one in of_model
-        ]
-        assert len(set(cases)) == len(cases) == 3 * (2 + 2)  # 0.5 and 0.3; a1 = 0.1 and 0.2
-
-
 @pytest.fixture(scope="module")
 def distance():
     return matched_ratios.Distance(CURVE, "CDC", 0.85, 0.5, 6.0)
