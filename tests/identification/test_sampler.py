@@ -68,8 +68,9 @@ def test_the_same_seed_gives_the_same_draws_and_another_one_others():
 
 
 def test_a_posterior_that_takes_too_long_is_refused(monkeypatch):
-    monkeypatch.setattr(sampler, "MOST", 1000)
-    with pytest.raises(InputError, match="1000 likelihoods do not suffice"):
+    monkeypatch.setattr(sampler, "MOST", 100)
+    monkeypatch.setattr(sampler, "MOST_A_DRAW", 0.1)
+    with pytest.raises(InputError, match="600 likelihoods do not suffice"):
         sample(log_normal, ABOUT, 5000, 1)
 
 

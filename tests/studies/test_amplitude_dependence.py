@@ -139,7 +139,7 @@ def test_curves_are_those_of_the_config_and_the_presets_in_every_variant_that_ex
 
 
 def test_the_dataset_is_what_the_registry_says_and_whole(found):
-    dataset.check(found, "dispersion")
+    dataset.check(found, "amplitude_dependence")
     for name in ("damping_ratio", "damping_ratio_peaks", "damping_ratio_energy", "damping_ratio_middle"):
         assert bool(np.isfinite(found[name]).all()), name
     assert (found["damping_ratio_uncertainty"] < 0.03 * found["damping_ratio"]).all()

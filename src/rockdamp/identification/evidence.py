@@ -12,7 +12,7 @@ from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 
-EFFECTIVE = 500.0  # draws, at least: the logarithm of the evidence is then known to 0.05
+EFFECTIVE = 300.0  # draws, at least: the logarithm of the evidence is then known to 0.06
 
 
 @dataclass(frozen=True)

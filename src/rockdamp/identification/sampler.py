@@ -21,9 +21,12 @@ from rockdamp.errors import InputError
 
 DEGREES = 2.0  # of freedom of the neighbourhood's t distributions: their tails reach what is far from the guess
 WIDER = 1.5  # the neighbourhood than the guess of the posterior
-LIVE, BATCH = 100, 256  # live points, and densities computed at once
-REMAINING = 0.2  # share of the evidence in the live points at which nautilus stops to close in, and draws
-MOST = 10_000  # densities computed
+# Few large batches: the bounds that nautilus computes between two of them take longer than the densities.
+LIVE, BATCH = 100, 512  # live points, and densities computed at once
+REMAINING = 0.5  # share of the evidence in the live points at which nautilus stops to close in, and draws
+# Densities computed at most, to close in and for each effective draw: where these do not suffice, the record seldom
+# determines the model's parameters at all.
+MOST, MOST_A_DRAW = 4_000, 3
 ZERO = -1e100  # logarithm of a density that is zero: nautilus takes finite numbers alone
 
 
@@ -99,8 +102,9 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
         pass_dict=False,
         seed=seed,
     )
-    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=MOST, discard_exploration=True):
-        raise InputError(f"{MOST} likelihoods do not suffice for the posterior; the record may not determine it")
+    most = MOST + round(MOST_A_DRAW * effective)
+    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=most, discard_exploration=True):
+        raise InputError(f"{most} likelihoods do not suffice for the posterior; the record may not determine it")
     cube, log_weights, log_stretched = sampler.posterior()
     points, stretch = about.points(cube)
     weights = np.exp(log_weights - log_weights.max())

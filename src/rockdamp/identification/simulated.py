@@ -1,4 +1,4 @@
-"""Whether the posterior is right about itself: records made with parameters drawn from the prior are identified.
+"""Check the posterior by records that are made with parameters drawn from the prior, and then identified.
 
 If prior, likelihood and computation are what they say, the share of the posterior below a true value is uniform (Talts
 et al., arXiv:1804.06788), and an interval of any level holds it as often as its level says. The standard errors of
@@ -28,7 +28,7 @@ from rockdamp.motions.records import Record
 from rockdamp.statistics.distribution import Distribution
 
 LEVELS = np.array([0.5, 0.9])
-EFFECTIVE = 500.0  # draws, at least: a rank is then known to 0.02
+EFFECTIVE = 300.0  # draws, at least: a rank is then known to 0.03
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Maker:
         return Record(elapsed, measured, displacement + zero + drift * elapsed + noise), values[0]
 
     def judged(self, number: int, effective: float = EFFECTIVE) -> Judged:
-        """Make the record of a number, identify it, and compare with what made it."""
+        """Make the record of a number, identify it by so many effective draws, and compare with what made it."""
         random = np.random.RandomState([self.simulated.seed, number])
         record, truth = self.record(random)
         nothing, by_least_squares = np.full(truth.size, np.nan), np.full(3, np.nan)
