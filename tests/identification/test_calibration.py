@@ -67,14 +67,6 @@ def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
     assert np.all(np.abs(found["estimate"].values - truth) < CLEAN_BOUNDS)
 
 
-def test_another_seed_of_another_wall_is_recovered_within_its_errors():
-    record = synthetic_record(11, yield_displacement_ratio=0.05, strength_ratio=0.72, restitution=0.80, pulse_peak=12.6)
-    found = calibrate(record, WALL, step=STEP)
-    error = np.abs(found["estimate"] - found["true_value"]).values
-    assert np.all(error < 3 * found["standard_error"].values)
-    assert np.all(error < BOUNDS)
-
-
 def test_quieter_instruments_give_smaller_errors_in_proportion(result):
     half = calibrate(synthetic_record(noise=0.5), WALL)
     # The bandwidth, the rounding and the point of the fit change a little with the noise: a third either way.
@@ -155,8 +147,3 @@ def test_a_best_fit_at_a_bound_is_an_error_that_says_so():
     record = synthetic_record(noise=0, restitution=1.0, pulse_peak=13.5)
     with pytest.raises(InputError, match=r"the best fit has restitution \(e\) 1; it must lie inside 0.5 to 1"):
         calibrate(record, WALL, step=STEP)
-
-
-def test_a_record_without_the_response_is_refused(record):
-    with pytest.raises(InputError, match="no column displacement_m"):
-        calibrate(replace(record, displacement=None), WALL)

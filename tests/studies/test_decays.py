@@ -35,9 +35,3 @@ def test_decays_run_to_the_longest_response_that_is_matched_to_them(decays, conf
     assert ends["amplitude"] == pytest.approx(16) and ends["cracked_stiffness"] == pytest.approx(8)
     assert ends["slenderness"] == pytest.approx(8 * float(frequency.max() / own), abs=0.01)
     assert 8.5 < ends["slenderness"] < 16
-
-
-def test_walls_of_the_same_curve_decay_alike_in_tau(decays):
-    for name in ("slenderness", "overburden"):
-        values = decays[name]["displacement"].values
-        assert np.array_equal(values, np.broadcast_to(values[:1], values.shape))

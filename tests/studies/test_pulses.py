@@ -1,13 +1,10 @@
 """Pulses: their shapes, the runs against the event-driven solver, what is made of them, and the figure."""
 
-import copy
-
 import measured_tables
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from figure_functions import FIGURES
 from repository import ROOT
 
 from rockdamp.equivalence.closed_form import equivalence_factor
@@ -171,15 +168,3 @@ def test_the_table_and_the_words_of_the_page_are_those_of_the_study(found):
 
 
 # --- figure and config -----------------------------------------------------------------------------------------------
-
-
-def test_empty_bands_give_no_value_and_no_warning(config):
-    """As in the small config: few cells, some bands without any."""
-    small = copy.deepcopy(config)
-    small["pulses"] |= {"restitution": [0.85], "step": 0.02, "bands": [1e-9, 1e-8, 0.3]}
-    small["pulses"]["frequency"] = {"start": 0.5, "stop": 8.0, "count": 2}
-    small["pulses"]["load"] = {"start": 0.5, "stop": 2.0, "count": 2}
-    found = pulses.pulses(small)
-    assert int(found["pairs"].isel(band=0).max()) == 0
-    assert bool(found["median_ratio"].isel(band=0).isnull().all())
-    FIGURES["fig_pulses"](found).draw_without_rendering()

@@ -48,29 +48,11 @@ def posterior(
     The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
     and the accelerometer's white noise, to which the wall responds. Zero, drift and the motion's noise are integrated
     out in closed form, the response to it as linear about the noise that leads to the record's trajectory. Nested
-    sampling about the mode gives draws and evidence. The same seed gives the same draws.
+    sampling about the mode gives draws and evidence, for the models `compared` too. The same seed gives the same draws.
 
-    Parameters
-    ----------
-    record : Record
-        With a measured displacement, at rest before the motion.
-    wall : Wall or Parapet
-        Its geometry and weights are taken as known, as are a3 and the variant of softening.
-    damping_model : str
-        One of the damping models, or ``"ECD of order m"``, which has the order for a parameter too.
-    compared : sequence of str
-        Models of which the evidence is computed, the probability of the record averaged over the prior; NaN where it
-        could not be determined.
-    step : float
-        Of the solver, in tau, at most. [-]
-    prior : Prior, optional
-        By default that of masonry walls.
-
-    Raises
-    ------
-    InputError
-        If the record does not determine the parameters, has no displacement or no rest, or is so near to collapse that
-        its noise decides or its response is not linear in it, or a package that this needs is missing.
+    The record has a measured displacement and is at rest before the motion. The wall, a3 and the variant of softening
+    are taken as known; the solver's steps are at most `step` in tau. It raises `InputError` if the record does not
+    determine the parameters, or is so near to collapse that its noise decides or its response is not linear in it.
     """
     prior = instance("prior", prior or Prior(), Prior)
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]

@@ -14,6 +14,7 @@ from matrices as large as B has rows (Woodbury), and the inverse of R is tridiag
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,10 +27,10 @@ class Noise:
 
     rows: Array
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _grams(self) -> tuple[Array, Array, Array]:
         b = self.rows
-        neighbours = _product(b[:, :-1], b[:, 1:])
-        object.__setattr__(self, "_grams", (_product(b, b), _product(b[:, 1:-1], b[:, 1:-1]), neighbours))
+        return _product(b, b), _product(b[:, 1:-1], b[:, 1:-1]), _product(b[:, :-1], b[:, 1:])
 
     def log_likelihood(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
         """Return the logarithm of the density of residuals; zero, drift and the motion's noise are integrated out.
@@ -71,7 +72,7 @@ class Noise:
 
     def _conditional(self, weighted: Array, variance: Array, phi: Array) -> tuple[Array, Array]:
         """Precision of z, and precision times mean, given residuals that were multiplied by the inverse of R."""
-        whole, inner, neighbours = self._grams  # type: ignore[attr-defined]
+        whole, inner, neighbours = self._grams
         p = phi[:, None, None]
         gram = whole + p**2 * inner - p * (neighbours + neighbours.T)
         precision = np.eye(len(whole)) + gram / ((1 - p**2) * variance[:, None, None])

@@ -179,7 +179,8 @@ class Problem:
 
     def _at_mode(self, starts: Array) -> Problem:
         """Return the same with the highest mode that is reached from parameters of wall and damper."""
-        sensor = np.stack(_deviation_and_correlation(self._left_at(starts)), axis=1)
+        left = self.fit.without_trend(self.fit.measured - self.fit.computed(starts))
+        sensor = np.stack(_deviation_and_correlation(left), axis=1)
         points = self._inside(self.prior.points(self.names, np.concatenate([starts, sensor], axis=1)))
         highest = self.log_density(points)
         rocks = np.isfinite(highest)
@@ -197,10 +198,6 @@ class Problem:
             points = np.where(gained[:, None], tried[best, np.arange(len(points))], points)
             highest = np.where(gained, higher, highest)
         return replace(self, mode=points[np.argmax(highest)])
-
-    def _left_at(self, estimates: Array) -> Array:
-        """Return what parameters of wall and damper leave of the record, without offset and drift."""
-        return self.fit.without_trend(self.fit.measured - self.fit.computed(estimates))
 
     @staticmethod
     def _inside(points: Array) -> Array:

@@ -93,11 +93,8 @@ def _measured(group: Group, given: AmplitudeDependenceSettings) -> xr.Dataset:
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
-    curve, n, ultimate = (
-        group.curve.map(lambda p: p[case]),
-        exponent[case],
-        np.asarray(group.curve.ultimate_displacement_ratio),
-    )
+    curve, n = group.curve.map(lambda p: p[case]), exponent[case]
+    ultimate = np.asarray(group.curve.ultimate_displacement_ratio)
     amplitude, e = share[share_at] * ultimate[case], restitution[e_at]
     matched = match_decays(
         curve,
@@ -108,7 +105,7 @@ def _measured(group: Group, given: AmplitudeDependenceSettings) -> xr.Dataset:
         step=given.solver.step,
         scheme=given.solver.scheme,
         exponent=n,
-        description=f"dispersion, {len(group.name)} curves",
+        description=f"amplitude dependence, {len(group.name)} curves",
     )
     measures = {
         "damping_ratio": [of.damping_ratio for of in matched.values()],
@@ -218,7 +215,7 @@ def best_exponent(curve: TrilinearCurve, share: Array) -> Array:
     minimum = elementwise.find_minimum(of_exponent, bracket.bracket, args=args, tolerances={"xrtol": 1e-6})
     if not (bracket.success & minimum.success).all():
         bad = int(np.flatnonzero(~(bracket.success & minimum.success))[0])
-        raise InputError(f"no exponent n has the least dispersion on the curve {curves.map(lambda p: p[bad])}")
+        raise InputError(f"no exponent n depends least on the amplitude on the curve {curves.map(lambda p: p[bad])}")
     return minimum.x
 
 

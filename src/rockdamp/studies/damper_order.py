@@ -198,7 +198,7 @@ def _fitted(settings: DamperOrderSettings) -> xr.Dataset:
 
 
 def _shown(settings: DamperOrderSettings) -> xr.Dataset:
-    """Histories under CR and each order, of the decay on the reference curve at the e of the loops."""
+    """Histories under CR and each order, of the decay on the reference curve at the e of Fig. 3."""
     e, step, order = settings.shown_restitution, settings.solver.step, settings.damper_order.order
     steps = step_count(settings.matching.response_length, step)
     dampings = [Damping.cr(e), *(Damping.of_restitution(e, order=m) for m in order)]

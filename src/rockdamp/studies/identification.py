@@ -65,17 +65,15 @@ def maker_of(settings: IdentificationSettings) -> Maker:
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
     """Add white noise to both channels of a synthetic record until its noise is a multiple of what it was."""
     more = np.sqrt(factor**2 - 1)
-    acceleration, displacement = (more * float(record.header[name]) * _normal(record, random) for name in NOISE)
+    acceleration, displacement = (
+        more * float(record.header[name]) * random.standard_normal(record.elapsed.size) for name in NOISE
+    )
     assert record.displacement is not None
     return replace(
         record,
         ground_acceleration=record.ground_acceleration + acceleration,
         displacement=record.displacement + displacement,
     )
-
-
-def _normal(record: Record, random: np.random.RandomState) -> Array:
-    return random.standard_normal(record.elapsed.size)
 
 
 def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:

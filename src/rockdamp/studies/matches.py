@@ -30,11 +30,8 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """
     given = MatchSettings.of(config)
     study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
-    restitution, response_length, scan = (
-        decays["restitution"].values,
-        given.matching.response_length,
-        given.matching.scan,
-    )
+    response_length, scan = given.matching.response_length, given.matching.scan
+    restitution = decays["restitution"].values
     steps = step_count(response_length, step)
     fixed = response_lengths_of_fixed_seconds(study, given.wall, response_length) if study.of_wall else None
     last = step_count(longest_response(study, given.wall, response_length), step)

@@ -62,23 +62,6 @@ def test_the_distance_is_the_integral_of_eq_17(distance):
     assert distance(0.03) == pytest.approx(np.trapezoid((expected - found) ** 2, times), rel=2e-5)
 
 
-def test_the_distance_has_no_ripple_where_a_sum_has(distance):
-    ratio = 0.032 * (1 + 2e-4 * np.arange(-8, 9))
-    times = np.linspace(0, 6, 12001)
-    target = np.abs(event_driven.history(CURVE, Damping.cr(0.85), times, release_amplitude=0.5).displacement)
-
-    def summed(xi):
-        found = event_driven.history(CURVE, Damping("CDC", xi), times, release_amplitude=0.5)
-        return np.trapezoid((target - np.abs(found.displacement)) ** 2, times)
-
-    def ripple(function):
-        values = np.array([function(float(xi)) for xi in ratio])
-        offset = ratio / 0.032 - 1
-        return np.abs(values - np.polyval(np.polyfit(offset, values, 3), offset)).max()
-
-    assert ripple(distance) < 0.1 * ripple(summed)
-
-
 @pytest.fixture(scope="module")
 def minimum(distance):
     """The least distance by brute force: a parabola through three points around the least of a fine scan."""
