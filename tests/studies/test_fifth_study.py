@@ -5,7 +5,6 @@ import report_content
 from repository import ROOT
 
 from rockdamp.config import validation as checks
-from rockdamp.config.walls import StudySettings, make_wall
 from rockdamp.pipeline import dictionary
 from rockdamp.storage import dataset, yaml_file
 from rockdamp.storage.registry import registry
@@ -97,13 +96,3 @@ def test_its_values_are_checked_before_the_run(fifth, monkeypatch):
     assert f"studies.{name}.{parameter}[1] is {wrong[0]}; it must be greater" in "\n".join(
         map(str, checks.problems(config))
     )
-
-
-@pytest.mark.parametrize(("parameter", "values"), [("thickness", [0.5, 2.0]), ("slenderness", [5.0, 20.0])])
-def test_a_wall_has_the_slenderness_that_the_config_states_whatever_its_thickness(parameter, values, monkeypatch):
-    monkeypatch.setitem(STUDIES, "fifth", parameter)
-    config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
-    config["studies"]["fifth"] = {parameter: values}
-    walls = StudySettings.of(config).study("fifth")
-    stated = [float(make_wall({**config["wall"], parameter: value}).frequency_parameter) for value in values]
-    assert walls.frequency_parameter.tolist() == pytest.approx(stated)

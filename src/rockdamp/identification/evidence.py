@@ -1,4 +1,4 @@
-"""How well each model explains a record: the evidence, the likelihood averaged over the prior."""
+"""Evidence of a model: the likelihood of a record averaged over the prior."""
 
 from __future__ import annotations
 

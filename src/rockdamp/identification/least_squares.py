@@ -43,7 +43,7 @@ LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stan
 
 @dataclass(frozen=True)
 class Fit:
-    """What is fitted, with what. A *point* is in the coordinates of the search, *parameters* are the candidate's."""
+    """A candidate fitted to a record. A *point* has the coordinates of the search, *parameters* are the candidate's."""
 
     record: Record
     wall: Wall | Parapet
@@ -171,7 +171,7 @@ class Fit:
         return (self.motion.size - 1) // (self.record.elapsed.size - 1)
 
     def without_trend(self, histories: Array) -> Array:
-        """What of histories, shape (..., samples), no offset and drift can explain."""
+        """Subtract what an offset and a drift explain from histories, shape (..., samples)."""
         return histories - (histories @ self.basis) @ self.basis.T
 
     def misfit(self, points: Array, description: str = "") -> Array:
@@ -303,7 +303,7 @@ class Solution:
 
     @cached_property
     def residual(self) -> Array:
-        """What is left, without the sensor's offset and drift. [m]"""
+        """Measured less computed displacement, without the sensor's offset and drift. [m]"""
         return self.fit.without_trend(self.fit.measured - self.computed)
 
     @cached_property

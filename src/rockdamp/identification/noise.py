@@ -1,4 +1,4 @@
-r"""How likely residuals are under the instruments' errors: the sensor's zero, its drift, its noise, the motion's noise.
+r"""Likelihood of residuals under errors of the instruments: the sensor's zero, drift and noise, the motion's noise.
 
 The residual of a model, measured less computed, is taken as
 

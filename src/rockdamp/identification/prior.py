@@ -1,4 +1,4 @@
-"""What is held possible of wall, damper and instruments before the record is seen."""
+"""Prior distributions of wall, damper and instruments, before the record is seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a record, a damping model and a prior make of wall, damper and instruments: the density of the posterior."""
+"""Density of the posterior of wall, damper and instruments, by a record, a damping model and a prior."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Problem:
 
     prior: Prior
     motion: MotionNoise
-    mode: Array
+    mode: Array  # of the unit cube, shape (parameters,)
 
     @classmethod
     @_finite()
@@ -111,7 +111,7 @@ class Problem:
         return self.motion.computed(values[:, : -len(INSTRUMENTS)])
 
     def residuals(self, values: Array, computed: Array) -> Array:
-        """What is left of the measured displacement for the instruments' errors. [m]"""
+        """Return the part of the measured displacement that is left for the instruments' errors. [m]"""
         return self.motion.residuals(values[:, : -len(INSTRUMENTS)], computed)
 
     def log_density(self, points: Array) -> Array:
@@ -167,7 +167,7 @@ class Problem:
             )
 
     def doubts(self, deviation: float) -> list[str]:
-        """Say it if the model leaves more of the record than the sensor's noise at rest, by the deviation found. [m]"""
+        """Return a warning if the model leaves more [m] of the record than the sensor's noise at rest."""
         times = deviation / self.fit.rest_deviation
         most = max(EXPLAINED, _by_chance(self.fit.measured[: rest_samples(self.fit.record)]))
         if times <= most:

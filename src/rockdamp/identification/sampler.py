@@ -39,7 +39,7 @@ class Neighbourhood:
     """
 
     centre: Array
-    lower: Array
+    lower: Array  # triangular root of the covariance
 
     def points(self, cube: Array) -> tuple[Array, Array]:
         """Map another unit cube to this one: points, and the logarithm of the distribution's density there."""
@@ -61,8 +61,8 @@ class Neighbourhood:
 class Draws:
     """Weighted draws from a posterior over the unit cube, and the likelihood averaged over the prior, the evidence."""
 
-    points: Array
-    weights: Array
+    points: Array  # shape (draws, dimensions)
+    weights: Array  # of sum 1
     log_density: Array
     log_evidence: float
 

@@ -38,12 +38,12 @@ class Simulated:
     draws: int
     seed: int
     damping_model: str
-    duration: float
-    sampling: float
-    pulse_at: float
-    pulse_peak: Distribution
-    motion_noise: float
-    sensor_deviation: Distribution
+    duration: float  # [s]
+    sampling: float  # [Hz]
+    pulse_at: float  # where the table's pulse peaks [s]
+    pulse_peak: Distribution  # [m s-2]
+    motion_noise: float  # standard deviation of the accelerometer's noise [m s-2]
+    sensor_deviation: Distribution  # in place of the prior's [m]
     sensor_correlation: Distribution
 
 

@@ -1,4 +1,4 @@
-"""How the unstated length of the response decides what Eq. (17) concludes, and the length that the paper implies."""
+"""Conclusions from Eq. (17) by the unstated length of the response, and the length that the paper implies."""
 
 from __future__ import annotations
 

@@ -171,7 +171,6 @@ def _misfits(
         durations[:count] = matched.duration
     amplitude, judged = np.abs(decay.peak), free & np.isfinite(peaks)
     both = free & np.isfinite(durations) & np.isfinite(decay.duration)
-    nothing = np.nan
     return {
         "displacement": (("elapsed",), displacement),
         "collapsed": ((), np.int8(collapsed)),
@@ -181,13 +180,10 @@ def _misfits(
         "decay_peak": (("half_cycle",), peaks),
         "decay_peak_elapsed": (("half_cycle",), times),
         "half_cycle_duration": (("half_cycle",), durations),
-        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[judged] ** 2)) if judged.any() else nothing),
-        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[judged]) if judged.any() else nothing),
+        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[judged] ** 2)) if judged.any() else np.nan),
+        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[judged]) if judged.any() else np.nan),
         "log_decrement": ((), _log_decrement(peaks[judged])),
-        "period_drift": (
-            (),
-            durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else nothing,
-        ),
+        "period_drift": ((), durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else np.nan),
     }
 
 

@@ -8,7 +8,6 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy import ensemble
-from rockdamp.studies.accuracy.stage import solver_errors
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 # --- the solver ------------------------------------------------------------------------------------------------------
@@ -41,24 +40,6 @@ def test_medians_and_largest_errors_are_over_walls_and_restitutions(stage):
     np.testing.assert_allclose(stage["median_solver_error"], np.median(error, axis=-1))
     np.testing.assert_allclose(stage["largest_solver_error"], error.max(axis=-1))
     np.testing.assert_allclose(stage["order"], ensemble.fitted_order(stage["step"], stage["median_solver_error"]))
-
-
-def test_a_solver_that_does_not_converge_shows(drawn, stage):
-    class Wrong(ensemble.Ensemble):
-        def histories(self, *arguments):
-            displacement, velocity = super().histories(*arguments)
-            return 1.01 * displacement, velocity
-
-    few = {
-        "curve": drawn.curve.map(lambda p: p[:1]),
-        "load": drawn.load[:1],
-        "factor": drawn.factor[:1],
-        "release_amplitude": drawn.release_amplitude[:1],
-        "ratio": {m: r[:1] for m, r in drawn.ratio.items()},
-    }
-    found = solver_errors(Wrong(**{**drawn.__dict__, **few}), step=0.01, refinement=8)
-    assert (found["order"] < 0.5).all()
-    assert (stage["order"] > 1.5).all()  # 2, less the scatter of a few walls
 
 
 # --- the dataset and its figures -------------------------------------------------------------------------------------

@@ -30,15 +30,15 @@ FACTORS = np.geomspace(0.02, 2.0, 40)  # of the load's peak over F0 that are tri
 class Ensemble:
     """Walls that differ in tau, at a few e, with their published damping ratios and a load."""
 
-    curve: TrilinearCurve
-    release_amplitude: Array
-    restitution: Array
-    ratio: Mapping[str, Array]
-    load: Array
-    sample: float
-    length: float
-    factor: Array
-    steps: Array
+    curve: TrilinearCurve  # of shape (cases, 1)
+    release_amplitude: Array  # of the free decays, shape (cases, 1) [-]
+    restitution: Array  # shape (e,)
+    ratio: Mapping[str, Array]  # published damping ratio of each viscous model, shape (cases, e) [-]
+    load: Array  # of the forced responses, from rest: of unit peak, linear between samples, shape (cases, samples)
+    sample: float  # spacing of the samples, in tau [-]
+    length: float  # of all histories, in tau [-]
+    factor: Array  # of the load, over F0, shape (cases, e) [-]
+    steps: Array  # at which errors are measured, in tau, coarsest first; the solver's own is among them [-]
     scheme: str
 
     def damping(self, model: str, case: int | slice = slice(None)) -> Damping:
