@@ -8,8 +8,9 @@ import yaml
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.identification import calibration, least_squares
+from rockdamp.identification import least_squares
 from rockdamp.identification.calibration import PARAMETERS, calibrate
+from rockdamp.identification.candidates import true_values
 from rockdamp.motions.records import read_record
 from rockdamp.studies.calibration import study
 from rockdamp.synthetic.experimental_style import WALL, synthetic_record
@@ -57,15 +58,6 @@ def test_the_fitted_history_leaves_no_more_than_the_sensors_noise(result, record
     assert abs(np.mean(left)) < 1e-9
 
 
-def test_the_covariance_is_one_and_holds_the_standard_errors(result):
-    covariance = result["covariance"].values
-    np.testing.assert_allclose(covariance, covariance.T, rtol=1e-9)
-    assert np.all(np.linalg.eigvalsh(covariance / np.outer(*2 * [np.sqrt(np.diag(covariance))])) > 0)
-    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), result["standard_error"].values, rtol=1e-12)
-    assert np.all(result["standard_error_by_motion"] < result["standard_error"])
-    assert list(result["parameter"].values) == list(PARAMETERS)
-
-
 def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
     a1, b1, e = truth = (0.02, 0.86, 0.91)
     record = synthetic_record(noise=0, yield_displacement_ratio=a1, strength_ratio=b1, restitution=e, pulse_peak=14.6)
@@ -73,14 +65,6 @@ def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
     found = calibrate(record, WALL, step=STEP)
     np.testing.assert_array_equal(found["true_value"].values, truth)
     assert np.all(np.abs(found["estimate"].values - truth) < CLEAN_BOUNDS)
-
-
-def test_another_seed_of_another_wall_is_recovered_within_its_errors():
-    record = synthetic_record(11, yield_displacement_ratio=0.05, strength_ratio=0.72, restitution=0.80, pulse_peak=12.6)
-    found = calibrate(record, WALL, step=STEP)
-    error = np.abs(found["estimate"] - found["true_value"]).values
-    assert np.all(error < 3 * found["standard_error"].values)
-    assert np.all(error < BOUNDS)
 
 
 def test_quieter_instruments_give_smaller_errors_in_proportion(result):
@@ -100,9 +84,9 @@ def test_the_sensors_offset_and_drift_are_profiled_out(record, result, few_draws
 
 def test_a_measured_record_has_no_true_values(record):
     measured = replace(record, header={**record.header, "synthetic": "no"})
-    assert np.isnan(calibration._true_values(measured)).all()
+    assert np.isnan(true_values(measured, PARAMETERS)).all()
     with pytest.raises(InputError, match="generator_.* must be numbers"):
-        calibration._true_values(replace(record, header={**record.header, "generator_restitution": "high"}))
+        true_values(replace(record, header={**record.header, "generator_restitution": "high"}), PARAMETERS)
 
 
 # --- the covariance, where theory knows it
@@ -163,8 +147,3 @@ def test_a_best_fit_at_a_bound_is_an_error_that_says_so():
     record = synthetic_record(noise=0, restitution=1.0, pulse_peak=13.5)
     with pytest.raises(InputError, match=r"the best fit has restitution \(e\) 1; it must lie inside 0.5 to 1"):
         calibrate(record, WALL, step=STEP)
-
-
-def test_a_record_without_the_response_is_refused(record):
-    with pytest.raises(InputError, match="no column displacement_m"):
-        calibrate(replace(record, displacement=None), WALL)

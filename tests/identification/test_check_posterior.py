@@ -20,13 +20,3 @@ def test_intervals_that_hold_the_truth_too_seldom_are_told(capsys, narrower, hol
     assert report(gathered(NAMES, records)) is holds
     printed = capsys.readouterr().out
     assert "300 of 301 records identified" in printed and "90% interval of sensor_correlation" in printed
-
-
-def test_least_squares_are_told_and_do_not_decide():
-    ranks = (np.arange(100) + 0.5)[:, None] / 100 * np.ones(5)
-    records = [Judged(NOTHING, rank, NOTHING, NOTHING, np.full(3, 0.999)) for rank in ranks]
-    assert report(gathered(NAMES, records))
-
-
-def test_no_record_identified_is_no_success():
-    assert not report(gathered(NAMES, [Judged(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING[:3])]))

@@ -2,12 +2,9 @@
 
 import pytest
 import report_content
-from accuracy_cases import made_up
 from repository import ROOT
 
 from rockdamp.config import validation as checks
-from rockdamp.config.walls import StudySettings, make_wall
-from rockdamp.errors import InputError
 from rockdamp.pipeline import dictionary
 from rockdamp.storage import dataset, yaml_file
 from rockdamp.storage.registry import registry
@@ -78,13 +75,6 @@ def test_accuracy_is_given_it_and_measures_it(fifth):
     assert sorted(measured["strength_ratio"].values) == [0.6, 0.85, 0.85]  # of the curves: 0.85 at two values of a1
 
 
-def test_a_study_that_is_not_handed_over_is_missed(fifth):
-    _, _, config = fifth
-    four = [made_up(config, study) for study in list(STUDIES)[:-1]]
-    with pytest.raises(ValueError, match="zip"):
-        accuracy(config, four[0], *four, *four)
-
-
 def test_it_stands_in_the_report_and_in_the_data_dictionary(fifth):
     name, parameter, _ = fifth
     assert f"match/{name}" in report_content.content().datasets
@@ -106,21 +96,3 @@ def test_its_values_are_checked_before_the_run(fifth, monkeypatch):
     assert f"studies.{name}.{parameter}[1] is {wrong[0]}; it must be greater" in "\n".join(
         map(str, checks.problems(config))
     )
-
-
-def test_a_config_without_it_is_refused(fifth, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    name, _, config = fifth
-    del config["studies"][name]
-    with pytest.raises(InputError, match=f"studies.{name} is missing"):
-        checks.validate(config, SCHEMA, [DEFAULT])
-
-
-@pytest.mark.parametrize(("parameter", "values"), [("thickness", [0.5, 2.0]), ("slenderness", [5.0, 20.0])])
-def test_a_wall_has_the_slenderness_that_the_config_states_whatever_its_thickness(parameter, values, monkeypatch):
-    monkeypatch.setitem(STUDIES, "fifth", parameter)
-    config = yaml_file.load(DEFAULT.read_text(encoding="utf-8"))
-    config["studies"]["fifth"] = {parameter: values}
-    walls = StudySettings.of(config).study("fifth")
-    stated = [float(make_wall({**config["wall"], parameter: value}).frequency_parameter) for value in values]
-    assert walls.frequency_parameter.tolist() == pytest.approx(stated)

@@ -1,16 +1,12 @@
 """Pulses: their shapes, the runs against the event-driven solver, what is made of them, and the figure."""
 
-import copy
-
 import measured_tables
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from figure_functions import FIGURES
 from repository import ROOT
 
-from rockdamp.config.parsing import geometric
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -52,10 +48,6 @@ def test_pulses_have_the_peak_one_and_their_period_and_end_at_zero(frequency):
     assert sine[-1] == 0.0 and period <= tau[-1] < period + step
 
 
-def test_a_geometric_sequence_includes_its_ends():
-    np.testing.assert_allclose(geometric({"start": 0.5, "stop": 8.0, "count": 5}, "pulses.load"), [0.5, 1, 2, 4, 8])
-
-
 # --- runs ------------------------------------------------------------------------------------------------------------
 
 
@@ -90,11 +82,6 @@ def test_the_damping_ratios_are_the_closed_form_and_the_matched_ones(found):
     for row in equivalent(0.85, 0.04, 0.85):  # from a finer step
         matched = found["damping_ratio"].sel(damping_ratio_source="least error", restitution=0.85)
         assert float(matched.sel(damping_model=row["damping_model"])) == pytest.approx(row["damping_ratio"], rel=1e-3)
-
-
-def test_small_pulses_move_the_wall_little_and_large_slow_ones_overturn_it(found):
-    assert float(found["reference_collapsed"].isel(load_ratio=0).max()) == 0
-    assert (found["reference_collapsed"].isel(load_ratio=-1, pulse_frequency=0) == 1).all()
 
 
 def test_a_lower_restitution_never_gives_a_larger_peak_before_an_impact(found):
@@ -181,34 +168,3 @@ def test_the_table_and_the_words_of_the_page_are_those_of_the_study(found):
 
 
 # --- figure and config -----------------------------------------------------------------------------------------------
-
-
-def test_fig_pulses_shows_the_contours_the_pairs_and_the_medians(found):
-    axes = FIGURES["fig_pulses"](found).axes
-    one = found.sel(damping_ratio_source="closed form", restitution=0.85)
-    ratios = [a for a in axes if a.get_title().count("false") == 2]
-    maps = [a for a in axes if len(a.collections) == 2 and a.get_label() != "<colorbar>"]
-    assert len(maps) == 2 * (1 + len(VISCOUS_MODELS))
-    for row, name in enumerate(("Ricker", "sine")):
-        for a, model in zip(maps[row * (1 + len(VISCOUS_MODELS)) + 1 :], VISCOUS_MODELS, strict=False):
-            of_pulse = one.sel(pulse=name, damping_model=model)
-            otherwise = (of_pulse["collapsed"] != of_pulse["reference_collapsed"]).sum()
-            assert sum(line.get_xdata().size for line in a.get_lines()) == otherwise
-    for model, panel in zip(VISCOUS_MODELS, ratios, strict=True):
-        medians = one["median_ratio"].sel(damping_model=model).values
-        assert any(
-            np.shape(y.get_ydata()) == medians.shape and np.allclose(y.get_ydata(), medians) for y in panel.lines
-        )
-        assert f"false safe\n{int(one['false_safe'].sel(damping_model=model))} of" in panel.get_title()
-
-
-def test_empty_bands_give_no_value_and_no_warning(config):
-    """As in the small config: few cells, some bands without any."""
-    small = copy.deepcopy(config)
-    small["pulses"] |= {"restitution": [0.85], "step": 0.02, "bands": [1e-9, 1e-8, 0.3]}
-    small["pulses"]["frequency"] = {"start": 0.5, "stop": 8.0, "count": 2}
-    small["pulses"]["load"] = {"start": 0.5, "stop": 2.0, "count": 2}
-    found = pulses.pulses(small)
-    assert int(found["pairs"].isel(band=0).max()) == 0
-    assert bool(found["median_ratio"].isel(band=0).isnull().all())
-    FIGURES["fig_pulses"](found).draw_without_rendering()

@@ -45,8 +45,8 @@ def test_the_least_error_is_recommended_and_those_that_err_no_more_with_certaint
     compared = made_up.comparison()
     least, near = at_middle(compared)
     # CDR errs 0.100, 0.102 and 0.104, ECD 0.110, 0.112 and 0.114; the excess is uncertain by 0.011.
-    assert least == ("CDR", "fit")
-    assert near == [("CDR", "error"), ("CDR", "closed form"), ("ECD", "fit")]
+    assert least == ("CDR", "polynomial")
+    assert near == [("CDR", "least error"), ("CDR", "closed form"), ("ECD", "polynomial")]
     advice = under_earthquakes(compared)
     assert marked(advice, "recommended") == [least] and marked(advice, "as_good") == near
 
@@ -56,24 +56,24 @@ def test_errors_whose_intervals_overlap_are_told_apart_where_their_difference_is
     one, other = (compared["log_error_interval"].isel(band=0).sel(damping_model=m) for m in ("CDR", "ECD"))
     assert (one.sel(bound="upper") > other.sel(bound="lower")).any()
     certain = compared["log_error_excess"].expand_dims(bound=compared["bound"]).transpose(..., "bound")
-    assert at_middle(compared.assign(log_error_excess_interval=certain)) == (("CDR", "fit"), [])
+    assert at_middle(compared.assign(log_error_excess_interval=certain)) == (("CDR", "polynomial"), [])
 
 
 def test_an_error_that_is_not_known_is_neither_the_least_nor_tied_with_it():
     compared = made_up.comparison()
-    unknown = (compared["damping_model"] == "CDR") & (compared["damping_ratio_source"] == "fit")
+    unknown = (compared["damping_model"] == "CDR") & (compared["damping_ratio_source"] == "polynomial")
     least, near = at_middle(made_up.with_excess(compared.assign(log_error=compared["log_error"].where(~unknown))))
-    assert least == ("CDR", "error")
-    assert near == [("CDR", "closed form"), ("ECD", "fit"), ("ECD", "error")]
+    assert least == ("CDR", "least error")
+    assert near == [("CDR", "closed form"), ("ECD", "polynomial"), ("ECD", "least error")]
 
 
 def test_of_a_damper_with_an_exact_ratio_the_exact_one_is_recommended_where_no_other_errs_less_with_certainty():
     compared = scaled(0.2, damping_model="ECD")
     errors = compared["log_error"].isel(band=0).sel(damping_model="ECD").mean("restitution")
-    assert errors.idxmin("damping_ratio_source") == "fit"
+    assert errors.idxmin("damping_ratio_source") == "polynomial"
     assert marked(under_earthquakes(compared), "recommended") == [("ECD", "closed form")]
     worse = scaled(0.2, damping_model="ECD", damping_ratio_source="polynomial")
-    assert marked(under_earthquakes(worse), "recommended") == [("ECD", "fit")]
+    assert marked(under_earthquakes(worse), "recommended") == [("ECD", "polynomial")]
 
 
 def test_no_damper_is_recommended_where_each_e_has_another_or_one_has_none():

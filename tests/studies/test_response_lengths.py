@@ -5,7 +5,6 @@ import copy
 import numpy as np
 import pytest
 import xarray as xr
-from repository import ROOT
 
 from rockdamp.storage import dataset
 from rockdamp.studies import response_lengths
@@ -34,13 +33,6 @@ def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
     assert int(flag) == (int(found["misclassified"].min()) == 0)
 
 
-def test_a_built_response_lengths_dataset_infers_the_default_response_length():
-    path = ROOT / "results/response_lengths.nc"
-    if not path.exists():
-        pytest.skip("results/response_lengths.nc is not built")
-    assert float(dataset.open(path)["inferred_response_length"]) == DEFAULT_RESPONSE_LENGTH
-
-
 def test_the_length_is_a_narrow_best_and_that_of_the_papers_wall(config, decays):
     """Counts between its neighbours run through those at the lengths studied; each release has a length of its own."""
     found = response_lengths.response_lengths(config, decays["amplitude"])
@@ -55,14 +47,6 @@ def test_the_length_is_a_narrow_best_and_that_of_the_papers_wall(config, decays)
     of_release = found["inferred_response_length_of_release"]
     assert float(of_release.sel(release_amplitude=config["release_amplitude"])) == inferred
     assert bool((of_release.values[1:] >= of_release.values[:-1]).all())  # a larger one needs longer for as many cycles
-
-
-def test_lengths_next_to_the_inferred_are_in_tenths_and_end_with_those_studied():
-    lengths = np.array([3.0, 4.0, 6.0])
-    np.testing.assert_allclose(
-        response_lengths.between_neighbours(lengths, 4.0), np.r_[np.arange(3.0, 4.0, 0.1), np.arange(4.0, 6.05, 0.2)]
-    )
-    np.testing.assert_allclose(response_lengths.between_neighbours(lengths, 6.0), np.arange(4.0, 6.05, 0.2))
 
 
 def test_of_lengths_that_serve_equally_the_middle_one_is_inferred(monkeypatch):

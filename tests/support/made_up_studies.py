@@ -5,8 +5,11 @@ from functools import cache
 import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
+import yaml
 from made_up_earthquakes import by_model, complete
+from repository import ROOT
 
+from rockdamp.studies import force_curves
 from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -16,34 +19,11 @@ STEPS = 3200  # k of the made-up matches
 
 
 def mechanism():
-    names = ["bi-linear", "tri-linear", "steeper", "translated", "new", "moderate", "severe"]
-    a1 = np.array([np.nan, 0.04, 0.04, 0.04, 0.06, 0.13, 0.20])
-    b1 = np.array([np.nan, 0.85, 0.85, 0.85, 0.72, 0.60, 0.50])
-    a3 = np.array([np.nan, 1.0, 0.93, 0.93, 1.0, 1.0, 1.0])
-    a2 = np.array([np.nan, 0.15, 0.15, 0.08, 0.28, 0.40, 0.50])
-    x = np.unique(np.concatenate([np.linspace(0, 1, 101), a1[1:], a2[1:], a3[1:]]))
-    force = [
-        1 - x,
-        *(np.interp(x, [0, p, q, r, 1.01], [0, b, b, 0, 0]) for p, q, r, b in zip(a1, a2, a3, b1, strict=True)),
-    ]
-    data = xr.Dataset(
-        {
-            "force": (("curve_name", "displacement"), np.stack([force[0], *force[2:]])),
-            "yield_displacement_ratio": ("curve_name", a1),
-            "plateau_end_ratio": ("curve_name", a2),
-            "ultimate_displacement_ratio": ("curve_name", a3),
-            "strength_ratio": ("curve_name", b1),
-            "thickness": 0.3,
-            "height": 4.5,
-            "hinge_ratio": 0.7,
-            "instability_displacement": 0.3,
-        },
-        coords={"curve_name": names, "displacement": x},
-    )
-    return complete(data, "mechanism")
+    """Return the stage's own dataset, which takes no time."""
+    return force_curves.mechanism(yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")))
 
 
-def loops():
+def damping_force():
     tau = np.linspace(0, 30, 3001)
     rates = 0.16 + 0.004 * np.arange(len(ALL))
     displacement = np.stack([0.5 * np.exp(-rate * tau) * np.cos(1.3 * tau) for rate in rates])
@@ -352,7 +332,7 @@ def pulses():
 def made_up():
     return {
         "mechanism": mechanism(),
-        "damping_force": loops(),
+        "damping_force": damping_force(),
         "match/amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),
         "match/slenderness": match("slenderness", [10, 15, 30], fixed=True),
         "match/overburden": match("overburden_ratio", [0, 1, 8], fixed=True),

@@ -1,4 +1,4 @@
-"""What a measured record says of wall and damper: the posterior of the parameters and the evidence of the models.
+"""Wall and damper from a measured record: the posterior of the parameters and the evidence of the models.
 
-No commands and no files: what is drawn and printed of it lies above.
+No commands and no files; figures and tables of the results lie above.
 """

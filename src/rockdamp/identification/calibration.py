@@ -11,7 +11,7 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import SEARCHED, Candidate
+from rockdamp.identification.candidates import SEARCHED, Candidate, true_values
 from rockdamp.identification.least_squares import Fit
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
@@ -33,7 +33,7 @@ def calibrate(
 
     The response to the measured motion under CR, plus an offset and a linear drift of the displacement sensor, is
     fitted to the measured displacement. A scan of the whole range gives the starts, so that the smallest of the local
-    minima is found. The covariance has two parts. That of the residuals, which follow each other and are no white
+    minima is solution. The covariance has two parts. That of the residuals, which follow each other and are no white
     noise, is Newey and West's (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229). That of the
     accelerometer's noise, which the wall responds to, is propagated; near its strength the wall amplifies it, and it
     is then the larger. Gains of the sensors and the wall's geometry are taken as exact: b1 takes up their errors.
@@ -70,22 +70,17 @@ def calibrate(
     >>> float(fit.estimate.sel(parameter="restitution").round(3))
     0.845
     """
-    fit = Fit.of(
-        record,
-        wall,
-        Candidate(REFERENCE),
-        ultimate_displacement_ratio=ultimate_displacement_ratio,
-        softening=softening,
-        step=step,
-    )
-    found = fit.solution()
-    estimate, computed, residual = found.estimate, found.computed, found.residual
-    for name, value, low, high in zip(PARAMETERS, found.point, *fit.range, strict=True):
+    a3 = ultimate_displacement_ratio
+    candidate = Candidate(REFERENCE)
+    fit = Fit.of(record, wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=step)
+    solution = fit.solution()
+    estimate, computed, residual = solution.estimate, solution.computed, solution.residual
+    for name, value, low, high in zip(PARAMETERS, solution.point, *fit.range, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):
             raise InputError(f"the best fit has {SEARCHED[name]} {value:.4g}; it must lie inside {low:g} to {high:g}")
     _check_rocking(computed, estimate, fit.u_ins)
-    by_sensor, bandwidth = found.covariance_by_sensor
-    by_motion = found.covariance_by_motion
+    by_sensor, bandwidth = solution.covariance_by_sensor
+    by_motion = solution.covariance_by_motion
     covariance = by_sensor + by_motion
     offset, drift = np.linalg.lstsq(fit.trend, fit.measured - computed, rcond=None)[0]
     degrees_of_freedom = residual.size - len(PARAMETERS) - fit.trend.shape[1]
@@ -93,7 +88,7 @@ def calibrate(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", np.sqrt(np.diag(covariance))),
-            "true_value": ("parameter", _true_values(record)),
+            "true_value": ("parameter", true_values(record, PARAMETERS)),
             "covariance": (("parameter", "parameter_other"), covariance),
             "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
             "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
@@ -103,13 +98,9 @@ def calibrate(
             "sensor_offset": fit.sensor_zero + offset,
             "sensor_drift": drift,
             "bandwidth": bandwidth,
-            "local_minima": len(found.local_minima),
+            "local_minima": len(solution.local_minima),
         },
-        coords={
-            "parameter": list(PARAMETERS),
-            "parameter_other": list(PARAMETERS),
-            "elapsed": record.elapsed,
-        },
+        coords={"parameter": list(PARAMETERS), "parameter_other": list(PARAMETERS), "elapsed": record.elapsed},
         attrs=record_attributes(record),
     )
 
@@ -122,12 +113,3 @@ def _check_rocking(computed: Array, estimate: Array, u_ins: float) -> None:
             f"the largest displacement is {largest:.3g} m, on the first branch, which ends at {branch:.3g} m; "
             "it must go beyond to determine a1 and b1"
         )
-
-
-def _true_values(record: Record) -> Array:
-    """What a synthetic record says made it; NaN where it says nothing, or was measured."""
-    values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in PARAMETERS]
-    try:
-        return np.array([float(value) for value in values])
-    except ValueError:
-        raise InputError(f"the record's generator_* values are {values}; they must be numbers") from None

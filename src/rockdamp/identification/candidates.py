@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rockdamp.arguments import one_of
 from rockdamp.arrays import Array
+from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.records import Record
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
 SEARCHED_ORDER = 4.0  # of the damper of any order, while the others are searched
@@ -38,14 +41,9 @@ GRID = {
 
 @dataclass(frozen=True)
 class Candidate:
-    """A damping model with the parameters by which a record may be explained.
+    """A damping model of `vocabulary.CANDIDATES` with the parameters by which a record may be explained.
 
-    Parameters
-    ----------
-    name : str
-        One of `vocabulary.CANDIDATES`.
-    order : float, optional
-        Of `ANY_ORDER`: fixed while the others are searched, and a parameter of the posterior.
+    The `order` of `ANY_ORDER` is fixed while the others are searched, and a parameter of the posterior.
     """
 
     name: str
@@ -79,3 +77,12 @@ class Candidate:
         if self.loss == "restitution":
             return Damping.of_restitution(loss, self.name)
         return Damping(self.name, loss)
+
+
+def true_values(record: Record, names: Sequence[str]) -> Array:
+    """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
+    stated = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
+    try:
+        return np.array([float(value) for value in stated])
+    except ValueError:
+        raise InputError(f"the record's generator_* values are {stated}; they must be numbers") from None

@@ -1,4 +1,4 @@
-"""How well each model explains a record: the evidence, the likelihood averaged over the prior."""
+"""Evidence of a model: the likelihood of a record averaged over the prior."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 
-EFFECTIVE = 500.0  # draws, at least: the logarithm of the evidence is then known to 0.05
+EFFECTIVE = 300.0  # draws, at least: the logarithm of the evidence is then known to 0.06
 
 
 @dataclass(frozen=True)

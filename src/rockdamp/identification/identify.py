@@ -9,9 +9,8 @@ import xarray as xr
 
 from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import Candidate
+from rockdamp.identification.candidates import Candidate, true_values
 from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
 from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.noise import correlated
@@ -44,44 +43,16 @@ def posterior(
     prior: Prior | None = None,
     seed: int = 2017,
 ) -> xr.Dataset:
-    r"""Return what a measured record says of a1, b1 and the damper, with the errors of the instruments as unknowns.
+    """Return the posterior of a1, b1 and the damper from a measured record, with the instruments' errors as unknowns.
 
     The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
     and the accelerometer's white noise, to which the wall responds. Zero, drift and the motion's noise are integrated
     out in closed form, the response to it as linear about the noise that leads to the record's trajectory. Nested
-    sampling about the mode gives draws and evidence. The same seed gives the same draws.
+    sampling about the mode gives draws and evidence, for the models `compared` too. The same seed gives the same draws.
 
-    Parameters
-    ----------
-    record : Record
-        With a measured displacement, at rest before the motion.
-    wall : Wall or Parapet
-        Its geometry and weights are taken as known.
-    damping_model : str
-        One of the damping models, or ``"ECD of order m"``, which has the order for a parameter too.
-    compared : sequence of str
-        Models of which the evidence is computed, the probability of the record averaged over the prior.
-    ultimate_displacement_ratio, softening : float and str
-        a3 and the variant of softening, taken as known.
-    step : float
-        Of the solver, in tau, at most. [-]
-    prior : Prior, optional
-        By default that of masonry walls.
-    seed : int
-        Of the draws.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``mean``, ``standard_deviation``, ``interval`` (level, bound) and ``draws`` of each parameter, those of the
-        sensor, ``effective_draws``, the ``predicted`` band that holds 90 % of what the sensor would show, and
-        ``log_evidence`` of the models compared, NaN where it could not be determined.
-
-    Raises
-    ------
-    InputError
-        If the record does not determine the parameters, has no displacement or no rest, or is so near to collapse that
-        its noise decides or its response is not linear in it, or a package that this needs is missing.
+    The record has a measured displacement and is at rest before the motion. The wall, a3 and the variant of softening
+    are taken as known; the solver's steps are at most `step` in tau. It raises `InputError` if the record does not
+    determine the parameters, or is so near to collapse that its noise decides or its response is not linear in it.
     """
     prior = instance("prior", prior or Prior(), Prior)
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
@@ -122,7 +93,7 @@ def _summary(problem: Problem, draws: Draws, seed: int) -> xr.Dataset:
             "standard_deviation": ("parameter", np.sqrt(draws.weights @ (values - mean) ** 2)[plain]),
             "interval": (("level", "bound", "parameter"), np.stack(intervals, axis=-1)),
             "effective_draws": draws.effective,
-            "true_value": ("parameter", _true_values(problem.fit.record, names)),
+            "true_value": ("parameter", true_values(problem.fit.record, names)),
             "draws": (("draw", "parameter"), stored[:, plain]),
             "sensor_deviation": ("draw", stored[:, sensor]),
             "sensor_zero": problem.fit.sensor_zero + trend[0],
@@ -164,15 +135,6 @@ def _predicted(problem: Problem, values: Array, random: np.random.RandomState) -
 def _sensor_noise(row: Array, random: np.random.RandomState, samples: int) -> Array:
     """Draw the sensor's noise of a standard deviation and a correlation. [m]"""
     return correlated(float(row[0]), float(row[1]), random.standard_normal(samples))
-
-
-def _true_values(record: Record, names: Sequence[str]) -> Array:
-    """What a synthetic record says made it; NaN where it says nothing, or was measured."""
-    stated = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
-    try:
-        return np.array([float(value) for value in stated])
-    except ValueError:
-        raise InputError(f"the record's generator_* values are {stated}; they must be numbers") from None
 
 
 def _evidences(found: dict[str, Evidence]) -> xr.Dataset:

@@ -43,19 +43,14 @@ LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stan
 
 @dataclass(frozen=True)
 class Fit:
-    """What is fitted, with what. A *point* is in the coordinates of the search, *parameters* are the candidate's."""
+    """A candidate fitted to a record. A *point* has the coordinates of the search, *parameters* are the candidate's."""
 
     record: Record
     wall: Wall | Parapet
+    candidate: Candidate
     ultimate_displacement_ratio: float
     softening: str
     step: float
-    candidate: Candidate
-    measured: Array  # from the level at rest [m]
-    sensor_zero: float  # that level [m]
-    rest_deviation: float  # of the measured displacement at rest [m]
-    trend: Array  # (samples, 2): offset and drift of the sensor
-    basis: Array  # the same, orthonormal
     motion: Array  # the ground acceleration at the solver's steps [m s-2]
 
     @classmethod
@@ -69,48 +64,18 @@ class Fit:
         softening: str,
         step: float,
     ) -> Fit:
-        """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau.
-
-        Raises
-        ------
-        InputError
-            If an argument is of another kind or outside its range, or the record has no displacement or no rest.
-        """
+        """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
         instance("record", record, Record)
         instance("wall", wall, Wall, Parapet)
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
-        ultimate_displacement_ratio, step = (
+        require(number("step", step) > 0, "step", step, "greater than 0")
+        a3, softening = (
             number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio),
-            number("step", step),
+            one_of("softening", softening, SOFTENING),
         )
-        require(
-            0 < ultimate_displacement_ratio <= 1,
-            "ultimate_displacement_ratio (a3)",
-            ultimate_displacement_ratio,
-            "greater than 0 and at most 1",
-        )
-        require(step > 0, "step", step, "greater than 0")
-        softening = one_of("softening", softening, SOFTENING)
-        measured, zero = measured_displacement(record)
-        elapsed = record.elapsed - record.elapsed[0]
-        trend = np.stack([np.ones_like(elapsed), elapsed], axis=1)
-        resting = float(np.std(measured[: rest_samples(record)]))
-        basis = np.linalg.qr(trend)[0]
-        motion = _at_steps(record.ground_acceleration, Forcing.of(wall, record).substeps(step))
-        return cls(
-            record,
-            wall,
-            ultimate_displacement_ratio,
-            softening,
-            step,
-            candidate,
-            measured,
-            zero,
-            resting,
-            trend,
-            basis,
-            motion,
-        )
+        require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
+        measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
+        return cls(record, wall, candidate, a3, softening, step, np.empty(0)).with_motion(record.ground_acceleration)
 
     def with_step(self, step: float) -> Fit:
         """Return the same fit with another step of the solver."""
@@ -118,24 +83,44 @@ class Fit:
 
     def with_motion(self, ground_acceleration: Array) -> Fit:
         """Return the same fit under another motion, sampled as the record is. [m s-2]"""
-        return replace(
-            self, motion=_at_steps(ground_acceleration, Forcing.of(self.wall, self.record).substeps(self.step))
-        )
+        substeps = Forcing.of(self.wall, self.record).substeps(self.step)
+        return replace(self, motion=_at_steps(ground_acceleration, substeps))
+
+    @cached_property
+    def measured(self) -> Array:
+        """Measured displacement from its level at rest. [m]"""
+        return measured_displacement(self.record)[0]
+
+    @property
+    def sensor_zero(self) -> float:
+        """Level at rest of the measured displacement. [m]"""
+        return measured_displacement(self.record)[1]
+
+    @cached_property
+    def rest_deviation(self) -> float:
+        """Standard deviation of the measured displacement at rest. [m]"""
+        return float(np.std(self.measured[: rest_samples(self.record)]))
+
+    @cached_property
+    def trend(self) -> Array:
+        """Offset and drift of the sensor, shape (samples, 2)."""
+        elapsed = self.record.elapsed - self.record.elapsed[0]
+        return np.stack([np.ones_like(elapsed), elapsed], axis=1)
+
+    @cached_property
+    def basis(self) -> Array:
+        """The trend, orthonormal."""
+        return np.linalg.qr(self.trend)[0]
 
     @cached_property
     def u_ins(self) -> float:
-        """Of the wall. [m]"""
+        """Instability displacement of the wall. [m]"""
         return float(self.wall.instability_displacement)
 
     @cached_property
     def frequency(self) -> float:
         """p of the wall. [rad s-1]"""
         return float(self.wall.frequency_parameter)
-
-    @cached_property
-    def load_factor(self) -> float:
-        """Of the wall. [s2 m-1]"""
-        return float(self.wall.load_factor)
 
     @cached_property
     def range(self) -> tuple[Array, Array]:
@@ -145,7 +130,7 @@ class Fit:
 
     @property
     def width(self) -> Array:
-        """Of the range."""
+        """Widths of the range."""
         return self.range[1] - self.range[0]
 
     def physical(self, points: Array) -> Array:
@@ -154,22 +139,13 @@ class Fit:
         return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
 
     def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
-        """Displacement for parameters of shape (batch, 3 or more), and for further motions, each times a factor.
+        """Return the displacement for parameters of shape (batch, 3 or more), shape (batch, samples). [m]
 
-        Parameters
-        ----------
-        motions : ndarray, shape (motions, samples), optional
-            Added to the ground acceleration. [m s-2]
-        factors : ndarray, shape (motions, batch), optional
-
-        Returns
-        -------
-        ndarray, shape (batch, samples)
-            [m]
+        Further motions [m s-2], each times a factor of shape (motions, batch), are added to the ground acceleration.
         """
-        load_factor, motion = np.array(self.load_factor), self.motion
+        load_factor, motion = np.array(float(self.wall.load_factor)), self.motion
         if motions is not None and factors is not None:
-            load_factor = self.load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
+            load_factor = load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
             motion = np.stack([motion, *(_at_steps(further, self._substeps) for further in motions)])
         response = solve(
             *self._wall(parameters),
@@ -195,7 +171,7 @@ class Fit:
         return (self.motion.size - 1) // (self.record.elapsed.size - 1)
 
     def without_trend(self, histories: Array) -> Array:
-        """What of histories, shape (..., samples), no offset and drift can explain."""
+        """Subtract what an offset and a drift explain from histories, shape (..., samples)."""
         return histories - (histories @ self.basis) @ self.basis.T
 
     def misfit(self, points: Array, description: str = "") -> Array:
@@ -213,20 +189,10 @@ class Fit:
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
     def tangent(self, parameters: Array, directions: Array) -> tuple[Array, Array]:
-        """Derivatives of the computed history along it, by the motion and by the three parameters that are fitted.
+        """Return derivatives of the computed history along it, by directions of the motion and by the three parameters.
 
-        Unlike differences of histories they are free of the solver's roughness.
-
-        Parameters
-        ----------
-        parameters : ndarray, shape (3 or more,)
-        directions : ndarray, shape (directions, samples)
-            Of the motion. [m s-2]
-
-        Returns
-        -------
-        tuple of ndarray
-            Shape (directions, samples) [m] and (3, samples).
+        Unlike differences of histories they are free of the solver's roughness. The directions are histories of the
+        motion [m s-2]. The derivatives have the shapes (directions, samples) [m] and (3, samples).
         """
         low, high, h = *self.range, DIFFERENCE * self.width
         # Differences must not step over a bound: 1 is the largest e there is.
@@ -240,22 +206,17 @@ class Fit:
             sides,
             step=self.frequency * self.record.step / self._substeps,
             substeps=self._substeps,
-            load_factor=self.load_factor,
+            load_factor=float(self.wall.load_factor),
             ground_acceleration=self.motion,
         )
         return self.u_ins * by_motion, self.u_ins * by_parameters
 
     def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
-        """Draw what the accelerometer's noise alone adds to the computed history, to first order.
+        """Draw what the accelerometer's noise adds to the computed history, to first order; shape (DRAWS, samples). [m]
 
         It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
         hardly show it. Taken as white; its size is that of the differences between samples before and after the
         motion. It is drawn, as near collapse the tangent would make it too small.
-
-        Returns
-        -------
-        ndarray, shape (DRAWS, samples)
-            [m]
         """
         acceleration = self.record.ground_acceleration
         size = DRAWN * motion_noise(self.record)
@@ -342,7 +303,7 @@ class Solution:
 
     @cached_property
     def residual(self) -> Array:
-        """What is left, without the sensor's offset and drift. [m]"""
+        """Measured less computed displacement, without the sensor's offset and drift. [m]"""
         return self.fit.without_trend(self.fit.measured - self.computed)
 
     @cached_property

@@ -1,4 +1,4 @@
-r"""What noise of the measured motion does to the response.
+r"""Effect of the noise of the measured motion on the response.
 
 The motion that moved the wall is the measured one and a noise, whose directions have standard normal coefficients z. A
 wall that rocks long responds to that noise with far more than the displacement sensor's, and not in proportion to it.
@@ -32,39 +32,17 @@ NEAR = 8.0
 
 @dataclass(frozen=True)
 class MotionNoise:
-    r"""The response's change by the noise of the motion, about parameters and a noise.
+    """The response's change by the noise of the motion, about parameters and a noise."""
 
-    Parameters
-    ----------
-    fit : Fit
-        Under the measured motion and the noise :math:`z_0`.
-    directions : ndarray, shape (directions, samples)
-        Of the noise. [m s-2]
-    parameters : ndarray, shape (3 or more,)
-        :math:`\theta_0`, of which the noise follows the first three.
-    about : ndarray, shape (directions,)
-        :math:`z_0`. [-]
-    effect : ndarray, shape (directions, samples)
-        Derivative of the response by z. [m]
-    derivative : ndarray, shape (3, samples)
-        Derivative of the response by the parameters.
-    noise : Noise
-        The sensor's zero and drift, and the main directions of the effect.
-    follows : ndarray, shape (directions, 3)
-        Z.
-    precision : ndarray, shape (3, 3)
-        Of the parameters, by the linear problem.
-    """
-
-    fit: Fit
-    directions: Array
-    parameters: Array
-    about: Array
-    effect: Array
-    derivative: Array
-    noise: Noise
-    follows: Array
-    precision: Array
+    fit: Fit  # under the measured motion and the noise z_0
+    directions: Array  # of the noise, shape (directions, samples) [m s-2]
+    parameters: Array  # theta_0, of which the noise follows the first three
+    about: Array  # z_0, shape (directions,)
+    effect: Array  # derivative of the response by z, shape (directions, samples) [m]
+    derivative: Array  # of the response by the parameters, shape (3, samples) [m]
+    noise: Noise  # the sensor's zero and drift, and the main directions of the effect
+    follows: Array  # Z, shape (directions, 3)
+    precision: Array  # of the parameters, by the linear problem, shape (3, 3)
 
     @classmethod
     def at(
@@ -72,10 +50,7 @@ class MotionNoise:
     ) -> MotionNoise:
         """Linearise the response of a fit that has the measured motion.
 
-        Raises
-        ------
-        InputError
-            If the noise decides on whether the wall collapses.
+        It raises `InputError` where the noise decides on whether the wall collapses.
         """
         directions = noise_directions(measured.record)
         acceleration = measured.record.ground_acceleration + about @ directions
@@ -116,7 +91,7 @@ class MotionNoise:
         return self.fit.computed(parameters, self._motions, self._followed(parameters).T)
 
     def residuals(self, parameters: Array, computed: Array) -> Array:
-        """What is left of the measured displacement where the noise is its mean, zero, as far as it is linear. [m]"""
+        """Subtract the response from the measured displacement, as far as it is linear for noise of mean zero. [m]"""
         shift, by_parameters = self._shift
         return self.fit.measured - computed + shift + np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
 
@@ -130,7 +105,7 @@ class MotionNoise:
         return self.fit.with_motion(self.fit.record.ground_acceleration + noise @ self.directions)
 
     def beyond_linear(self, parameters: Array, computed: Array, noise: Array) -> Array:
-        """What the response to noise, shape (batch, directions), differs from a linear one, shape (batch, samples). [m]
+        """Subtract a linear response from that to noise, shape (batch, directions); shape (batch, samples). [m]
 
         `computed` is the response to the noise that follows the parameters.
         """
@@ -142,13 +117,7 @@ class MotionNoise:
 
 
 def noise_directions(record: Record) -> Array:
-    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients.
-
-    Returns
-    -------
-    ndarray, shape (directions, samples)
-        [m s-2]
-    """
+    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients. [m s-2]"""
     deviation, samples = motion_noise(record), record.elapsed.size
     if samples <= MOST_DIRECTIONS:
         return deviation * np.eye(samples)

@@ -1,4 +1,4 @@
-r"""How likely residuals are under the instruments' errors: the sensor's zero, its drift, its noise, the motion's noise.
+r"""Likelihood of residuals under errors of the instruments: the sensor's zero, drift and noise, the motion's noise.
 
 The residual of a model, measured less computed, is taken as
 
@@ -14,6 +14,7 @@ from matrices as large as B has rows (Woodbury), and the inverse of R is tridiag
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,34 +23,20 @@ from rockdamp.arrays import Array
 
 @dataclass(frozen=True)
 class Noise:
-    """The linear part of the instruments' errors, with the products that every likelihood needs.
-
-    Parameters
-    ----------
-    rows : ndarray, shape (directions, samples)
-        B. [m]
-    """
+    """The linear part of the instruments' errors, B of shape (directions, samples) [m], with what likelihoods need."""
 
     rows: Array
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _grams(self) -> tuple[Array, Array, Array]:
         b = self.rows
-        neighbours = _product(b[:, :-1], b[:, 1:])
-        object.__setattr__(self, "_grams", (_product(b, b), _product(b[:, 1:-1], b[:, 1:-1]), neighbours))
+        return _product(b, b), _product(b[:, 1:-1], b[:, 1:-1]), _product(b[:, :-1], b[:, 1:])
 
     def log_likelihood(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
-        """Return the logarithm of the density of residuals, zero, drift and motion's noise integrated out.
+        """Return the logarithm of the density of residuals; zero, drift and the motion's noise are integrated out.
 
-        Parameters
-        ----------
-        residuals : ndarray, shape (batch, samples)
-            Measured less computed. [m]
-        deviation, correlation : ndarray, shape (batch,)
-            sigma [m], and phi between a sample and the next, in (-1, 1). [-]
-
-        Returns
-        -------
-        ndarray, shape (batch,)
+        Residuals, measured less computed [m], have the shape (batch, samples). The deviation sigma [m] and the
+        correlation phi between a sample and the next, in (-1, 1), have the shape (batch,).
         """
         samples, variance, phi = residuals.shape[1], deviation**2, correlation
         weighted = _by_inverse(residuals, phi) / variance[:, None]
@@ -85,7 +72,7 @@ class Noise:
 
     def _conditional(self, weighted: Array, variance: Array, phi: Array) -> tuple[Array, Array]:
         """Precision of z, and precision times mean, given residuals that were multiplied by the inverse of R."""
-        whole, inner, neighbours = self._grams  # type: ignore[attr-defined]
+        whole, inner, neighbours = self._grams
         p = phi[:, None, None]
         gram = whole + p**2 * inner - p * (neighbours + neighbours.T)
         precision = np.eye(len(whole)) + gram / ((1 - p**2) * variance[:, None, None])

@@ -1,4 +1,4 @@
-"""What is held possible of wall, damper and instruments before the record is seen."""
+"""Prior distributions of wall, damper and instruments, before the record is seen."""
 
 from __future__ import annotations
 
@@ -16,18 +16,11 @@ from rockdamp.statistics.distribution import Distribution
 
 @dataclass(frozen=True)
 class Prior:
-    """Independent distributions of all parameters; e and xi, m where a model has them.
+    """Independent distributions of all parameters, of e or xi and of m where a model has them.
 
-    Parameters
-    ----------
-    yield_displacement_ratio, strength_ratio, restitution, damping_ratio, order : Distribution
-        a1, b1, e, xi and m; a1 also below the end of the plateau. [-]
-    sensor_deviation, sensor_correlation : Distribution
-        Standard deviation of the displacement sensor's noise [m], and the correlation of a sample and the next, between
-        -1 and 1. [-]
-    sensor_zero, sensor_drift : float
-        Standard deviations of normal distributions about 0: of the sensor's zero beyond its mean at rest [m], and of
-        its drift [m s-1].
+    a1 is also below the end of the plateau. The sensor's noise has a standard deviation [m] and a correlation of a
+    sample and the next. Its zero, beyond its mean at rest [m], and its drift [m s-1] are normal about 0 with these
+    deviations.
     """
 
     yield_displacement_ratio: Distribution = Distribution("loguniform", 0.015, 0.20)
@@ -42,13 +35,7 @@ class Prior:
 
     @classmethod
     def of(cls, given: Config, section_name: str = "prior") -> Prior:
-        """Return the prior of masonry walls with the changes of a section, which has the fields' names.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown, or a value is no distribution.
-        """
+        """Return the prior of masonry walls with the changes of a section, which has the fields' names."""
         kinds = get_type_hints(cls)
         parsed: dict[str, Any] = {}
         for name, value in members(given, section_name, (), list(kinds)).items():

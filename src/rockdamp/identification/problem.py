@@ -1,4 +1,4 @@
-"""What a record, a damping model and a prior make of wall, damper and instruments: the density of the posterior."""
+"""Density of the posterior of wall, damper and instruments, by a record, a damping model and a prior."""
 
 from __future__ import annotations
 
@@ -49,19 +49,13 @@ def _finite() -> Iterator[None]:
 class Problem:
     """A record, a candidate and a prior, with what is known of the posterior before it is drawn from.
 
-    Parameters
-    ----------
-    prior : Prior
-    motion : MotionNoise
-        The response, linearised in the noise of the motion about the mode.
-    mode : ndarray, shape (parameters,)
-        The point of the unit cube where the density is greatest, nearly. The cube's coordinates are the prior's
-        probabilities of each parameter.
+    The response is linearised in the noise of the motion about the mode, the point of the unit cube of the greatest
+    density, nearly. The cube's coordinates are the prior's probabilities of each parameter.
     """
 
     prior: Prior
     motion: MotionNoise
-    mode: Array
+    mode: Array  # of the unit cube, shape (parameters,)
 
     @classmethod
     @_finite()
@@ -70,13 +64,7 @@ class Problem:
 
         The response is linearised about the least squares first. The search then alternates: the mode of this
         linear problem, and a new linearisation about it and the noise that it asks for, as far as that explains the
-        record better in truth.
-
-        Raises
-        ------
-        InputError
-            If the wall is so near to collapse that the noise of the measured motion decides on it, or if it does not
-            rock where the record is explained best.
+        record better in truth. It raises `InputError` where that is too near to collapse, or the wall does not rock.
         """
         fit = solution.fit
         starts = np.array([solution.estimate, *solution.local_minima[:STARTS]])
@@ -123,7 +111,7 @@ class Problem:
         return self.motion.computed(values[:, : -len(INSTRUMENTS)])
 
     def residuals(self, values: Array, computed: Array) -> Array:
-        """What is left of the measured displacement for the instruments' errors. [m]"""
+        """Return the part of the measured displacement that is left for the instruments' errors. [m]"""
         return self.motion.residuals(values[:, : -len(INSTRUMENTS)], computed)
 
     def log_density(self, points: Array) -> Array:
@@ -152,12 +140,8 @@ class Problem:
     def drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
         """Draw from the posterior until enough draws are effective; return the problem about the mode with them.
 
-        Where the draws show a mode that is higher than the one of the search, the draws start again about that.
-
-        Raises
-        ------
-        InputError
-            If that takes too long, or the response to the noise of the motion is not linear there.
+        Where the draws show a mode that is higher than the one of the search, the draws start again about that. It
+        raises `InputError` if this takes too long, or the response to the noise of the motion is not linear there.
         """
         problem = self
         for _ in range(AGAIN):
@@ -183,7 +167,7 @@ class Problem:
             )
 
     def doubts(self, deviation: float) -> list[str]:
-        """Say it if the model leaves more of the record than the sensor's noise at rest, by the deviation found. [m]"""
+        """Return a warning if the model leaves more [m] of the record than the sensor's noise at rest."""
         times = deviation / self.fit.rest_deviation
         most = max(EXPLAINED, _by_chance(self.fit.measured[: rest_samples(self.fit.record)]))
         if times <= most:
@@ -195,7 +179,8 @@ class Problem:
 
     def _at_mode(self, starts: Array) -> Problem:
         """Return the same with the highest mode that is reached from parameters of wall and damper."""
-        sensor = np.stack(_deviation_and_correlation(self._left_at(starts)), axis=1)
+        left = self.fit.without_trend(self.fit.measured - self.fit.computed(starts))
+        sensor = np.stack(_deviation_and_correlation(left), axis=1)
         points = self._inside(self.prior.points(self.names, np.concatenate([starts, sensor], axis=1)))
         highest = self.log_density(points)
         rocks = np.isfinite(highest)
@@ -213,10 +198,6 @@ class Problem:
             points = np.where(gained[:, None], tried[best, np.arange(len(points))], points)
             highest = np.where(gained, higher, highest)
         return replace(self, mode=points[np.argmax(highest)])
-
-    def _left_at(self, estimates: Array) -> Array:
-        """Return what parameters of wall and damper leave of the record, without offset and drift."""
-        return self.fit.without_trend(self.fit.measured - self.fit.computed(estimates))
 
     @staticmethod
     def _inside(points: Array) -> Array:

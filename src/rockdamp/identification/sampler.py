@@ -21,9 +21,12 @@ from rockdamp.errors import InputError
 
 DEGREES = 2.0  # of freedom of the neighbourhood's t distributions: their tails reach what is far from the guess
 WIDER = 1.5  # the neighbourhood than the guess of the posterior
-LIVE, BATCH = 100, 256  # live points, and densities computed at once
-REMAINING = 0.2  # share of the evidence in the live points at which nautilus stops to close in, and draws
-MOST = 10_000  # densities computed
+# Few large batches: the bounds that nautilus computes between two of them take longer than the densities.
+LIVE, BATCH = 100, 512  # live points, and densities computed at once
+REMAINING = 0.5  # share of the evidence in the live points at which nautilus stops to close in, and draws
+# Densities computed at most, to close in and for each effective draw: where these do not suffice, the record seldom
+# determines the model's parameters at all.
+MOST, MOST_A_DRAW = 4_000, 3
 ZERO = -1e100  # logarithm of a density that is zero: nautilus takes finite numbers alone
 
 
@@ -33,25 +36,13 @@ class Neighbourhood:
 
     Each coordinate has a t distribution whose centre follows from the coordinates before it, and which is cut off at
     the bounds. So no point falls outside, even where the posterior lies at a bound.
-
-    Parameters
-    ----------
-    centre : ndarray, shape (dimensions,)
-    lower : ndarray, shape (dimensions, dimensions)
-        Lower triangular root of the covariance.
     """
 
     centre: Array
-    lower: Array
+    lower: Array  # triangular root of the covariance
 
     def points(self, cube: Array) -> tuple[Array, Array]:
-        """Map another unit cube to this one.
-
-        Returns
-        -------
-        tuple of ndarray
-            Points, shape (batch, dimensions), and the logarithm of the distribution's density there, shape (batch,).
-        """
+        """Map another unit cube to this one: points, and the logarithm of the distribution's density there."""
         tails = t(DEGREES)
         standard, points, log_density = np.empty_like(cube), np.empty_like(cube), np.zeros(len(cube))
         for i, (row, centre) in enumerate(zip(WIDER * self.lower, self.centre, strict=True)):
@@ -68,22 +59,10 @@ class Neighbourhood:
 
 @dataclass(frozen=True)
 class Draws:
-    """Weighted draws from a posterior, and the evidence of its model.
+    """Weighted draws from a posterior over the unit cube, and the likelihood averaged over the prior, the evidence."""
 
-    Parameters
-    ----------
-    points : ndarray, shape (draws, dimensions)
-        Of the unit cube.
-    weights : ndarray, shape (draws,)
-        Their sum is 1. [-]
-    log_density : ndarray, shape (draws,)
-        Logarithm of the density there.
-    log_evidence : float
-        Logarithm of the likelihood averaged over the prior.
-    """
-
-    points: Array
-    weights: Array
+    points: Array  # shape (draws, dimensions)
+    weights: Array  # of sum 1
     log_density: Array
     log_evidence: float
 
@@ -105,20 +84,7 @@ class Draws:
 def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effective: float, seed: int) -> Draws:
     """Draw from a density over the unit cube until enough draws are effective; the same seed gives the same draws.
 
-    Parameters
-    ----------
-    log_density : callable
-        Of points, shape (batch, dimensions); -inf where it is zero.
-    about : Neighbourhood
-        Where the posterior is thought to be.
-    effective : float
-        Effective number of draws, at least. [-]
-    seed : int
-
-    Raises
-    ------
-    InputError
-        If so many draws take too long, or nautilus is missing.
+    The density is -inf where it is zero. It raises `InputError` if so many draws take too long, or nautilus is missing.
     """
 
     def stretched(cube: Array) -> Array:
@@ -136,8 +102,9 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
         pass_dict=False,
         seed=seed,
     )
-    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=MOST, discard_exploration=True):
-        raise InputError(f"{MOST} likelihoods do not suffice for the posterior; the record may not determine it")
+    most = MOST + round(MOST_A_DRAW * effective)
+    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=most, discard_exploration=True):
+        raise InputError(f"{most} likelihoods do not suffice for the posterior; the record may not determine it")
     cube, log_weights, log_stretched = sampler.posterior()
     points, stretch = about.points(cube)
     weights = np.exp(log_weights - log_weights.max())

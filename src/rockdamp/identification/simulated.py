@@ -1,4 +1,4 @@
-"""Whether the posterior is right about itself: records made with parameters drawn from the prior are identified.
+"""Check the posterior by records that are made with parameters drawn from the prior, and then identified.
 
 If prior, likelihood and computation are what they say, the share of the posterior below a true value is uniform (Talts
 et al., arXiv:1804.06788), and an interval of any level holds it as often as its level says. The standard errors of
@@ -28,51 +28,31 @@ from rockdamp.motions.records import Record
 from rockdamp.statistics.distribution import Distribution
 
 LEVELS = np.array([0.5, 0.9])
-EFFECTIVE = 500.0  # draws, at least: a rank is then known to 0.02
+EFFECTIVE = 300.0  # draws, at least: a rank is then known to 0.03
 
 
 @dataclass(frozen=True)
 class Simulated:
-    """Records that are made with parameters drawn from the prior, and then identified.
-
-    Parameters
-    ----------
-    draws, seed : int
-        Number of the records; of their random numbers.
-    damping_model : str
-        That makes them, and by which they are identified.
-    duration, sampling, pulse_at : float
-        Of a record [s], of its samples [Hz], and where the table's pulse peaks. [s]
-    pulse_peak : Distribution
-        [m s-2]
-    motion_noise : float
-        Standard deviation of the accelerometer's noise. [m s-2]
-    sensor_deviation, sensor_correlation : Distribution
-        In place of the prior's.
-    """
+    """Records that are made with parameters drawn from the prior, and then identified by the model that made them."""
 
     draws: int
     seed: int
     damping_model: str
-    duration: float
-    sampling: float
-    pulse_at: float
-    pulse_peak: Distribution
-    motion_noise: float
-    sensor_deviation: Distribution
+    duration: float  # [s]
+    sampling: float  # [Hz]
+    pulse_at: float  # where the table's pulse peaks [s]
+    pulse_peak: Distribution  # [m s-2]
+    motion_noise: float  # standard deviation of the accelerometer's noise [m s-2]
+    sensor_deviation: Distribution  # in place of the prior's [m]
     sensor_correlation: Distribution
 
 
 @dataclass(frozen=True)
 class Judged:
-    """One record: what made it, and where that lies; NaN where it was refused.
+    """One record: its true values, and where they lie in the posterior; NaN where it was refused. Shape (parameters,).
 
-    Parameters
-    ----------
-    true_value, rank, mean, deviation : ndarray, shape (parameters,)
-        The rank is the share of the posterior below the true value. [-]
-    rank_by_least_squares : ndarray, shape (3,)
-        The share below it of a normal distribution by estimate and standard error. [-]
+    The rank is the share of the posterior below the true value. That by least squares, shape (3,), is the share below
+    it of a normal distribution by estimate and standard error.
     """
 
     true_value: Array
@@ -84,46 +64,39 @@ class Judged:
 
 @dataclass(frozen=True)
 class Maker:
-    """What makes records, and identifies them."""
+    """The wall and the distributions by which records are made, and identified again."""
 
     wall: Wall
     ultimate_displacement_ratio: float
     softening: str
     step: float
     prior: Prior  # with the sensor's noise as it is simulated
-    given: Simulated
+    simulated: Simulated
 
     @property
     def candidate(self) -> Candidate:
-        """Of the records."""
-        return Candidate.of(self.given.damping_model)
+        """The damping model that makes the records."""
+        return Candidate.of(self.simulated.damping_model)
 
     @property
     def names(self) -> tuple[str, ...]:
         """The parameters that are drawn."""
         return (*self.candidate.parameters, *INSTRUMENTS)
 
-    def fit(self, record: Record) -> Fit:
-        """Prepare the fit of a record."""
-        kind = self.softening
-        return Fit.of(
-            record,
-            self.wall,
-            self.candidate,
-            ultimate_displacement_ratio=self.ultimate_displacement_ratio,
-            softening=kind,
-            step=self.step,
-        )
+    def fit(self, record: Record, candidate: Candidate) -> Fit:
+        """Prepare the fit of a candidate to a record of this wall."""
+        a3, softening = self.ultimate_displacement_ratio, self.softening
+        return Fit.of(record, self.wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=self.step)
 
     def record(self, random: np.random.RandomState) -> tuple[Record, Array]:
         """Draw parameters and a pulse until the wall rocks and stands; return the record, and what made it."""
-        given = self.given
-        elapsed = np.arange(round(given.duration * given.sampling) + 1) / given.sampling
+        simulated = self.simulated
+        elapsed = np.arange(round(simulated.duration * simulated.sampling) + 1) / simulated.sampling
         while True:
             values = self.prior.values(self.names, random.uniform(size=(1, len(self.names))))
-            peak = given.pulse_peak.quantile(random.uniform())
-            pulse = table_pulse(elapsed - given.pulse_at, float(peak))
-            moved = self.fit(Record(elapsed, pulse, np.zeros_like(elapsed)))
+            peak = simulated.pulse_peak.quantile(random.uniform())
+            pulse = table_pulse(elapsed - simulated.pulse_at, float(peak))
+            moved = self.fit(Record(elapsed, pulse, np.zeros_like(elapsed)), self.candidate)
             if values[0, 0] >= 0.99 * moved.physical(np.array([1.0, values[0, 1], 0.0]))[0]:
                 continue
             displacement = moved.computed(values[:, : -len(INSTRUMENTS)])[0]
@@ -131,25 +104,18 @@ class Maker:
                 break
         zero, drift = random.standard_normal(2) * [self.prior.sensor_zero, self.prior.sensor_drift]
         noise = correlated(float(values[0, -2]), float(values[0, -1]), random.standard_normal(elapsed.size))
-        measured = pulse + given.motion_noise * random.standard_normal(elapsed.size)
+        measured = pulse + simulated.motion_noise * random.standard_normal(elapsed.size)
         return Record(elapsed, measured, displacement + zero + drift * elapsed + noise), values[0]
 
     def judged(self, number: int, effective: float = EFFECTIVE) -> Judged:
-        """Make the record of a number, identify it, and compare with what made it.
-
-        Parameters
-        ----------
-        number : int
-        effective : float, optional
-            Effective number of draws from the posterior. [-]
-        """
-        random = np.random.RandomState([self.given.seed, number])
+        """Make the record of a number, identify it by so many effective draws, and compare with what made it."""
+        random = np.random.RandomState([self.simulated.seed, number])
         record, truth = self.record(random)
         nothing, by_least_squares = np.full(truth.size, np.nan), np.full(3, np.nan)
         try:
-            solution = self.fit(record).solution()
+            solution = self.fit(record, self.candidate).solution()
             by_least_squares = _rank_by_least_squares(solution, truth[:3])
-            problem, draws = Problem.about(solution, self.prior).drawn(effective, self.given.seed)
+            problem, draws = Problem.about(solution, self.prior).drawn(effective, self.simulated.seed)
             values, weights = problem.values(draws.points), draws.weights
             mean = weights @ values
             if problem.doubts(float(mean[-2])):

@@ -51,16 +51,8 @@ class Group:
 def groups(asked: AmplitudeDependence, strength_ratio: float, beyond: PlateauBeyond) -> list[Group]:
     """Return the curves of the study: steeper (and, for a3 = 1, without a variant), then translated.
 
-    They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets; each at
-    a3 = 1 and at the settings' a3 in both variants, the translated one where it leaves room for a plateau.
-
-    Parameters
-    ----------
-    asked : AmplitudeDependence
-    strength_ratio : float
-        b1 of the reference curve. [-]
-    beyond : PlateauBeyond
-        Of the cracked stiffness study.
+    They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets. All have
+    a3 = 1, and the settings' a3 in both variants, the translated one where it leaves room for a plateau.
     """
     a1s = asked.yield_displacement_ratio
     plateaus = beyond.at(a1s, strength_ratio)
@@ -82,21 +74,7 @@ def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Grou
 
 
 def amplitude_dependence(config: Config) -> xr.Dataset:
-    """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `AmplitudeDependenceSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``damping_ratio`` (Err) with its uncertainty, ``damping_ratio_peaks``, ``damping_ratio_energy`` and
-        ``damping_ratio_middle`` (damping_model, case, release_share, restitution); ``spread`` of each over the
-        amplitudes, the standard deviation of the logarithm; ``best_exponent`` (case); and the best exponent and the
-        spreads of the closed form over a map of curves.
-    """
+    """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents."""
     given = AmplitudeDependenceSettings.of(config)
     curves = groups(given.amplitude_dependence, given.strength_ratio, given.strength_ratio_beyond)
     parts = [_measured(group, given) for group in curves]
@@ -115,11 +93,8 @@ def _measured(group: Group, given: AmplitudeDependenceSettings) -> xr.Dataset:
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
-    curve, n, ultimate = (
-        group.curve.map(lambda p: p[case]),
-        exponent[case],
-        np.asarray(group.curve.ultimate_displacement_ratio),
-    )
+    curve, n = group.curve.map(lambda p: p[case]), exponent[case]
+    ultimate = np.asarray(group.curve.ultimate_displacement_ratio)
     amplitude, e = share[share_at] * ultimate[case], restitution[e_at]
     matched = match_decays(
         curve,
@@ -130,7 +105,7 @@ def _measured(group: Group, given: AmplitudeDependenceSettings) -> xr.Dataset:
         step=given.solver.step,
         scheme=given.solver.scheme,
         exponent=n,
-        description=f"dispersion, {len(group.name)} curves",
+        description=f"amplitude dependence, {len(group.name)} curves",
     )
     measures = {
         "damping_ratio": [of.damping_ratio for of in matched.values()],
@@ -168,21 +143,10 @@ def damping_ratio_peaks(
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
 ) -> Array:
-    """Damping ratio with which the half cycle after a release at rest ends at CR's peak, V(x1) = e^2 V(x0). [-]
+    """Return the damping ratio with which the half cycle after a release ends at CR's peak, V(x1) = e^2 V(x0). [-]
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Broadcasts.
-    damping_model : str
-        A viscous model, or ``"POWER"``.
-    restitution, release_amplitude, exponent : float or ndarray
-        e, in (0, 1); x0, in (0, a3); n of the general exponent. Broadcast. [-]
-
-    Raises
-    ------
-    InputError
-        If a damping ratio lies outside `BRACKET` times the closed form's.
+    All arguments broadcast; the exponent is that of ``"POWER"``. It raises `InputError` where a ratio lies outside
+    `BRACKET` times the closed form's.
     """
     guess = damping_ratio_energy(curve, damping_model, restitution, release_amplitude, exponent)
     shape = guess.shape
@@ -230,14 +194,7 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
 def spread(curve: TrilinearCurve, damping: Damping, share: Array) -> Array:
     """Standard deviation over the amplitudes, the last axis, of the logarithm of the closed form's factor g. [-]
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Of shape (..., 1).
-    damping : Damping
-        A viscous model; broadcasts with the curve.
-    share : ndarray, shape (amplitudes,)
-        u0/u3.
+    The curve has the shape (..., 1), the shares u0/u3 (amplitudes,).
     """
     factor = equivalence_factor(curve, damping, share * np.asarray(curve.ultimate_displacement_ratio))
     return np.log(factor).std(axis=-1)
@@ -258,7 +215,7 @@ def best_exponent(curve: TrilinearCurve, share: Array) -> Array:
     minimum = elementwise.find_minimum(of_exponent, bracket.bracket, args=args, tolerances={"xrtol": 1e-6})
     if not (bracket.success & minimum.success).all():
         bad = int(np.flatnonzero(~(bracket.success & minimum.success))[0])
-        raise InputError(f"no exponent n has the least dispersion on the curve {curves.map(lambda p: p[bad])}")
+        raise InputError(f"no exponent n depends least on the amplitude on the curve {curves.map(lambda p: p[bad])}")
     return minimum.x
 
 

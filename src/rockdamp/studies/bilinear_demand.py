@@ -22,7 +22,7 @@ from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.studies.pulses import PULSES, pulse
+from rockdamp.studies.pulses import CELLS, PULSES, pulse
 
 CURVES = ("tri-linear", "bi-linear")
 
@@ -30,17 +30,7 @@ CURVES = ("tri-linear", "bi-linear")
 def demand(config: Config) -> xr.Dataset:
     """Run the reference wall with both curves under restitution, under every pulse and every record.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `BilinearSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``pulse_peak_ratio`` and ``pulse_collapsed`` (force_curve, pulse, pulse_frequency, load_ratio);
-        ``record_peak_ratio`` and ``record_collapsed`` (force_curve, record, scale). The loads are over the tri-linear
-        plateau for both.
+    The loads are over the tri-linear plateau for both.
     """
     given = BilinearSettings.of(config)
     pair = (given.curve, given.damping_force.rigid.curve)
@@ -50,10 +40,7 @@ def demand(config: Config) -> xr.Dataset:
     e = Damping.cr(np.full(len(pair), given.damping_force.restitution))
     pulses = np.stack([_under_pulses(given, curves, e, name) for name in PULSES], axis=2)
     motions, records = _under_records(given, curves, e)
-    by_pulse, by_record = (
-        ("force_curve", "pulse", "pulse_frequency", "load_ratio"),
-        ("force_curve", "record", "velocity_ratio"),
-    )
+    by_pulse, by_record = ("force_curve", *CELLS), ("force_curve", "record", "velocity_ratio")
     return xr.Dataset(
         {
             "pulse_peak_ratio": (by_pulse, pulses[0]),

@@ -40,24 +40,7 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray[Any]]]
 
 
 def damper_order(config: Config, record: Record) -> xr.Dataset:
-    """Compare ECD of each order with CR.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `DamperOrderSettings`.
-    record : Record
-        Of Fig. 8; its motion alone is used.
-
-    Returns
-    -------
-    xarray.Dataset
-        In free decay ``rms_error``, ``peak_error`` and ``duration_error`` (order, case, release_share, restitution) on
-        the curves of the dispersion, and the same on the reference curve (``curve_...``); beside them those of the
-        fitted dampers (``fitted_rms_error``) and of CR with another e (``varied_...``). Under load ``pulse_ratio``, the
-        peak over CR's, ``pulse_ratio_before_impact``, the same up to CR's first impact, with their
-        `pulse_statistics`, and ``record_peak``. Histories of one decay (``shown_...``).
-    """
+    """Compare ECD of each order with CR, in free decay, under pulses and under the motion of the record of Fig. 8."""
     settings = DamperOrderSettings.of(config)
     asked = groups(settings.amplitude_dependence, float(settings.curve.strength_ratio), settings.strength_ratio_beyond)
     parts = [_on_group(group, settings) for group in asked]
@@ -124,13 +107,10 @@ def measured(
     step: float,
     scheme: str,
 ) -> dict[str, Array]:
-    """Compare decays with those under CR, each of shape (lanes,).
+    """Compare decays, shape (lanes,), with those under CR; each measure has the shape (dampers, lanes). [-]
 
-    Returns
-    -------
-    dict of ndarray, shape (dampers, lanes)
-        ``rms_error``, sqrt(Err/k) of Eq. (17) over the response length in tau; ``peak_error`` and ``duration_error``, the
-        largest difference of a peak, and of the time from one peak to the next, as a fraction of those under CR. [-]
+    ``rms_error`` is sqrt(Err/k) of Eq. (17) over the response length in tau. ``peak_error`` and ``duration_error`` are
+    the largest difference of a peak, and of the time from one peak to the next, as a fraction of those under CR.
     """
     steps = step_count(response_length, step)
     start: Options = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
@@ -218,7 +198,7 @@ def _fitted(settings: DamperOrderSettings) -> xr.Dataset:
 
 
 def _shown(settings: DamperOrderSettings) -> xr.Dataset:
-    """Histories under CR and each order, of the decay on the reference curve at the e of the loops."""
+    """Histories under CR and each order, of the decay on the reference curve at the e of Fig. 3."""
     e, step, order = settings.shown_restitution, settings.solver.step, settings.damper_order.order
     steps = step_count(settings.matching.response_length, step)
     dampings = [Damping.cr(e), *(Damping.of_restitution(e, order=m) for m in order)]
@@ -293,12 +273,8 @@ def pulse_statistics(
 ) -> dict[str, NDArray[Any]]:
     """Return statistics over all pulses of each damper against CR, of shape (dampers, e); NaN where there is no ratio.
 
-    Parameters
-    ----------
-    ratio, before, fell : ndarray, shape (dampers, pulses, frequencies, loads, e)
-        Peak over CR's, the same up to CR's first impact, and whether the damper's wall collapses.
-    reference_fell : ndarray, shape (pulses, frequencies, loads, e)
-        Whether CR's does.
+    The ratio is the peak over CR's, `before` the same up to CR's first impact, shape (dampers, pulses, frequencies,
+    loads, e). The collapses under CR are without the first dimension.
     """
     dims = ("damper", *PULSE_DIMS)
     counts = of_outcomes(xr.DataArray(fell, dims=dims), xr.DataArray(reference_fell, dims=PULSE_DIMS), CELLS)
@@ -312,10 +288,7 @@ def pulse_statistics(
 def ratio_before_impact(reference: Array, displacement: Array) -> Array:
     """Peak over that of the reference, both up to the reference's first impact; NaN where one collapses before it.
 
-    Parameters
-    ----------
-    reference, displacement : ndarray, shape (..., n)
-        From rest at x = 0; NaN after a collapse.
+    Both histories start from rest at x = 0 and are NaN after a collapse; time is the last axis.
     """
     impacts = passes_zero(reference[..., 1:])  # the start is at rest at 0
     before: NDArray[np.bool_] = np.cumsum(impacts, axis=-1) <= impacts

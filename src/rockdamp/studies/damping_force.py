@@ -24,13 +24,7 @@ RIGID_REFINEMENT = 8  # steps of its history in place of each of the solver's
 
 
 def damping_force(config: Config) -> xr.Dataset:
-    """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `DampingForceSettings`.
-    """
+    """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
     given = DampingForceSettings.of(config)
     e, x0, length = given.damping_force.restitution, given.release_amplitude, given.damping_force.response_length
     step, scheme, rigid = given.solver.step, given.solver.scheme, given.damping_force.rigid

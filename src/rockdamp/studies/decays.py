@@ -42,19 +42,8 @@ def longest_response(study: Study, wall: Wall, response_length: float) -> float:
 def study(name: str, config: Config) -> xr.Dataset:
     """Run the free decays of one study, to the longest response that is matched to them.
 
-    Those of `INFERS` run to the longest response length from which the length of the response is inferred, the others to that of
-    the matching, in tau and in seconds.
-
-    Parameters
-    ----------
-    name : {"amplitude", "slenderness", "overburden", "cracked_stiffness"}
-    config : dict
-        Has the keys of `DecaySettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``displacement`` and ``velocity`` (study parameter, restitution, tau) and ``impacts``.
+    Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
+    that of the matching, in tau and in seconds.
     """
     given = DecaySettings.of(config)
     walls, restitution, step = given.study(name), given.restitution, given.solver.step

@@ -24,11 +24,6 @@ def mechanism(config: Config) -> xr.Dataset:
     """Tabulate f/F0 against u/u_ins for the curves that Fig. 2 and the presets draw, and the wall of Fig. 1.
 
     Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `ForceCurveSettings`.
     """
     given = ForceCurveSettings.of(config)
     curves = {
@@ -71,16 +66,11 @@ def mechanism(config: Config) -> xr.Dataset:
 
 
 def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
-    r"""Effective mass at u = 0 over the wall's mass, of bodies with a thickness; lambda is its inverse.
+    r"""Effective mass at u = 0 over the wall's mass, of bodies with a thickness; lambda is its inverse. [-]
 
     .. math:: \frac{m_\mathrm{eff}}{m} = \frac{2}{3} \left[1 + \frac{t^2}{h^2} \frac{3 - 2r}{r^2 (1 - r)}\right]
 
-    The first term is Eq. (2), of slender bodies, which do not rise as they turn.
-
-    Parameters
-    ----------
-    hinge_ratio, slenderness : float or ndarray
-        r = h1/h and h/t. [-]
+    The first term is Eq. (2), of slender bodies, which do not rise as they turn; r = h1/h.
     """
     r, h_t = np.asarray(hinge_ratio, dtype=float), np.asarray(slenderness, dtype=float)
     ratio: Array = (1 + (3 - 2 * r) / (r**2 * (1 - r) * h_t**2)) / EXCITATION_FACTOR

@@ -18,7 +18,6 @@ from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
-from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
@@ -42,42 +41,33 @@ class IdentificationSettings(Settings):
 
 
 def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
-    """Identify records made with parameters drawn from the prior, and compare models for the records of a test series.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `IdentificationSettings`.
-    test_series : dict of str to Record
-        Synthetic records, by their names.
-
-    Returns
-    -------
-    xarray.Dataset
-        Of what `simulated.gathered` and `test_series.supported` return.
-    """
-    given = IdentificationSettings.of(config)
-    maker = maker_of(given)
+    """Identify records made with parameters drawn from the prior; compare models for the records of a test series."""
+    settings = IdentificationSettings.of(config)
+    maker = maker_of(settings)
     records = []
-    for number in track(range(given.simulated.draws), "simulated records"):
+    for number in track(range(settings.simulated.draws), "simulated records"):
         with without_bars():
             records.append(maker.judged(number))
-    return gathered(maker.names, records).merge(supported(given, test_series))
+    return gathered(maker.names, records).merge(supported(settings, test_series))
 
 
-def maker_of(given: IdentificationSettings) -> Maker:
+def maker_of(settings: IdentificationSettings) -> Maker:
     """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
-    simulated = given.simulated
+    simulated = settings.simulated
     prior = replace(
-        given.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
+        settings.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
     )
-    return Maker(given.wall, given.ultimate_displacement_ratio, given.softening, given.step, prior, simulated)
+    return Maker(
+        settings.wall, settings.ultimate_displacement_ratio, settings.softening, settings.step, prior, simulated
+    )
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
     """Add white noise to both channels of a synthetic record until its noise is a multiple of what it was."""
     more = np.sqrt(factor**2 - 1)
-    acceleration, displacement = (more * float(record.header[name]) * _normal(record, random) for name in NOISE)
+    acceleration, displacement = (
+        more * float(record.header[name]) * random.standard_normal(record.elapsed.size) for name in NOISE
+    )
     assert record.displacement is not None
     return replace(
         record,
@@ -86,18 +76,8 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
     )
 
 
-def _normal(record: Record, random: np.random.RandomState) -> Array:
-    return random.standard_normal(record.elapsed.size)
-
-
-def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
-    """Compute the evidence of each model for each record, at each noise.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``log_evidence``, ``log_evidence_error`` and ``probability`` (record, noise, damping_model), the last among the
-        models that were determined, and ``record_made_by`` (record).
+def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
+    """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
 
     Raises
     ------
@@ -107,14 +87,14 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases = [(name, factor) for name in records for factor in given.noise]
-    found = []
+    cases = [(name, factor) for name in records for factor in settings.noise]
+    maker, found = maker_of(settings), []
     for name, factor in track(cases, "models of the test_series's records"):
-        random = np.random.RandomState([given.simulated.seed, crc32(name.encode())])
+        random = np.random.RandomState([settings.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(given, record, model) for model in given.damping_models])
-    shape = (len(records), len(given.noise), len(given.damping_models))
+            found.append([_evidence(maker, settings.prior, record, model) for model in settings.damping_models])
+    shape = (len(records), len(settings.noise), len(settings.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
     error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
@@ -125,25 +105,18 @@ def supported(given: IdentificationSettings, records: Mapping[str, Record]) -> x
             "probability": (dims, probabilities(logarithm)),
             "record_made_by": ("record", np.array([made_by(record) for record in records.values()])),
         },
-        coords={"record": list(records), "noise_factor": given.noise, "damping_model": list(given.damping_models)},
+        coords={
+            "record": list(records),
+            "noise_factor": settings.noise,
+            "damping_model": list(settings.damping_models),
+        },
     )
 
 
-def _evidence(given: IdentificationSettings, record: Record, model: str) -> Evidence:
+def _evidence(maker: Maker, prior: Prior, record: Record, model: str) -> Evidence:
     """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
     try:
-        fit = _fit(given, record, model)
+        fit = maker.fit(record, Candidate.of(model))
     except InputError:
         return Evidence()
-    return evidence_of(fit, given.prior, given.simulated.seed)
-
-
-def _fit(given: IdentificationSettings, record: Record, model: str) -> Fit:
-    return Fit.of(
-        record,
-        given.wall,
-        Candidate.of(model),
-        ultimate_displacement_ratio=given.ultimate_displacement_ratio,
-        softening=given.softening,
-        step=given.step,
-    )
+    return evidence_of(fit, prior, maker.simulated.seed)

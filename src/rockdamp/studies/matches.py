@@ -22,37 +22,16 @@ from rockdamp.vocabulary import VISCOUS_MODELS
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
-    """Match every viscous model to the stored decays of one study.
-
-    By the protocol of `equivalence.matching`, against the decays as they are stored.
+    """Match every viscous model to the stored decays of one study, by the protocol of `equivalence.matching`.
 
     Where the study varies the wall, and with it the time scale 1/p, the response length is also held in seconds, at the
     length that the wall of the config has: then the walls' lengths in tau differ, and with them the damping ratios.
     Those other lengths are matched at the solver's step.
-
-    Parameters
-    ----------
-    name : str
-        One of `STUDIES`.
-    config : dict
-        Has the keys of `MatchSettings`.
-    decays : xarray.Dataset
-        What `decays.study` returned.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``damping_ratio``, ``damping_ratio_uncertainty``, ``damping_ratio_energy``, ``error``, ``rms_error`` and
-        ``local_minima`` (damping_model, study parameter, restitution), with the ``step`` and the number of ``steps``
-        that Err sums over.
     """
     given = MatchSettings.of(config)
     study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
-    restitution, response_length, scan = (
-        decays["restitution"].values,
-        given.matching.response_length,
-        given.matching.scan,
-    )
+    response_length, scan = given.matching.response_length, given.matching.scan
+    restitution = decays["restitution"].values
     steps = step_count(response_length, step)
     fixed = response_lengths_of_fixed_seconds(study, given.wall, response_length) if study.of_wall else None
     last = step_count(longest_response(study, given.wall, response_length), step)
@@ -134,24 +113,7 @@ def match_decays(
 ) -> dict[str, Matched]:
     """Release walls under restitution and match models to their decays, by the protocol of `equivalence.matching`.
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        With parameters of shape (cases,).
-    release_amplitude, restitution : ndarray, shape (cases,)
-        u0/u_ins and e. [-]
-    damping_models : sequence of str
-        Of `VISCOUS_MODELS`, or ``"POWER"`` with an `exponent` for each case.
-    matching : Matching
-    step : float
-        Of the solver, in tau. [-]
-    scheme, description : str
-        Of `newmark.solve`, and of the progress.
-
-    Returns
-    -------
-    dict of Matched
-        By model.
+    Curve, release amplitude, e and the exponent of ``"POWER"`` have the shape (cases,).
     """
     steps = step_count(matching.response_length, step)
     cases = Cases.released(
@@ -183,7 +145,7 @@ def cases_of(study: Study, restitution: Array, displacement: Array, step: float)
 def _match_each(
     cases: Cases, model: str, response_lengths: Array, known: tuple[float, Array], scan: Scan, scheme: str
 ) -> Array:
-    """Damping ratio of each wall's cases at its own response length; `known` holds a response length that is matched already."""
+    """Match each wall's cases at its own response length; `known` is a length with its damping ratios already."""
     per_wall = cases.restitution.size // response_lengths.size
 
     def of_wall(wall: int) -> Array:

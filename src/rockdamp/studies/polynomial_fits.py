@@ -22,21 +22,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     """Fit xi(e) = c0 + c1 e + c2 e^2 by least squares, for each model and each a1 of the reference plateau.
 
     Beside the paper's polynomial, which does not vanish at e = 1, stands one that does: xi = delta (d0 + d1 delta +
-    d2 delta^2), delta = -ln(e), of the least squares of xi/delta.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `PolynomialSettings`.
-    matched : xarray.Dataset
-        Of the cracked-stiffness study.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``coefficient``, the matched, fitted and closed-form damping ratios, Eq. (15), the coefficient of determination,
-        the largest residual and the largest relative error in each range of e; names with ``delta_`` are those of the
-        fit in delta. The fits hold over the range of `restitution`.
+    d2 delta^2), delta = -ln(e), of the least squares of xi/delta. Both hold over the range of the matched e.
     """
     given = PolynomialSettings.of(config)
     same = np.isclose(matched["strength_ratio"].values, given.strength_ratio)

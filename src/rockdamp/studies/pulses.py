@@ -61,19 +61,7 @@ def damping_ratios(given: PulseSettings) -> Array:
 
 
 def pulses(config: Config) -> xr.Dataset:
-    """Run CR and every viscous model under pulses of every frequency and load.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `PulseSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``peak_ratio`` and ``collapsed`` of CR (``reference_...``) and of each model (source, damping_model,
-        pulse, pulse_frequency, load_ratio, restitution), and their `statistics`.
-    """
+    """Run CR and every viscous model under pulses of every frequency and load."""
     given = PulseSettings.of(config)
     frequency, load, e = given.pulses.frequency, given.pulses.load, given.pulses.restitution
     xi = damping_ratios(given)
@@ -150,20 +138,8 @@ def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:
 def statistics(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     """Compare the peaks and collapses of each model with CR's, over all pulses and by band of CR's peak.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        The peaks and collapses of `pulses`.
-    edges : ndarray, shape (bands + 1,)
-        Of the bands of CR's u/u_ins, ascending.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``median_ratio``, ``log_dispersion`` and ``pairs`` (source, model, e, band), the first two over all bands as
-        well; ``median_ratio_before_impact`` and ``pairs_before_impact`` of CR's peaks in any band that no impact comes
-        before; ``false_safe`` (CR collapses, the model does not), ``false_collapse``, and how often CR collapses and
-        survives (source, model, e).
+    ``..._before_impact`` are of CR's peaks in any band that no impact comes before. ``false_safe`` counts where CR
+    collapses and the model does not, ``false_collapse`` the reverse.
     """
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
     ratio = (dataset["peak_ratio"] / peak).where(~fell & ~reference)

@@ -35,22 +35,8 @@ def recommend(
 ) -> xr.Dataset:
     """Recommend a damper and the source of its damping ratio, and collect the reasons.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `RecommendationSettings`.
-    compared, orders : xarray.Dataset
-        The dampers, and ECD of each order, under earthquakes.
-    by_order, pulses : xarray.Dataset
-        ECD of each order in free decay, and the dampers under pulses.
-
-    Returns
-    -------
-    xarray.Dataset
-        For each e, damper and source of its ratio: ``log_error`` of the peaks, ``excess`` over the least error,
-        ``least_error`` (1 for that one), ``not_told_apart`` (1 where the excess is not certain) and ``holds``; for each
-        damper and source ``recommended`` and ``as_good`` (1 for the others that are not told apart at any e). The
-        remaining variables are stated in the registry.
+    `compared` and `orders` hold the dampers, and ECD of each order, under earthquakes. `by_order` and `pulses` hold ECD
+    of each order in free decay, and the dampers under pulses.
     """
     given = RecommendationSettings.of(config)
     e, models = compared["restitution"].values, compared["damping_model"].values
@@ -98,12 +84,7 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
     """Mark at each e the least error and those not told apart from it, and over all e what to use.
 
     Told apart is where the interval of the difference of both errors, over the same histories, lies above zero. That
-    the intervals of both errors overlap says nothing: the dampers share the records.
-
-    Parameters
-    ----------
-    whole : xarray.Dataset
-        The comparison over all bands of amplitude.
+    the intervals of both errors overlap says nothing: the dampers share the records. `whole` is over all amplitudes.
     """
     ordered = whole.transpose("restitution", *CHOICES, ...)
     is_damper = (whole["damping_model"] != REFERENCE).values[:, None]

@@ -1,4 +1,4 @@
-"""How the unstated length of the response decides what Eq. (17) concludes, and the length that the paper implies."""
+"""Conclusions from Eq. (17) by the unstated length of the response, and the length that the paper implies."""
 
 from __future__ import annotations
 
@@ -25,22 +25,10 @@ LONGEST = 4  # times the inferred length, up to which other walls are asked for 
 
 
 def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
-    """Err and damping ratio of the reference wall for every length of the response.
+    """Compute Err and damping ratio of the reference wall for every length of the response.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `ResponseLengthSettings`.
-    decays : xarray.Dataset
-        Of the amplitude study, which holds the reference amplitude.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``error``, ``rms_error``, ``damping_ratio`` (response_length, restitution, damping_model), and for each response length a flag
-        for each claim that depends on it. How sharp the inferred length is: ``near_misclassified`` (near_response_length), at
-        lengths between those next to it; and what another wall would imply, ``inferred_response_length_of_release`` with
-        ``misclassified_of_release`` (release_amplitude).
+    ``near_misclassified`` shows how sharp the inferred length is, at lengths between those next to it.
+    ``inferred_response_length_of_release`` is what another wall would imply.
     """
     given = ResponseLengthSettings.of(config)
     study, lengths, step = given.study(INFERS), given.response_lengths, given.solver.step
@@ -97,8 +85,8 @@ def between_neighbours(lengths: Array, inferred: float) -> Array:
 def misclassified(dataset: xr.Dataset) -> xr.DataArray:
     """Count, for each response length, the values of e at which CDR is wrongly lowest, or not, against `PAPER_RANGE`.
 
-    This is the objective of the inference. It was fixed before the response lengths were computed: the lowest Err among the
-    paper's three models, every e of the grid with equal weight.
+    This is the objective of the inference. It was fixed before the response lengths were computed: the lowest Err among
+    the paper's three models, every e of the grid with equal weight.
     """
     lowest = dataset["error"].sel(damping_model=list(PAPER_MODELS)).argmin("damping_model")
     e = dataset["restitution"]

@@ -33,24 +33,9 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 def validate(config: Config, record: Record, test_series: Mapping[str, Record], equivalence: xr.Dataset) -> xr.Dataset:
     """Compare the responses to measured motions, under each damping model, with the measured responses.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `ValidationSettings`.
-    record : Record
-        With a measured displacement, at rest before the motion.
-    test_series : dict of str to Record
-        Such records of the same wall, by name, all sampled alike. They are compared in place of `record`, unless it is
-        measured and one of them is not.
-    equivalence : xarray.Dataset
-        With ``coefficient`` (damping_model, yield_displacement_ratio, degree) of the polynomials xi(e).
-
-    Returns
-    -------
-    xarray.Dataset
-        For each record: histories, the matched half cycles of the decay, which of them are free of the motion
-        (``half_cycle_free``), and the misfits of each model. Those of the decay, with its decrements, are over the free
-        half cycles alone, and NaN where there is none. What a record has less of than another is NaN.
+    The records of the test series, by name, are of the same wall. They are compared in place of `record`, unless it is
+    measured and one of them is not. Misfits and decrements of the decay are over the half cycles that are free of the
+    motion, and NaN where there is none. Histories that are shorter than another's end in NaN.
 
     Raises
     ------
@@ -77,7 +62,7 @@ def validate(config: Config, record: Record, test_series: Mapping[str, Record], 
 
 
 def compared(record: Record, test_series: Mapping[str, Record]) -> dict[str, Record]:
-    """Return the records that are compared: the test series, or the record alone where it is measured and the test series is not.
+    """Return the records that are compared: the test series, or the record alone if only it is measured.
 
     Raises
     ------
@@ -153,14 +138,9 @@ def _of_record(given: ValidationSettings, ratios: Mapping[str, float], record: R
 
 
 def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -> dict[str, float]:
-    """Evaluate the polynomials xi(e) of each viscous model: the mean over the given a1, linear in a1 between the fits.
+    """Evaluate the polynomials xi(e) of each viscous model: the mean over the a1, linear in a1 between the fits.
 
     The paper averages its fits at two values of a1 around the wall's.
-
-    Raises
-    ------
-    InputError
-        If e or an a1 lies outside the range of the fits.
     """
     polynomials = Polynomials.of(equivalence)
     polynomials.require_cover(restitution, ratios, "fit_yield_displacement_ratios")
@@ -191,7 +171,6 @@ def _misfits(
         durations[:count] = matched.duration
     amplitude, judged = np.abs(decay.peak), free & np.isfinite(peaks)
     both = free & np.isfinite(durations) & np.isfinite(decay.duration)
-    nothing = np.nan
     return {
         "displacement": (("elapsed",), displacement),
         "collapsed": ((), np.int8(collapsed)),
@@ -201,13 +180,10 @@ def _misfits(
         "decay_peak": (("half_cycle",), peaks),
         "decay_peak_elapsed": (("half_cycle",), times),
         "half_cycle_duration": (("half_cycle",), durations),
-        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[judged] ** 2)) if judged.any() else nothing),
-        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[judged]) if judged.any() else nothing),
+        "decay_peak_misfit": ((), np.sqrt(np.mean((peaks - amplitude)[judged] ** 2)) if judged.any() else np.nan),
+        "decay_peak_ratio": ((), np.mean((peaks / amplitude)[judged]) if judged.any() else np.nan),
         "log_decrement": ((), _log_decrement(peaks[judged])),
-        "period_drift": (
-            (),
-            durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else nothing,
-        ),
+        "period_drift": ((), durations[both].sum() / decay.duration[both].sum() - 1 if both.any() else np.nan),
     }
 
 

@@ -13,7 +13,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, STUDIES, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 # --- the energy audit ------------------------------------------------------------------------------------------------
 
@@ -156,13 +156,6 @@ def test_half_cycles_under_restitution_lose_what_their_impacts_take(stage):
     np.testing.assert_allclose(lost.values[shown], expected.transpose(*lost.dims).values[shown], rtol=0.01)
 
 
-def test_the_release_holds_the_energy_of_the_curve_in_joules(stage, config):
-    wall = make_wall(config["validation"]["wall"])
-    energy = make_curve(config["validation"]["curve"]).energy(0.5)
-    expected = float(wall.rigid_strength * wall.instability_displacement * energy / 2)  # F0 = K0 u_ins
-    assert float(stage["release_energy"].sel(audited_wall="Fig. 8")) == pytest.approx(expected)
-
-
 def test_dampers_lose_what_leaves_from_peak_to_peak(stage, config, looped):
     wall, curve = make_wall(config["wall"]), make_curve(config["curve"])
     for model in VISCOUS_MODELS:
@@ -171,13 +164,3 @@ def test_dampers_lose_what_leaves_from_peak_to_peak(stage, config, looped):
         left = -np.diff(energy_audit.joules(wall, curve.energy(one["displacement"].values[at])))
         lost = stage["energy_lost"].sel(audited_wall="reference", damping_model=model).values[: left.size]
         np.testing.assert_allclose(lost, left, atol=2e-3 * float(stage["release_energy"][0]))
-
-
-def test_the_audited_walls_are_matched_as_the_loops_are(stage, looped):
-    matched = stage["audited_damping_ratio"].sel(audited_wall="reference")
-    np.testing.assert_array_equal(matched, looped["damping_ratio"])
-    first = stage["energy_lost"].sum("half_cycle")
-    for wall in first["audited_wall"].values:
-        of_cr = float(first.sel(audited_wall=wall, damping_model="CR"))
-        for model in (*PAPER_MODELS, "ECD"):  # over many half cycles matched decays lose alike
-            assert float(first.sel(audited_wall=wall, damping_model=model)) == pytest.approx(of_cr, rel=0.1)

@@ -48,13 +48,6 @@ def test_the_forced_peaks_are_the_largest_below_the_releases(drawn, config):
         assert ((larger <= drawn.factor) | (beyond > drawn.release_amplitude)).all()
 
 
-def test_the_load_at_the_steps_is_linear_between_its_samples(drawn):
-    many = round(drawn.sample / 0.01)
-    load = drawn.load_at(0.01)
-    np.testing.assert_allclose(load[1, 1, ::many], drawn.factor[1, 1] * drawn.load[1])
-    np.testing.assert_allclose(np.diff(load[1, 1, : many + 1]), (load[1, 1, many] - load[1, 1, 0]) / many)
-
-
 def test_histories_are_those_of_the_pipelines_solver(drawn):
     many = round(drawn.sample / 0.01)
     steps = (drawn.load.shape[1] - 1) * many

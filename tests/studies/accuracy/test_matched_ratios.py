@@ -47,15 +47,6 @@ def test_the_sample_holds_the_largest_errors_and_drawn_ones_whatever_their_uncer
     assert any([one.ratio for one in other[model]] != [one.ratio for one in chosen[model]] for model in VISCOUS_MODELS)
 
 
-def test_no_case_is_in_the_sample_twice(studies, matches):
-    """Slenderness and overburden change neither curve nor release: of their cases only one counts."""
-    for of_model in matched_ratios.sample(studies, matches, count=30, seed=1).values():
-        cases = [
-            (float(one.curve.yield_displacement_ratio), one.release_amplitude, one.restitution) for one in of_model
-        ]
-        assert len(set(cases)) == len(cases) == 3 * (2 + 2)  # 0.5 and 0.3; a1 = 0.1 and 0.2
-
-
 @pytest.fixture(scope="module")
 def distance():
     return matched_ratios.Distance(CURVE, "CDC", 0.85, 0.5, 6.0)
@@ -69,23 +60,6 @@ def test_the_distance_is_the_integral_of_eq_17(distance):
         for damping in (Damping.cr(0.85), Damping("CDC", 0.03))
     )
     assert distance(0.03) == pytest.approx(np.trapezoid((expected - found) ** 2, times), rel=2e-5)
-
-
-def test_the_distance_has_no_ripple_where_a_sum_has(distance):
-    ratio = 0.032 * (1 + 2e-4 * np.arange(-8, 9))
-    times = np.linspace(0, 6, 12001)
-    target = np.abs(event_driven.history(CURVE, Damping.cr(0.85), times, release_amplitude=0.5).displacement)
-
-    def summed(xi):
-        found = event_driven.history(CURVE, Damping("CDC", xi), times, release_amplitude=0.5)
-        return np.trapezoid((target - np.abs(found.displacement)) ** 2, times)
-
-    def ripple(function):
-        values = np.array([function(float(xi)) for xi in ratio])
-        offset = ratio / 0.032 - 1
-        return np.abs(values - np.polyval(np.polyfit(offset, values, 3), offset)).max()
-
-    assert ripple(distance) < 0.1 * ripple(summed)
 
 
 @pytest.fixture(scope="module")

@@ -53,19 +53,8 @@ def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
 def convergence(config: Config) -> xr.Dataset:
     """Measure the error of the displacement against the step, and its order.
 
-    The error of a lane is the root mean square over the times of the coarsest step, against the default scheme at a
-    sixteenth of the finest step; that of the ensemble is the median, which a lane near collapse does not govern.
-
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `ConvergenceSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``solver_error`` (scheme, excitation, damping_model, step) and ``order``, the slope of its logarithm, and
-        ``finest_order``, between the two finest steps.
+    The error of a history is the root mean square over the times of the coarsest step, against the default scheme at a
+    sixteenth of the finest step. That of the ensemble is the median, which a wall near collapse does not govern.
     """
     given = ConvergenceSettings.of(config).convergence
     coarsest, finest = given.coarsest, 16 * 2**given.halvings

@@ -41,16 +41,9 @@ HALF_CYCLES = 6  # of which the loss is given in joules
 
 @dataclass(frozen=True)
 class Balance:
-    """The energy of histories and where it went; every array has the histories' shape, time last. [-]
+    """The energy of histories and where it went, over K0 u_ins^2; every array has the histories' shape, time last. [-]
 
-    Attributes
-    ----------
-    energy : ndarray
-        v^2/2 + V(x), over K0 u_ins^2.
-    lost : ndarray
-        Taken by impacts and dampers since the start.
-    work : ndarray
-        Done by the load since the start.
+    `energy` is v^2/2 + V(x). `lost` went to impacts and dampers since the start, and `work` was done by the load.
     """
 
     energy: Array
@@ -77,21 +70,10 @@ def balance(
     step: float,
     load: ArrayLike = 0.0,
 ) -> Balance:
-    """Add up the energy of stored histories, from their displacements and velocities alone.
+    """Add up the energy of stored histories from displacement and velocity at each step, shape (..., n).
 
-    The damper's integral is the trapezoidal sum; the load's is its mean over a step times the change of x, as x has no
+    The damper's integral is the trapezoidal sum. The load's is its mean over a step times the change of x, as x has no
     jump at an impact. Each is second order in the step, as is the velocity at an impact: see `_impact_loss`.
-
-    Parameters
-    ----------
-    curve, damping : TrilinearCurve, Damping
-        Broadcast against the histories without their last axis.
-    displacement, velocity : ndarray, shape (..., n)
-        u/u_ins and its derivative by tau at each step. [-]
-    step : float
-        In tau. [-]
-    load : ndarray, broadcasts to (..., n)
-        Dimensionless load at each step, linear between. [-]
     """
     x, v = np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float)
     p = np.broadcast_to(np.asarray(load, dtype=float), x.shape)
@@ -186,7 +168,7 @@ def residuals(ensemble: Ensemble, step: float) -> xr.Dataset:
 
 
 def stored(loops: Audited, decays: Mapping[str, xr.Dataset], studies: Mapping[str, Study], step: float) -> xr.Dataset:
-    """Audit every history in `damping_force.nc`, and every decay of the studies, as they were stored: largest residuals."""
+    """Audit all histories in `damping_force.nc` and all decays of the studies as stored: largest residuals."""
     of_loops = []
     for model in MODELS:
         history = loops.histories.sel(damping_model=model)

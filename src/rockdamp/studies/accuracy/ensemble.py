@@ -28,38 +28,17 @@ FACTORS = np.geomspace(0.02, 2.0, 40)  # of the load's peak over F0 that are tri
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Walls that differ in tau, at a few e, with their published damping ratios and a load.
+    """Walls that differ in tau, at a few e, with their published damping ratios and a load."""
 
-    Attributes
-    ----------
-    curve : TrilinearCurve
-        Parameters of shape (cases, 1).
-    release_amplitude : ndarray, shape (cases, 1)
-        u0/u_ins of the free decays. [-]
-    restitution : ndarray, shape (e,)
-    ratio : dict of ndarray, shape (cases, e)
-        Published damping ratio of each viscous model. [-]
-    load : ndarray, shape (cases, samples)
-        Of the forced responses, which start from rest at x = 0: of unit peak, linear between samples. [-]
-    sample, length : float
-        Spacing of the samples, and length of all histories, in tau. [-]
-    factor : ndarray, shape (cases, e)
-        Of the load, over F0. [-]
-    steps : ndarray
-        At which errors are measured, in tau, coarsest first; the solver's own is among them. [-]
-    scheme : str
-        Of `newmark.solve`.
-    """
-
-    curve: TrilinearCurve
-    release_amplitude: Array
-    restitution: Array
-    ratio: Mapping[str, Array]
-    load: Array
-    sample: float
-    length: float
-    factor: Array
-    steps: Array
+    curve: TrilinearCurve  # of shape (cases, 1)
+    release_amplitude: Array  # of the free decays, shape (cases, 1) [-]
+    restitution: Array  # shape (e,)
+    ratio: Mapping[str, Array]  # published damping ratio of each viscous model, shape (cases, e) [-]
+    load: Array  # of the forced responses, from rest: of unit peak, linear between samples, shape (cases, samples)
+    sample: float  # spacing of the samples, in tau [-]
+    length: float  # of all histories, in tau [-]
+    factor: Array  # of the load, over F0, shape (cases, e) [-]
+    steps: Array  # at which errors are measured, in tau, coarsest first; the solver's own is among them [-]
     scheme: str
 
     def damping(self, model: str, case: int | slice = slice(None)) -> Damping:
@@ -135,24 +114,7 @@ def collect(
 ) -> Ensemble:
     """Draw the ensemble from the studies: each curve and release once, as slenderness and overburden change neither.
 
-    Parameters
-    ----------
-    studies : dict of Study
-        By name.
-    matches : dict of xarray.Dataset
-        By study, from `matches.match`.
-    restitutions : int
-        How many of the studies' e are taken, evenly over them.
-    seed : int
-        Of the loads.
-    length : float
-        Of all histories, in tau. [-]
-    step : float
-        Of the pipeline, at which the loads' factors are found, in tau. [-]
-    steps : ndarray
-        At which errors are measured, in tau, coarsest first. [-]
-    scheme : str
-        Of `newmark.solve`.
+    It takes `restitutions` of the studies' e, evenly over them. The loads' factors are found at the pipeline's `step`.
     """
     rows: dict[tuple[float, ...], Array] = {}
     for name, match in matches.items():

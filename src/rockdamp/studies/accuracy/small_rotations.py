@@ -24,17 +24,7 @@ REFERENCES = ("slender", "large rotation")
 def features(times: ArrayLike, displacement: ArrayLike, peaks: int) -> Array:
     """Return the time of the first impact and the sizes of the first `peaks` peaks after it; NaN where there are fewer.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Uniform, from the release at rest. [-]
-    displacement : ndarray, shape (n,)
-        [-]
-    peaks : int
-
-    Returns
-    -------
-    ndarray, shape (1 + peaks,)
+    The times are uniform and begin at the release at rest.
     """
     tau, x = np.asarray(times, dtype=float), np.asarray(displacement, dtype=float)
     values = np.full(1 + peaks, np.nan)
@@ -105,20 +95,9 @@ def rotations(
     release_amplitude: ArrayLike,
     peaks: int,
 ) -> xr.Dataset:
-    """Compare rigid rocking with and without small rotations over slenderness; and Fig. 4a with both.
+    """Compare rigid rocking with and without small rotations, for all combinations of h/t, h1/h and u0/u_ins.
 
-    Parameters
-    ----------
-    loops : xarray.Dataset
-        What `damping_force.damping_force` returned.
-    fig4_wall : Wall
-        That of Fig. 4a; the others are as thick.
-    restitution : float
-        e of all of them. [-]
-    slenderness, hinge_ratio, release_amplitude : array
-        h/t, h1/h and u0/u_ins of the walls, all combinations. [-]
-    peaks : int
-        How many peaks after the release are compared.
+    The walls are as thick as that of Fig. 4a, which is compared too. So many peaks after the release are compared.
     """
     axes = [np.unique(np.asarray(axis, dtype=float)) for axis in (hinge_ratio, release_amplitude, slenderness)]
     shape, thickness = [axis.size for axis in axes], float(fig4_wall.thickness)

@@ -24,14 +24,7 @@ from rockdamp.vocabulary import MODELS, STUDIES
 def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.Dataset:
     """Measure how accurate the published numbers are.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `AccuracySettings`.
-    loops : xarray.Dataset
-        What `damping_force.damping_force` returned.
-    *of_studies : xarray.Dataset
-        What `matches.match` returned for each study, in the order of `STUDIES`, then what `decays.study` did.
+    `of_studies` are the matches of each study, in the order of `STUDIES`, then the decays of each.
     """
     given = AccuracySettings.of(config)
     step, scheme, seed, rigid = given.solver.step, given.solver.scheme, given.accuracy.seed, given.accuracy.rigid
@@ -70,7 +63,7 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
 
 
 def audited_walls(given: AccuracySettings, loops: xr.Dataset) -> dict[str, Audited]:
-    """Return the reference wall with its histories in `damping_force.nc`, and that of Fig. 8 released and matched likewise."""
+    """Return the reference wall with its histories in `damping_force.nc`, and that of Fig. 8 with such histories."""
     histories = matched_histories(
         given.tested_curve,
         given.tested_restitution,
@@ -90,14 +83,7 @@ def solver_errors(ensemble: Ensemble, step: float, refinement: int) -> xr.Datase
     """Compare the pipeline's solver with the event-driven one, free and forced, against the step.
 
     The error of a history is the root mean square of u/u_ins less the exact one, over the times of the coarsest step.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-    step : float
-        Of the pipeline's solver, among the ensemble's, in tau. [-]
-    refinement : int
-        Steps of the published damping ratios in place of each. [-]
+    The ensemble's steps include the pipeline's; the published damping ratios have `refinement` steps in place of each.
     """
     steps, own = ensemble.steps, int(np.argmin(np.abs(ensemble.steps - step)))
     error = np.empty((len(EXCITATIONS), len(MODELS), *ensemble.factor.shape, steps.size))
