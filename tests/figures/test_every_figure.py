@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgb
 
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, shades, style_of
+from rockdamp.mechanics.damping import kinds
 from rockdamp.pipeline.figures import FIGURES as TABLE
 from rockdamp.vocabulary import PAPER_MODELS
 
@@ -112,8 +113,9 @@ def strokes(linestyle):
 def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
     spare = ["one more", "another", "a third"]
     monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
+    monkeypatch.setattr(style, "kinds", lambda: kinds() | dict.fromkeys(spare, kinds()["CR"]))
     for one, other in combinations([style_of(model) for model in (*ALL, "POWER", *spare)], 2):
-        assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour
+        assert one.linestyle != other.linestyle and one.marker != other.marker
         assert strokes(one.linestyle) != strokes(other.linestyle)
 
 

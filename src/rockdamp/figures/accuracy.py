@@ -38,14 +38,7 @@ SLENDERNESS_TICKS = (4, 6, 10, 15, 20, 30, 40)
 
 @styled
 def fig_accuracy(accuracy: xr.Dataset) -> Figure:
-    """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios.
-
-    Parameters
-    ----------
-    accuracy : xarray.Dataset
-        ``median_solver_error``, ``largest_solver_error`` and ``order``; ``uncertainty_quantile``,
-        ``share_within_thousandth``, ``sample_difference`` and ``sample_bound``.
-    """
+    """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios."""
     figure = new_figure(DOUBLE_COLUMN, 140.0)
     (free, forced), (shares, exact) = figure.subplots(2, 2)
     forced.sharey(free)
@@ -137,14 +130,7 @@ def _percent(share: float) -> str:
 
 @styled
 def fig_rigid(accuracy: xr.Dataset) -> Figure:
-    """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness.
-
-    Parameters
-    ----------
-    accuracy : xarray.Dataset
-        ``rocking_difference`` (rocking_feature, hinge_ratio, rocking_release_amplitude, slenderness),
-        ``least_slenderness`` and ``tolerance``.
-    """
+    """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness."""
     releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
     figure = new_figure(DOUBLE_COLUMN, 25.0 + 55.0 * len(releases))
     grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)

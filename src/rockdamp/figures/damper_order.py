@@ -38,15 +38,7 @@ E_VARIATIONS = ["lower e", "higher e"]
 
 @styled
 def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure:
-    """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay.
-
-    Parameters
-    ----------
-    damper_order : xarray.Dataset
-        As `rockdamp.studies.damper_order.damper_order` returns it.
-    earthquake_orders : xarray.Dataset
-        As `rockdamp.studies.earthquakes.orders.compare_orders` returns it.
-    """
+    """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay."""
     figure = new_figure(DOUBLE_COLUMN, 135.0)
     grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])
     decay, pulses, earthquakes = (figure.add_subplot(grid[0, 2 * i : 2 * i + 2]) for i in range(3))

@@ -74,15 +74,7 @@ def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[
 
 @styled
 def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
-    """Draw every damper's peaks against CR's, and at the margins where only one of both collapses.
-
-    Parameters
-    ----------
-    earthquakes : xarray.Dataset
-        As `earthquakes.incremental.gather` returns it; drawn at the middle e, with the damping ratios of least error.
-    comparison : xarray.Dataset
-        As `comparison.compare_dampers` returns it: which walls are taken together, and the bands.
-    """
+    """Draw every damper's peaks against CR's, and at the margins where only one of both collapses."""
     histories = middle(earthquakes).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
@@ -178,31 +170,25 @@ def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
 
 @styled
 def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
-    """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay.
-
-    Parameters
-    ----------
-    comparison : xarray.Dataset
-        As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
-    """
-    given = at_source(comparison)
+    """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay."""
+    drawn = at_source(comparison)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     ratios, errors, misfits = figure.subplots(1, 3)
-    _by_band(ratios, given, "median_ratio")
-    _by_band(errors, given, "log_error")
-    _misfits(misfits, given)
+    _by_band(ratios, drawn, "median_ratio")
+    _by_band(errors, drawn, "log_error")
+    _misfits(misfits, drawn)
     plain_logarithmic(ratios, y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
-    ratios.set_ylim(*_limits(given["median_ratio_interval"], (0.85, 1.2)))
+    ratios.set_ylim(*_limits(drawn["median_ratio_interval"], (0.85, 1.2)))
     errors.set_ylim(bottom=0)
     misfits.set_ylim(bottom=0)
     ratios.set_ylabel("median of peak over that of CR [-]")
     errors.set_ylabel("rms of the logarithm of that ratio [-]")
     misfits.set_ylabel("misfit over the decay over CR's peak [-]")
     figure.legend(
-        handles=_handles(given),
+        handles=_handles(drawn),
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(given['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
+        title=f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
         "bars: CR itself after a small change",
     )
     return figure
@@ -330,7 +316,8 @@ def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> 
     {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
     {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses. At the margins are the histories
     that only one of the two survives. {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
-    {drawn.sizes["velocity_ratio"]} scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error at each wall.
+    {drawn.sizes["velocity_ratio"]} scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error at each
+    wall.
     """
 
 

@@ -36,13 +36,7 @@ NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
 
 @styled
 def fig_pulses(pulses: xr.Dataset) -> Figure:
-    """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's.
-
-    Parameters
-    ----------
-    pulses : xarray.Dataset
-        As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
-    """
+    """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's."""
     at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
     shapes, models = (at_e[name].values for name in ("pulse", "damping_model"))
     figure = new_figure(DOUBLE_COLUMN, 54.0 * len(shapes) + 78.0)

@@ -51,7 +51,6 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
 }
 # Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ. Lines differ in the
 # order of their dots, short and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
-SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A", "#8B5A2B", "#3B5BA5")
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (3.0, 4.0)),
     (0, (1.0, 3.5)),
@@ -102,14 +101,10 @@ def grid_of(figure: Figure, count: int, columns: int) -> list[Axes]:
 
 
 def style_of(model: str) -> ModelStyle:
-    """Return how a model is drawn; of one without a style that is chosen for it, a spare one, the same everywhere."""
-    if model in CHOSEN:
-        return ModelStyle(kinds()[model].colour, *CHOSEN[model])
-    others = [name for name in MODELS if name not in CHOSEN]
-    index = others.index(model) if model in others else len(others)
-    colours, lines, markers = len(SPARE_COLOURS), len(SPARE_LINES), len(SPARE_MARKERS)
-    colour = kinds()[model].colour if model in kinds() else SPARE_COLOURS[index % colours]
-    return ModelStyle(colour, SPARE_LINES[index % lines], SPARE_MARKERS[index % markers])
+    """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
+    index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
+    spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
+    return ModelStyle(kinds()[model].colour, *CHOSEN.get(model, spare))
 
 
 def papers(dataset: xr.Dataset) -> xr.Dataset:

@@ -42,12 +42,6 @@ def fig8(validation: xr.Dataset) -> Figure:
     """Draw the table's motion, and below it the displacement of each model beside that of the record.
 
     Of several records, the first test series has a column for each of its levels.
-
-    Parameters
-    ----------
-    validation : xarray.Dataset
-        ``displacement`` (record, damping_model, elapsed), ``measured`` and ``ground_acceleration`` (record, elapsed),
-        the peaks of the decay and the attribute ``record_synthetic``.
     """
     (maker, first), *others = series_by_maker(papers(validation)).items()
     chosen = np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_LEVELS).astype(int))

@@ -35,13 +35,7 @@ SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplot
 
 
 def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str, str]]:
-    """Read a table that has at least the given columns.
-
-    Raises
-    ------
-    InputError
-        If a column is missing or a line has too few or too many cells.
-    """
+    """Read a table that has at least the given columns."""
     with open(path, encoding="utf-8", newline="") as file:
         reader = csv.DictReader(file, strict=True)
         missing = [name for name in columns if name not in (reader.fieldnames or ())]
@@ -55,20 +49,7 @@ def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str,
 
 
 def judged(claims: Sequence[Mapping[str, Any]], figures: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the verdicts, each with its mark and its claims, ready for the page.
-
-    Parameters
-    ----------
-    claims : sequence of dict
-        Verdicts with the fields of `rockdamp.claims.verdicts.Verdict`, as claims.json has them.
-    figures : dict of str to str
-        Those that a claim may point to, and what to call them.
-
-    Raises
-    ------
-    InputError
-        If a verdict is none of `VERDICTS`.
-    """
+    """Return the verdicts, each with its mark and its claims, ready for the page."""
     for claim in claims:
         if claim["verdict"] not in VERDICTS:
             allowed = ", ".join(VERDICTS)
@@ -127,7 +108,7 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
             {
                 "name": name,
                 "meaning": str(variable.attrs.get("long_name", "")),
-                "value": _told(variable),
+                "value": _value(variable),
                 "over": ", ".join(str(dim) for dim in variable.dims),
                 "units": "-" if units == "1" else units,
             }
@@ -135,7 +116,7 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
     return described
 
 
-def _told(variable: xr.DataArray) -> str:
+def _value(variable: xr.DataArray) -> str:
     if variable.dims in (("damping_model",), ("viscous_model",)):
         models = variable[variable.dims[0]].values
         return by_name({str(model): number(value) for model, value in zip(models, variable.values, strict=True)})
