@@ -190,7 +190,7 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         Line2D([], [], linestyle="none", marker=mark, color=GREY, label=SOURCE_NAMES[source])
         for source, mark in SOURCE_MARKS.items()
     ]
-    title = "ratios of medians: all walls together, 95 % bootstrap intervals"
+    title = "median of collapse of all walls together, 95 % bootstrap intervals"
     figure.legend(handles=marks, loc="outside lower center", ncols=len(marks), title=title, **LEGEND)
     return figure
 
@@ -233,7 +233,7 @@ def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None
         axes = figure.add_subplot(grid[0, column], sharex=first, sharey=first)
         _forest(axes, at_e := comparison.isel(restitution=column))
         axes.set_title(f"$e = {float(at_e['restitution']):g}$", **LABEL)
-        axes.set_xlabel("median of collapse over that of CR [-]", **LABEL)
+        axes.set_xlabel("median over that of CR [-]", **LABEL)
         axes.tick_params(labelleft=first is None, labelsize=TICKS)
         if first is None:
             first = axes
