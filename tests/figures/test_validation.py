@@ -26,19 +26,6 @@ def test_fig8_calls_a_record_synthetic_unless_it_says_that_it_is_not(said, synth
     assert text.count("SYNTHETIC") == (2 if synthetic else 0)  # the heading and the legend
 
 
-def test_fig8_says_where_a_model_collapsed():
-    data = validation()
-    data["collapsed"][0, 3] = 1
-    for name in ("rms_misfit", "peak_ratio_to_measured"):
-        data[name][0, 3] = np.nan
-    data["decay_peak"][0, 3] = np.nan
-    data["displacement"][0, 3, 200:] = np.nan
-    figure = FIGURES["fig8"](data)
-    (panel,) = panels_of(figure, "SDR")
-    assert "collapsed" in [text.get_text() for text in panel.texts]
-    assert "nan" not in all_text(figure)
-
-
 def test_fig8_marks_a_free_decay_only_where_the_record_holds_one():
     assert "free decay" in all_text(FIGURES["fig8"](validation()))
     pushed = validation()

@@ -53,7 +53,7 @@ def fig_accuracy(accuracy: xr.Dataset) -> Figure:
 
 
 def _errors(axes: Axes, errors: xr.Dataset) -> None:
-    """Median error of each model as a line, and the largest as markers alone."""
+    """Draw the median error of each model as a line, and the largest as markers."""
     step = errors["step"].values
     for model in map(str, errors["damping_model"].values):
         curve = errors.sel(damping_model=model)
@@ -78,7 +78,7 @@ def _errors(axes: Axes, errors: xr.Dataset) -> None:
 
 
 def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
-    """Share of the published damping ratios whose uncertainty is beyond a value."""
+    """Draw the share of the published damping ratios whose uncertainty is beyond a value."""
     axes.axvline(THOUSANDTH, color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
         certainty = accuracy.sel(viscous_model=model)
@@ -96,7 +96,7 @@ def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
 
 
 def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
-    """True errors of the sample against their uncertainties: on the line they are equal."""
+    """Draw the true errors of the sample against their uncertainties; on the line both are equal."""
     axes.plot([LEAST, LARGEST], [LEAST, LARGEST], color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
         of_model, style = accuracy.sel(viscous_model=model), style_of(model)

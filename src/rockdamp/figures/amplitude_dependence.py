@@ -265,19 +265,12 @@ def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str, exa
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
 
 
-def by_named_damper(values: xr.DataArray, show: Callable[[xr.DataArray], str]) -> str:
-    """Write a value for each damper, by the name that it has in these figures."""
-    return by_name(
-        {
-            name_of(str(model)).replace("$", ""): show(values.sel(damping_model=model))
-            for model in values["damping_model"].values
-        }
-    )
-
-
-def least_to_most(values: xr.DataArray) -> str:
-    """Write the least and the largest of some fractions."""
-    return span(values, percent)
+def by_named_damper(
+    values: xr.DataArray, show: Callable[[xr.DataArray], str] = lambda values: span(values, percent)
+) -> str:
+    """Write a value, or the least and the largest, for each damper by the name that it has in these figures."""
+    models = [str(model) for model in values["damping_model"].values]
+    return by_name({name_of(model).replace("$", ""): show(values.sel(damping_model=model)) for model in models})
 
 
 def fig_amplitude_dependence_caption(amplitude_dependence: xr.Dataset) -> str:
@@ -286,7 +279,7 @@ def fig_amplitude_dependence_caption(amplitude_dependence: xr.Dataset) -> str:
     share = at_e["release_share"]
     return f"""
     One ξ of ECD serves every amplitude of every curve. The standard deviation of ln&nbsp;ξ over the amplitudes is, over
-    the curves, {by_named_damper(at_e["spread_peaks"], least_to_most)}. ξ is the damping ratio with which the first half
+    the curves, {by_named_damper(at_e["spread_peaks"])}. ξ is the damping ratio with which the first half
     cycle ends as at e&nbsp;=&nbsp;{plain(at_e["restitution"])}. It is drawn over that of ECD, for releases from
     {plain(share.min())} to {plain(share.max())} of u<sub>3</sub> on {at_e.sizes["case"]} curves.
     """
@@ -301,7 +294,7 @@ def fig_exponent_caption(amplitude_dependence: xr.Dataset) -> str:
     In C&nbsp;∝&nbsp;(ω/ω<sub>1</sub>)<sup>n</sup>, the n that makes ξ depend least on the amplitude is between
     {float(best.min()):.2f} and {float(best.max()):.2f} for a<sub>1</sub> from {plain(a1.min())} to {plain(a1.max())}.
     With it the standard deviation of ln&nbsp;ξ is at most {percent(spread.sel(damping_model=BEST).max())}; with the
-    paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)), least_to_most)}.
+    paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)))}.
     """
 
 

@@ -39,8 +39,8 @@ from rockdamp.vocabulary import REFERENCE
 
 MOST_COLUMNS = 4
 VELOCITY = "PGV [m s$^{-1}$]"
-SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
-SCALE_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
+VELOCITY_RATIO = r"velocity ratio $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
+VELOCITY_RATIO_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
 LABEL: dict[str, Any] = {"fontsize": 9}
 LEGEND: dict[str, Any] = {"fontsize": 8, "title_fontsize": 8}
 TICKS = 8  # size of their labels [pt]
@@ -57,21 +57,21 @@ SOURCE_MARKS = {"polynomial": "<", "least error": "o", "closed form": ">"}
 
 @styled
 def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
-    """Draw fractiles of the peaks over the records against the scale and the ground velocity, for each wall."""
+    """Draw fractiles of the peaks over the records against the velocity ratio, for each wall."""
     peaks = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(peaks)
     figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
     panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, columns))
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
-        plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
+        plain_logarithmic(axes, [0.01, 0.1, 1], VELOCITY_RATIO_TICKS)
     for axes in panels[-columns:]:
         axes.set_xlabel(DISPLACEMENT, **LABEL)
     scale = peaks["velocity_ratio"]
     standing = scale.where(peaks["fractile"].notnull().any(("probability", "wall", "damping_model")), scale[1])
     panels[0].set_ylim(float(scale[0]), 1.1 * float(standing.max()))
     for axes in panels[::columns]:
-        axes.set_ylabel(SCALE, **LABEL)
+        axes.set_ylabel(VELOCITY_RATIO, **LABEL)
     for place, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
         beside = _velocities(axes, "right", float(unit))
         if place % columns == 0 or place == len(panels):
@@ -96,7 +96,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
 
 
 def with_velocity(of_walls: xr.Dataset, walls: xr.Dataset) -> xr.Dataset:
-    """Add ``unit_velocity`` (wall), the peak ground velocity of the scale 1. [m s-1]"""
+    """Add ``unit_velocity`` (wall), the peak ground velocity of the velocity ratio 1. [m s-1]"""
     unit = walls["frequency_parameter"] * walls["instability_displacement"] / EXCITATION_FACTOR
     return of_walls.assign(unit_velocity=("wall", unit.sel(wall=of_walls["wall"]).values))
 
@@ -109,7 +109,7 @@ def _shape(of_walls: xr.Dataset) -> tuple[int, int]:
 
 
 def _velocities(axes: Axes, side: Any, unit: float) -> Any:
-    """Give a panel a second axis, with the peak ground velocity of each scale."""
+    """Give a panel a second axis, with the peak ground velocity of each velocity ratio."""
     second: Any = (axes.secondary_xaxis if side == "top" else axes.secondary_yaxis)(side, functions=scaling(unit))
     axis: Axis = second.xaxis if side == "top" else second.yaxis
     axis.set_tick_params(labelsize=TICKS)
@@ -171,10 +171,10 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     halves = figure.add_gridspec(2, 1, height_ratios=[58.0 * rows, 55.0])
     panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, columns))
     for axes, unit in zip(panels, fragility["unit_velocity"].values, strict=True):
-        plain_logarithmic(axes, SCALE_TICKS)
+        plain_logarithmic(axes, VELOCITY_RATIO_TICKS)
         _velocities(axes, "top", float(unit)).set_xlabel(VELOCITY, **LABEL)
     for axes in panels[-columns:]:
-        axes.set_xlabel(r"$\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]", **LABEL)
+        axes.set_xlabel(VELOCITY_RATIO.replace("velocity ratio ", ""), **LABEL)
     for axes in panels[::columns]:
         axes.set_ylabel("probability of collapse [-]", **LABEL)
     _forests(figure, halves[1, 0], comparison)
@@ -274,9 +274,9 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
 
     return f"""
     Where both medians stand, that of the damper differs from that of restitution by (median, and largest)
-    {by_damper(drawn, median_and_largest)}. A fractile ends at the last scale at which that wall stands, the median with
-    a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
-    scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
+    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which that wall stands, the
+    median with a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
+    velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
     """
 
 
@@ -286,7 +286,7 @@ def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     cr = drawn.sel(damping_model=REFERENCE)
     return f"""
     For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
-    the scale under restitution for half of the records to collapse them. Under restitution it takes scales of
+    the velocity ratio under restitution for half of the records to collapse them. Under restitution it takes ratios of
     {span(cr["wall_median_velocity_ratio"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility
     curves at e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all curves whose
     median and dispersion are both within their intervals, and with them at least nine in ten replicates.

@@ -50,7 +50,7 @@ def _panel(axes: Axes, errors: xr.Dataset) -> None:
 
 
 def _slopes(axes: Axes, errors: xr.Dataset) -> None:
-    """Lines of slope 1 and 2 from the coarsest step's median error."""
+    """Draw lines of slope 1 and 2 from the coarsest step's median error."""
     step = errors["step"].values
     for slope in (1, 2):
         start = float(errors["solver_error"].sel(step=step.max()).max()) * 1.6

@@ -72,7 +72,7 @@ def _force_at(displacement: float, curve: xr.Dataset) -> float:
 
 
 def _slope(axes: Axes, mechanism: xr.Dataset) -> None:
-    """The triangle that shows the slope -K0 of the bi-linear law."""
+    """Draw the triangle that shows the slope -K0 of the bi-linear law."""
     rigid = mechanism.sel(curve_name="bi-linear")
     left, right = 0.66, 0.84
     high, low = (_force_at(x, rigid) for x in (left, right))

@@ -112,7 +112,7 @@ def _draw_displaced(axes: Axes, t: float, h: float, ratio: float, u: float) -> N
 
 
 def _draw_wall(axes: Axes, lower: Array, upper: Array, t: float) -> None:
-    """Both bodies between the ground and the plate that carries the overburden and keeps the top from sliding."""
+    """Draw both bodies between the ground and the plate that carries the overburden and keeps the top from sliding."""
     for body, colour, name in ((lower, LOWER, "lower body"), (upper, UPPER, "upper body")):
         axes.add_patch(Polygon(body, facecolor=colour, edgecolor="black", linewidth=EDGE, label=name))
     top = float(upper[:, 1].max())
@@ -131,7 +131,7 @@ def _weights(axes: Axes, lower: Array, upper: Array, t: float, sides: tuple[int,
 
 
 def _overburden(axes: Axes, t: float, top: float) -> None:
-    """O, off mid-thickness by the eccentricity, towards the contact corner."""
+    """Draw O, off mid-thickness by the eccentricity, towards the contact corner."""
     plate, at = top + 0.16 * t, (0.5 + DRAWN_ECCENTRICITY) * t
     _arrow(axes, np.array([at, plate + 0.8 * t]), np.array([at, plate]))
     axes.text(at + 0.1 * t, plate + 0.62 * t, "$O$", ha="left", va="center")
@@ -155,7 +155,7 @@ def _pivot(axes: Axes, point: Any, symbol: str, shift: tuple[float, float]) -> N
 def _angle(
     axes: Axes, pivot: Array, radius: float, first: float, last: float, symbol: str, t: float, outwards: float
 ) -> None:
-    """An arc about `pivot` between two directions in degrees, with its symbol beyond it."""
+    """Draw an arc about `pivot` between two directions in degrees, with its symbol beyond it."""
     axes.add_patch(Arc(tuple(pivot), 2 * radius, 2 * radius, theta1=first, theta2=last, linewidth=THIN + 0.2))
     middle = np.radians((first + last) / 2)
     at = pivot + (radius + outwards) * np.array([np.cos(middle), np.sin(middle)])

@@ -62,7 +62,7 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
 
 
 def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
-    """A row of spectra for each pulse, CR first, and the bar of their shades."""
+    """Draw a row of spectra for each pulse, CR first, and the bar of their shades."""
     models = [REFERENCE, *map(str, at_e["damping_model"].values)]
     levels = [0.0, *at_e["band_start"].values, float(at_e["band_end"][-1])]
     panels: list[Axes] = []
@@ -83,7 +83,7 @@ def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
 
 
 def _peak(of_pulse: xr.Dataset, model: str) -> tuple[Array, NDArray[np.bool_]]:
-    """Peaks (load_ratio, pulse_frequency) of a model, and what overturns; of that, the same value beyond 1."""
+    """Return the peaks (load_ratio, pulse_frequency) of a model, `BEYOND` where it overturns, and where it does."""
     if model == REFERENCE:
         peak, collapsed = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
     else:
@@ -129,7 +129,7 @@ def _bar(figure: Figure, panels: list[Axes], levels: list[float]) -> None:
 
 
 def _all_ratios(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
-    """A panel of ratios below the spectra of each damper, and their legend below those of CR."""
+    """Draw a panel of ratios below the spectra of each damper, and their legend below those of CR."""
     panels: list[Axes] = []
     row = at_e.sizes["pulse"]
     for column, model in enumerate(map(str, at_e["damping_model"].values), start=1):
@@ -151,7 +151,7 @@ def _all_ratios(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
 
 
 def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
-    """Every pair of peaks where neither collapses, and the median and dispersion of each band."""
+    """Draw the ratio of every two peaks where neither collapses, and the median and dispersion of each band."""
     stands = (of_model["reference_collapsed"] == 0) & (of_model["collapsed"] == 0)
     ratio = (of_model["peak_ratio"] / of_model["reference_peak"]).where(stands)
     style = style_of(model)

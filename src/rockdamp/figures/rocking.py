@@ -35,7 +35,7 @@ ENLARGED = 1.0  # of the thickness that they are enlarged to, at most
 
 
 def enlargement(largest: float, thickness: float) -> float:
-    """Factor on the displacements as drawn: 1, or for small ones the 1, 2 or 5 times a power of ten that shows them."""
+    """Return the factor on the drawn displacements: 1, or where they are small 1, 2 or 5 times a power of ten."""
     if largest <= 0 or largest >= VISIBLE * thickness:
         return 1.0
     wanted = ENLARGED * thickness / largest
@@ -67,7 +67,7 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def _moments(elapsed: Array) -> NDArray[np.intp]:
-    """Samples that are shown, the first and the last among them."""
+    """Return the samples that are shown, the first and the last among them."""
     duration = float(elapsed[-1] - elapsed[0])
     count = int(np.clip(round(duration * SAMPLED) + 1, 2, MOST_FRAMES))
     return np.searchsorted(elapsed, np.linspace(elapsed[0], elapsed[-1], count) - 1e-9 * duration)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib.style
 import numpy as np
@@ -29,9 +28,8 @@ INCH = 25.4  # [mm]
 Colour = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class ModelStyle:
-    """How a damping model is drawn in every figure."""
+class ModelStyle(NamedTuple):
+    """Colour, line and marker of a damping model in every figure."""
 
     colour: str
     linestyle: str | tuple[float, tuple[float, ...]]
@@ -49,8 +47,8 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
     RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
     "POWER": ((0, (8.0, 1.4, 2.6, 1.4)), "P"),
 }
-# Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ. Lines differ in the
-# order of their dots, short and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
+# For other models: two cycles of unlike lengths, so that many differ. Lines differ in the order of their dots, short
+# and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (3.0, 4.0)),
     (0, (1.0, 3.5)),

@@ -46,7 +46,7 @@ def series_by_maker(validation: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 def off(validation: xr.Dataset, quantity: str) -> xr.DataArray:
-    """Computed over measured, of ``peak`` or ``decrement``; NaN where a model collapsed or there is no free decay."""
+    """Return computed ``peak`` or ``decrement`` over measured; NaN after a collapse or without a free decay."""
     if quantity == "peak":
         return validation["peak_ratio_to_measured"].where(validation["collapsed"] == 0)
     return validation["log_decrement"] / validation["measured_log_decrement"]

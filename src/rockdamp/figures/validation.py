@@ -72,7 +72,7 @@ def fig8(validation: xr.Dataset) -> Figure:
 
 
 def shown(records: xr.Dataset) -> tuple[float, float]:
-    """First and last time drawn: the motion and the decays, not the rest before and after. [s]"""
+    """Return the first and last time drawn: the motion and the decays, not the rest before and after. [s]"""
     motion, elapsed = np.abs(records["ground_acceleration"].values), records["elapsed"].values
     moving = np.nanmax(motion >= SHOWN_FROM * np.nanmax(motion, axis=1, keepdims=True), axis=0)
     start, end = elapsed[np.argmax(moving)], float(records["measured_decay_peak_elapsed"].max())

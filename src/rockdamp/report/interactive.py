@@ -123,7 +123,7 @@ def formulas() -> str:
 
 
 def exact_dampers() -> dict[str, dict[str, float]]:
-    """Order m and N_m of the dampers that lose the same fraction from every amplitude."""
+    """Return order m and N_m of the dampers that lose the same fraction from every amplitude."""
     of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
     orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}
     return {

@@ -39,7 +39,7 @@ class Content:
     """Everything that the report shows, in the order of the page."""
 
     claims: Sequence[Mapping[str, Any]]  # fields of `rockdamp.claims.verdicts.Verdict`
-    errata: Sequence[Mapping[str, str]]  # with the columns `tables.ERRATA`
+    errata: Sequence[Mapping[str, str]]  # rows of errata.csv
     figures: Mapping[str, bytes]  # PNG by name
     datasets: Datasets
     assumptions: str  # docs/assumptions.md
@@ -138,7 +138,7 @@ def caption(name: str, datasets: Datasets) -> str:
 
 
 def _size(name: str, png: bytes) -> tuple[int, int]:
-    """Width and height, which a PNG states in its header. [pixels]"""
+    """Return width and height, which a PNG states in its header. [pixels]"""
     if png[12:16] != b"IHDR":
         raise InputError(f"the PNG of {name} cannot be read; delete it and run again")
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")

@@ -146,9 +146,9 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
     if isinstance(wall, Wall):
         rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
     rows += [
-        ("cracked stiffness ratio", "a₁", curve.yield_displacement_ratio, "-"),
-        ("plateau ratio", "b₁", curve.strength_ratio, "-"),
-        ("ultimate ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
+        ("yield displacement ratio", "a₁", curve.yield_displacement_ratio, "-"),
+        ("strength ratio", "b₁", curve.strength_ratio, "-"),
+        ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
     return [_line(*row) | {"value": plain(row[2])} for row in rows]
 
@@ -197,7 +197,7 @@ def _dampers(subject: Subject) -> list[dict[str, Any]]:
 
 
 def _shares(answer: xr.Dataset) -> list[dict[str, Any]]:
-    """Rows of the shares that collapse, of at most `MOST_ROWS` intensities over all of them."""
+    """Return the shares that collapse at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
     count = answer.sizes["intensity"]
     rows = []
     for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
