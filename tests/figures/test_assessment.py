@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-from figure_reading import texts
 from scipy.stats import norm
 
 from rockdamp.figures.assessment import fragility_figure
@@ -46,11 +45,3 @@ def test_curve_stripes_and_interval_are_drawn(measure):
     spans = sorted(segment[:, 1].tolist() for segment in bars.get_segments())
     np.testing.assert_allclose(spans, [[0.1, 0.4], [0.3, 0.7]])
     assert measure.upper() in axes.get_xlabel() and "40 records" in axes.get_ylabel()
-
-
-def test_the_ticks_are_plain_numbers_and_nothing_is_smaller_than_seven_points():
-    figure = fragility_figure(made_up())
-    figure.draw_without_rendering()
-    seen = texts(figure)
-    assert all(text.get_fontsize() >= 7 for text in seen)
-    assert {"0.1", "1"} <= {text.get_text() for text in seen}

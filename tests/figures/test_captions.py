@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from figure_functions import CAPTIONS
-from made_up_studies import made_up, test_series
+from made_up_studies import made_up, records_of_series
 from report_content import of_name
 
 from rockdamp.pipeline.figures import FIGURES
@@ -95,13 +95,13 @@ def test_text_of_a_dataset_is_escaped_in_a_caption():
 
 def test_a_record_without_a_free_decay_says_so():
     (test,) = datasets("fig8")
-    assert "half cycles of free decay" in written("fig8", test_series())
+    assert "half cycles of free decay" in written("fig8", records_of_series())
     assert "says nothing of peaks" in written("fig8", test.assign(half_cycle_free=np.nan * test["half_cycle_free"]))
 
 
 def test_a_test_series_is_told_by_model_and_amplitude_and_what_depends_on_what_made_it():
     """Made up: CR is off by 5 % at rest and by nothing at collapse, SDR by 30 %; each test series by once more."""
-    text = written("fig_test_series", test_series()).replace("\u00a0", " ")
+    text = written("fig_test_series", records_of_series()).replace("\u00a0", " ")
     assert "right within 10 % under CR at 0.06, 0.25, 0.50 and 0.88, CDC at 0.06, 0.25, 0.50 and 0.88" in text
     assert "SDR at 0.88" in text
     assert (

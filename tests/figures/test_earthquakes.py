@@ -157,15 +157,6 @@ def test_a_second_axis_has_the_ground_velocity_of_each_scale(comparison, name, s
         assert velocities == pytest.approx([unit * scale for scale in scales])
 
 
-@pytest.mark.parametrize("name", ["fig_ida", "fig_fragility"])
-@pytest.mark.parametrize("count", [1, 2, 3, 5])
-def test_the_panels_of_the_walls_fill_the_width(comparison, name, count):
-    figure = FIGURES[name](comparison.isel(wall=slice(count)), earthquakes.walls())
-    panels = [panel(figure, wall) for wall in earthquakes.WALLS[:count]]
-    columns = {axes.get_subplotspec().colspan.start for axes in panels}
-    assert columns == set(range(panels[0].get_subplotspec().get_gridspec().ncols))
-
-
 def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset():
     population = earthquakes.population()
     fragility, ratios, sensitivity = FIGURES["fig_population"](population).axes

@@ -3,7 +3,6 @@
 import re
 from itertools import combinations
 
-import numpy as np
 import pytest
 from figure_reading import INPUTS, all_text, drawn, texts
 from made_up_studies import ALL
@@ -11,7 +10,8 @@ from matplotlib import rc_params_from_file
 from matplotlib.colors import to_rgb
 
 from rockdamp.figures import style
-from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, shades, style_of
+from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
+from rockdamp.mechanics.damping import kinds
 from rockdamp.pipeline.figures import FIGURES as TABLE
 from rockdamp.vocabulary import PAPER_MODELS
 
@@ -112,16 +112,10 @@ def strokes(linestyle):
 def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
     spare = ["one more", "another", "a third"]
     monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
+    monkeypatch.setattr(style, "kinds", lambda: kinds() | dict.fromkeys(spare, kinds()["CR"]))
     for one, other in combinations([style_of(model) for model in (*ALL, "POWER", *spare)], 2):
-        assert one.linestyle != other.linestyle and one.marker != other.marker and one.colour != other.colour
+        assert one.linestyle != other.linestyle and one.marker != other.marker
         assert strokes(one.linestyle) != strokes(other.linestyle)
-
-
-def test_shades_of_a_model_run_from_light_to_dark_through_its_colour():
-    luminance = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in shades("CDR", 5)]
-    assert np.all(np.diff(luminance) < 0)
-    assert shades("CDR", 5)[2] == pytest.approx(to_rgb(style_of("CDR").colour), abs=0.01)
-    assert len(shades("SDR", 1)) == 1
 
 
 @pytest.mark.parametrize("name", [name for name, figure in TABLE.items() if figure.number])

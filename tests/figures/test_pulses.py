@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 from figure_functions import FIGURES
-from figure_reading import drawn
 from made_up_studies import ALL, VISCOUS, pulses
-from matplotlib.colors import to_rgb
 
-from rockdamp.figures.pulses import COLLAPSED, ONLY_CR, ONLY_DAMPER, shades_of
+from rockdamp.figures.pulses import ONLY_CR, ONLY_DAMPER
 
 
 @pytest.fixture(scope="module")
@@ -70,19 +68,3 @@ def test_the_pulses_that_one_of_both_survives_are_marked_on_the_damper_s_map_and
                 marked += len(expected)
             assert not marks
     assert 0 < marked < at_e["collapsed"].size / 2
-
-
-def test_a_map_is_light_where_peaks_are_small_and_nowhere_as_dark_as_where_the_wall_overturns():
-    """In grey: a band of peaks next to another differs from it by more than printers blur."""
-    shades = [*shades_of([0.0, 0.01, 0.04, 0.1, 0.25, 0.5, 1.0]), to_rgb(COLLAPSED)]
-    luminance = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in (shade[:3] for shade in shades)]
-    assert (np.diff(luminance) < -0.05).all()
-
-
-def test_the_ratios_stand_below_the_maps_of_their_dampers(maps):
-    figure = drawn("fig_pulses")
-    panels = [axes for axes in figure.axes if "false safe" in axes.get_title()]
-    places = [axes.get_position() for axes in panels_of_maps(figure)][1 : len(ALL)]
-    assert len(panels) == len(VISCOUS)
-    for axes, above in zip(panels, places, strict=True):
-        assert axes.get_position().x0 == pytest.approx(above.x0, abs=1e-9)

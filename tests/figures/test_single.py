@@ -46,7 +46,7 @@ def test_a_decay_is_drawn_in_tau_and_with_a_wall_in_seconds_too():
 
 
 def test_a_response_is_drawn_in_millimetres_and_over_u_ins_up_to_a_collapse():
-    response = histories("elapsed", record_synthetic="yes", record_specimen="a wall").assign(scale=2.0)
+    response = histories("elapsed", record_synthetic="yes", record_specimen="a wall").assign(scale_factor=2.0)
     figure = response_figure(response)
     figure.draw_without_rendering()
     ground, axes = figure.axes

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from figure_functions import FIGURES
 from figure_reading import SERIES, all_text, drawn, shows
-from made_up_studies import ALL, LEVELS, MAKERS, test_series, validation
+from made_up_studies import ALL, LEVELS, MAKERS, records_of_series, validation
 
 from rockdamp.figures.test_series import off, series_by_maker
 from rockdamp.figures.validation import shown
@@ -26,19 +26,6 @@ def test_fig8_calls_a_record_synthetic_unless_it_says_that_it_is_not(said, synth
     assert text.count("SYNTHETIC") == (2 if synthetic else 0)  # the heading and the legend
 
 
-def test_fig8_says_where_a_model_collapsed():
-    data = validation()
-    data["collapsed"][0, 3] = 1
-    for name in ("rms_misfit", "peak_ratio_to_measured"):
-        data[name][0, 3] = np.nan
-    data["decay_peak"][0, 3] = np.nan
-    data["displacement"][0, 3, 200:] = np.nan
-    figure = FIGURES["fig8"](data)
-    (panel,) = panels_of(figure, "SDR")
-    assert "collapsed" in [text.get_text() for text in panel.texts]
-    assert "nan" not in all_text(figure)
-
-
 def test_fig8_marks_a_free_decay_only_where_the_record_holds_one():
     assert "free decay" in all_text(FIGURES["fig8"](validation()))
     pushed = validation()
@@ -58,7 +45,7 @@ def test_fig8_starts_shortly_before_the_motion_and_ends_after_the_last_peak():
 
 
 def test_of_several_records_each_model_stands_on_every_level_beside_the_measurement():
-    data, figure = test_series(), drawn(SERIES)
+    data, figure = records_of_series(), drawn(SERIES)
     for model in MODELS:
         panels = panels_of(figure, model)
         assert len(panels) == len(LEVELS)
@@ -72,7 +59,7 @@ def test_of_several_records_each_model_stands_on_every_level_beside_the_measurem
 
 
 def test_of_several_records_peaks_and_decrements_stand_over_amplitude_for_whatever_made_them():
-    data, figure = test_series(), FIGURES["fig_test_series"](test_series())
+    data, figure = records_of_series(), FIGURES["fig_test_series"](records_of_series())
     for number, maker in enumerate(MAKERS):
         of_maker = data.isel(record=slice(4 * number, 4 * number + 4))
         (above,) = (axes for axes in figure.axes if axes.get_title() == f"made by {maker}")
@@ -84,7 +71,7 @@ def test_of_several_records_peaks_and_decrements_stand_over_amplitude_for_whatev
 
 
 def test_levels_are_drawn_from_the_lowest_up_and_a_model_that_collapsed_has_no_peak():
-    data = test_series().isel(record=[3, 0, 2, 1])
+    data = records_of_series().isel(record=[3, 0, 2, 1])
     data["collapsed"][0, 3] = 1
     (levels,) = series_by_maker(data).values()
     assert list(levels["record"].values) == [f"0 at {height}" for height in LEVELS]

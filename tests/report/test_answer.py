@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from html_page import Page, words
 
 from rockdamp import report
 from rockdamp.report.answer import answer
@@ -66,15 +65,3 @@ def test_a_study_that_needs_another_order_says_so(short, data, order):
 def test_without_the_recommendation_there_is_no_answer(data):
     del data["recommendation"]
     assert answer(data) is None
-
-
-def test_it_stands_before_everything_else_and_names_the_damper(html):
-    page = Page(html)
-    text = words(page.all("section")[0]["text"])
-    assert f"Which damper {RECOMMENDED} " in text
-    assert [one["text"] for one in page.all("h3")[:4]] == [
-        "How much damping",
-        "Which damper",
-        "Beware",
-        "The paper's claims",
-    ]

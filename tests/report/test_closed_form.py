@@ -3,10 +3,7 @@
 It runs under node where there is one.
 """
 
-import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
@@ -18,38 +15,25 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import PAPER_MODELS, PRESETS, RECOMMENDED, SOFTENING
 
 KNOWN = (*PAPER_MODELS, "ECD", RECOMMENDED)  # to the script; of another name it draws nothing
-NODE = shutil.which("node") or shutil.which("nodejs")
-needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page's script without a browser, is absent")
 
 
 @pytest.fixture(scope="module")
-def run(explorer_page, tmp_path_factory):
+def run(node, explorer_page, tmp_path_factory):
     """Call functions of the closed form as the page holds it: a list of (name, arguments) to a list of results."""
     html = explorer_page.read_text(encoding="utf-8")
     texts = re.findall(r'<script class="own">(.*?)</script>', html, re.S)
-    script = "\n".join(
-        next(text for text in texts if name in text) for name in ("const dampingFormulas", "closedForm(")
-    )
+    form = "\n".join(next(text for text in texts if name in text) for name in ("const dampingFormulas", "closedForm("))
     data = re.search(r'<script type="application/json" id="explorer-data">(.*?)</script>', html, re.S)[1]
     folder = tmp_path_factory.mktemp("node")
-    (folder / "closed_form.js").write_text(script, encoding="utf-8")
+    (folder / "closed_form.js").write_text(form, encoding="utf-8")
     (folder / "data.json").write_text(data, encoding="utf-8")
-    (folder / "run.js").write_text(
-        """
+    script = """
         const form = require("./closed_form.js")(require("./data.json").constants);
         const calls = JSON.parse(require("fs").readFileSync(0, "utf8"));
         const told = calls.map(([name, args]) => form[name](...args.map((a) => (a.a1 && !a.bare ? form.curve(a) : a))));
         process.stdout.write(JSON.stringify(told));
-        """,
-        encoding="utf-8",
-    )
-
-    def call(calls):
-        done = subprocess.run([NODE, folder / "run.js"], input=json.dumps(calls), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return call
+    """
+    return lambda calls: node(folder, script, calls)
 
 
 def curves(count=60):
@@ -76,7 +60,6 @@ def named(a1, b1, a3, softening):
     return {"a1": a1, "b1": b1, "a3": a3, "softening": softening}
 
 
-@needs_node
 def test_the_script_computes_the_packages_damping_ratios(run):
     """The same rule on the same nodes: to rounding."""
     cases = curves()
@@ -89,7 +72,6 @@ def test_the_script_computes_the_packages_damping_ratios(run):
             np.testing.assert_allclose(ratios[some], own, rtol=1e-11)
 
 
-@needs_node
 def test_the_script_knows_the_curve_and_the_dampers(run):
     x = np.linspace(0.001, 1.0, 40)
     for case in (curves()[0], *curves()[-4:]):
@@ -116,7 +98,6 @@ def accepted(values):
 STEPS = {"e": 0.005, "a1": 0.005, "b1": 0.01, "a3": 0.01, "x0": 0.01}
 
 
-@needs_node
 def test_a_value_is_kept_where_the_package_takes_it_and_moved_to_one_that_it_takes_where_not(run):
     random = np.random.default_rng(11)
     calls, given = [], []

@@ -51,11 +51,6 @@ def test_what_was_run_is_counted_from_the_datasets():
     assert "rubble is left out" in text and "e lower by 0.017" in text
 
 
-def test_few_stations_are_said_to_prove_nothing():
-    assert "is no finding" not in told()
-    assert "is no finding" in told(made_up.comparison().assign(stations=2))
-
-
 def sample():
     """Two strata of the study that have histories, and one that has none."""
     return xr.Dataset(
@@ -117,17 +112,6 @@ def test_another_damper_is_recommended_when_it_errs_less():
 def test_an_exact_ratio_is_said_to_be_exact():
     compared = scaled("log_error", 0.2, damping_model="ECD")
     assert "Use ECD, with ξ of the closed form : it is exact, and no other errs less with certainty." in told(compared)
-
-
-def test_a_closed_form_that_errs_more_is_told():
-    text = told(scaled("log_error", 2.0, damping_ratio_source="closed form"))
-    assert "Its closed form errs more" in text and "good enough" not in text
-
-
-def test_one_that_no_other_equals_is_said_to_be_the_only_one():
-    alone = told(scaled("log_error", 0.1, damping_model="SDR", damping_ratio_source="least error"))
-    assert alone.count("All others err more.") == 3
-    assert "Every other is told apart from the least error at some e." in alone
 
 
 def test_no_damper_is_recommended_where_each_e_has_another():

@@ -3,7 +3,6 @@
 import pytest
 
 import rockdamp
-from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.report import interactive
 from rockdamp.vocabulary import MODELS
 
@@ -12,12 +11,6 @@ WALL = rockdamp.Wall(thickness=0.3, height=4.5, hinge_ratio=0.7)
 
 def given(step=0.0025, response_length=8.0):
     return interactive.data(rockdamp.TrilinearCurve(0.04, 0.85), WALL, step, response_length, 0.85, 0.5)
-
-
-def test_the_closed_form_is_given_the_packages_constants():
-    constants = given()["constants"]
-    assert constants["nodes"] == NODES.tolist() and constants["weights"] == WEIGHTS.tolist()
-    assert constants["plateau_pieces"] == PLATEAU_PIECES
 
 
 def test_the_solver_is_given_whole_numbers_of_steps():

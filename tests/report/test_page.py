@@ -2,25 +2,19 @@
 
 import dataclasses
 import json
-import socket
 from pathlib import Path
 
 import report_content
 import yaml
 from html_page import Page, words
-from repository import ROOT
 
 from rockdamp import report
 from rockdamp.mechanics.damping import kinds
 from rockdamp.report import tables
 from rockdamp.report.page import BRIDGE
 from rockdamp.storage.provenance import files_of
-from rockdamp.text import number
 
 REFERENCES = ("src", "href", "srcset", "action", "poster", "data", "xlink:href", "background", "cite")
-
-LATER = ("explorer-message", "explorer-size")  # filled by the explorer
-
 
 # --- self-contained, the same each time ------------------------------------------------------------------------------
 
@@ -42,13 +36,6 @@ def test_the_browser_is_told_to_load_nothing(page):
 
 def test_the_same_content_gives_the_same_bytes(content, html):
     assert report.build(report_content.content()) == html
-
-
-def test_no_place_and_no_host_stands_in_the_page(html):
-    assert str(ROOT) not in html
-    assert str(Path.home()) not in html or str(Path.home()) == "/"
-    host = socket.gethostname()
-    assert len(host) < 6 or host not in html
 
 
 def test_a_script_cannot_end_early(html, page):
@@ -110,20 +97,6 @@ def test_a_claim_links_to_the_figure_that_shows_it(page, short):
     assert not [link for link in few.all("a") if "article" in link["within"]]
 
 
-def test_nothing_stands_without_its_text(page):
-    """A claim without a condition has no line for one."""
-    for name in ("dt", "dd", "li", "p", "h3", "caption", "figcaption"):
-        assert all(words(one["text"]) for one in page.all(name) if one["attrs"].get("id") not in LATER), name
-
-
-def test_verdicts_are_counted_at_the_top(page):
-    (short,) = [one for one in page.all("ul") if one["attrs"].get("class") == "counts"]
-    assert (
-        words(short["text"])
-        == "2 ✗ not reproduced 1 ◐ reproduced under conditions 1 – not judged: no measurement 1 ✓ reproduced"
-    )
-
-
 def test_the_answer_comes_first_then_the_bridge_the_explorer_earthquakes_figures_and_claims(page):
     order = [section["attrs"]["id"] for section in page.all("section")]
     assert order == [
@@ -145,8 +118,7 @@ def test_the_answer_comes_first_then_the_bridge_the_explorer_earthquakes_figures
 def test_every_erratum_is_there(page, content):
     told = {row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]}
     for erratum in content.errata:
-        for column in tables.ERRATA:
-            assert erratum[column] in told[f"erratum-{erratum['id']}"]
+        assert all(cell in told[f"erratum-{erratum['id']}"] for cell in erratum.values())
 
 
 def test_every_figure_is_there_in_order_with_its_picture_and_text(page, content):
@@ -175,14 +147,6 @@ def test_versions_digests_and_the_citation_are_there(page, content):
     cite = words(page.by_id("cite")["text"])
     cff = yaml.safe_load(content.citation)
     assert cff["title"] in cite and cff["version"] in cite and cff["authors"][0]["name"] in cite
-
-
-def test_accuracy_tells_every_variable_with_its_units(page, content):
-    told = words(page.by_id("accuracy")["text"])
-    for name in content.datasets["accuracy"].data_vars:
-        assert content.datasets["accuracy"][name].attrs["long_name"] in told
-    lost = content.datasets["accuracy"]["energy_lost"]
-    assert f"energy_lost {number(lost.min())} to {number(lost.max())} J" in told
 
 
 def test_without_an_accuracy_dataset_its_section_and_figures_are_left_out(content):

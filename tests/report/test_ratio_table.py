@@ -4,8 +4,6 @@ The script runs under node where there is one.
 """
 
 import json
-import shutil
-import subprocess
 from importlib.resources import files
 
 import numpy as np
@@ -16,33 +14,20 @@ from rockdamp.equivalence import tabulated
 from rockdamp.report import ratio_table
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, PAPER_MODELS
 
-NODE = shutil.which("node") or shutil.which("nodejs")
-needs_node = pytest.mark.skipif(NODE is None, reason="node, which runs the page's script without a browser, is absent")
-
 
 @pytest.fixture(scope="module")
-def read(tmp_path_factory):
+def read(node, tmp_path_factory):
     """Read the table as the page does: settings to what is shown for each."""
     folder = tmp_path_factory.mktemp("node")
-    (folder / "table.js").write_text(
-        files("rockdamp.report").joinpath("ratio_table.js").read_text(encoding="utf-8"), encoding="utf-8"
-    )
+    table = files("rockdamp.report").joinpath("ratio_table.js").read_text(encoding="utf-8")
+    (folder / "table.js").write_text(table, encoding="utf-8")
     (folder / "data.json").write_text(json.dumps(ratio_table.data(DEFAULT_RESPONSE_LENGTH)), encoding="utf-8")
-    (folder / "read.js").write_text(
-        """
+    script = """
         const table = require("./table.js")(require("./data.json"));
         const settings = JSON.parse(require("fs").readFileSync(0, "utf8"));
         process.stdout.write(JSON.stringify(settings.map((setting) => table.read(setting.model, setting))));
-        """,
-        encoding="utf-8",
-    )
-
-    def call(settings):
-        done = subprocess.run([NODE, folder / "read.js"], input=json.dumps(settings), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return call
+    """
+    return lambda settings: node(folder, script, settings)
 
 
 def settings(softening, count=400):
@@ -57,7 +42,6 @@ def settings(softening, count=400):
     return e, a1, b1, a3, x0
 
 
-@needs_node
 @pytest.mark.parametrize("softening", ["steeper", "translated"])
 def test_the_page_reads_the_packages_ratios_and_refuses_where_it_refuses(read, softening):
     e, a1, b1, a3, x0 = settings(softening)
@@ -77,7 +61,6 @@ def test_the_page_reads_the_packages_ratios_and_refuses_where_it_refuses(read, s
         assert set(refusal) >= {"", rd.table_refusal(curve, model, 0.6, x0)[0]} and np.isfinite(ratio).mean() > 0.5
 
 
-@needs_node
 def test_a_wall_of_steeper_softening_that_ends_early_is_refused_on_the_page(read):
     wall = {"model": "CDR", "e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 0.9, "softening": "steeper", "x0": 0.5}
     early, whole = read([wall, {**wall, "a3": 1}])
@@ -90,7 +73,3 @@ def test_a_wall_of_steeper_softening_that_ends_early_is_refused_on_the_page(read
 
 def test_a_page_over_another_length_of_the_response_has_no_table():
     assert ratio_table.data(DEFAULT_RESPONSE_LENGTH + 4) is None
-
-
-def test_the_page_holds_less_than_half_a_megabyte_of_it():
-    assert len(json.dumps(ratio_table.data(DEFAULT_RESPONSE_LENGTH))) < 500_000

@@ -10,18 +10,6 @@ from rockdamp.report import tables
 from rockdamp.text import number
 
 
-def test_a_table_without_a_column_or_with_a_short_row_is_refused(tmp_path):
-    path = tmp_path / "errata.csv"
-    path.write_text("id,where\na,1\n", encoding="utf-8")
-    with pytest.raises(InputError, match="has no column printed, used, evidence"):
-        tables.rows(path, tables.ERRATA)
-    path.write_text("id,where\na,1\nb\n", encoding="utf-8")
-    with pytest.raises(InputError, match="row 2 has not as many cells"):
-        tables.rows(path, ("id", "where"))
-    path.write_text('id,where\na,"one, two"\n', encoding="utf-8")
-    assert tables.rows(path, ("id", "where")) == [{"id": "a", "where": "one, two"}]
-
-
 def test_ranges_by_half_cycle_become_a_table_and_the_parts_lists(content):
     measured = [
         {"quantity": "in total", "values": ["CDC -4%"], "by": ""},
@@ -44,12 +32,6 @@ def test_ranges_by_half_cycle_become_a_table_and_the_parts_lists(content):
 def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
     assert tables.inline("`solve` if a < b") == "<code>solve</code> if a &lt; b"
     assert tables.inline("-3% of u_ins, large-rotation, -a") == "−3&nbsp;% of u<sub>ins</sub>, large-rotation, -a"
-
-
-def test_an_unknown_verdict_is_refused(short):
-    claims = [{**short.claims[0], "verdict": "likely"}]
-    with pytest.raises(InputError, match="the verdict of claim-0 is 'likely'; it must be one of not reproduced, "):
-        report.build(dataclasses.replace(short, claims=claims))
 
 
 def test_a_figure_that_is_no_png_is_refused(short):

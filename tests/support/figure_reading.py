@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from figure_functions import FIGURES
-from made_up_studies import made_up, test_series
+from made_up_studies import made_up, records_of_series
 from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
@@ -16,7 +16,7 @@ from rockdamp.pipeline.figures import FIGURES as TABLE
 # Drawn in studies/accuracy/test_stage.py, beside what makes their dataset.
 ELSEWHERE = ("fig_accuracy", "fig_rigid")
 INPUTS = {name: figure.inputs for name, figure in TABLE.items() if name not in ELSEWHERE}
-SERIES = "fig8 of a test_series"  # which looks unlike that of one record
+SERIES = "fig8 of a test series"  # which looks unlike that of one record
 INPUTS[SERIES] = INPUTS["fig8"]
 
 
@@ -26,7 +26,7 @@ INPUTS[SERIES] = INPUTS["fig8"]
 def draw(name):
     """Draw a figure; a dataset of which no smooth one was made up has values of chance."""
     if name == SERIES:
-        return FIGURES["fig8"](test_series())
+        return FIGURES["fig8"](records_of_series())
     smooth = made_up()
     return FIGURES[name](*(smooth[source] if source in smooth else of_name(source) for source in INPUTS[name]))
 

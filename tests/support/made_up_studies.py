@@ -123,7 +123,7 @@ LEVELS, MAKERS = (0.06, 0.25, 0.5, 0.88), ("CR", "ECD", "CR, degrading")
 ONCE = ("damping_ratio", "restitution", "instability_displacement")  # whatever the record
 
 
-def test_series():
+def records_of_series():
     """The same record on four levels, three times: the higher the level, the less each model is off."""
     one, u_ins = validation(), 0.075
     levels = []

@@ -31,7 +31,7 @@ COORDINATES = {
     "slenderness": [10.0, 15.0, 30.0],
     "overburden_ratio": [0.0, 2.0],
     "yield_displacement_ratio": [0.02, 0.04, 0.1],
-    "damping_ratio_source": ["polynomial", "error", "closed form"],
+    "damping_ratio_source": ["polynomial", "least error", "closed form"],
     "variation": ["step", "impact", "lower e", "higher e"],
     "bound": ["lower", "upper"],
     "share": [0.5, 0.9, 1.0],
@@ -48,7 +48,7 @@ SCALARS = {
     "strength_ratio": 0.85,
     "plateau_end_ratio": 0.15,
 }
-WITHOUT_CR = {"match", "equivalence", "dispersion", "pulses", "response_lengths"}
+WITHOUT_CR = {"match", "equivalence", "amplitude_dependence", "pulses", "response_lengths"}
 
 
 def made_up(kind, parameter=None):
@@ -86,7 +86,7 @@ def of_name(name):
 
 def coordinate(kind, dim):
     if dim == "damping_model" and kind in WITHOUT_CR:
-        return list(DAMPERS) if kind == "dispersion" else list(VISCOUS_MODELS)
+        return list(DAMPERS) if kind == "amplitude_dependence" else list(VISCOUS_MODELS)
     return COORDINATES.get(dim, [0, 1, 2])
 
 

@@ -38,14 +38,7 @@ SLENDERNESS_TICKS = (4, 6, 10, 15, 20, 30, 40)
 
 @styled
 def fig_accuracy(accuracy: xr.Dataset) -> Figure:
-    """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios.
-
-    Parameters
-    ----------
-    accuracy : xarray.Dataset
-        ``median_solver_error``, ``largest_solver_error`` and ``order``; ``uncertainty_quantile``,
-        ``share_within_thousandth``, ``sample_difference`` and ``sample_bound``.
-    """
+    """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios."""
     figure = new_figure(DOUBLE_COLUMN, 140.0)
     (free, forced), (shares, exact) = figure.subplots(2, 2)
     forced.sharey(free)
@@ -60,7 +53,7 @@ def fig_accuracy(accuracy: xr.Dataset) -> Figure:
 
 
 def _errors(axes: Axes, errors: xr.Dataset) -> None:
-    """Median error of each model as a line, and the largest as markers alone."""
+    """Draw the median error of each model as a line, and the largest as markers."""
     step = errors["step"].values
     for model in map(str, errors["damping_model"].values):
         curve = errors.sel(damping_model=model)
@@ -85,7 +78,7 @@ def _errors(axes: Axes, errors: xr.Dataset) -> None:
 
 
 def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
-    """Share of the published damping ratios whose uncertainty is beyond a value."""
+    """Draw the share of the published damping ratios whose uncertainty is beyond a value."""
     axes.axvline(THOUSANDTH, color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
         certainty = accuracy.sel(viscous_model=model)
@@ -103,7 +96,7 @@ def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
 
 
 def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
-    """True errors of the sample against their uncertainties: on the line they are equal."""
+    """Draw the true errors of the sample against their uncertainties; on the line both are equal."""
     axes.plot([LEAST, LARGEST], [LEAST, LARGEST], color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
         of_model, style = accuracy.sel(viscous_model=model), style_of(model)
@@ -137,14 +130,7 @@ def _percent(share: float) -> str:
 
 @styled
 def fig_rigid(accuracy: xr.Dataset) -> Figure:
-    """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness.
-
-    Parameters
-    ----------
-    accuracy : xarray.Dataset
-        ``rocking_difference`` (rocking_feature, hinge_ratio, rocking_release_amplitude, slenderness),
-        ``least_slenderness`` and ``tolerance``.
-    """
+    """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness."""
     releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
     figure = new_figure(DOUBLE_COLUMN, 25.0 + 55.0 * len(releases))
     grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)

@@ -55,13 +55,7 @@ def reference_case(dataset: xr.Dataset) -> int:
 
 @styled
 def fig_amplitude_dependence(amplitude_dependence: xr.Dataset) -> Figure:
-    """Draw the damping ratio over that of ECD against the amplitude, and what spread each damper leaves.
-
-    Parameters
-    ----------
-    dispersion : xarray.Dataset
-        ``damping_ratio_peaks`` (damping_model, case, release_share, restitution) and ``spread_peaks``.
-    """
+    """Draw the damping ratio over that of ECD against the amplitude, and what spread each damper leaves."""
     at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
@@ -73,7 +67,7 @@ def fig_amplitude_dependence(amplitude_dependence: xr.Dataset) -> Figure:
 
 
 def _fan(axes: Axes, at_e: xr.Dataset) -> None:
-    """All damping ratios relative to ECD's, so that a damper that needs no amplitude is a horizontal line."""
+    """Draw all damping ratios over that of ECD: a damper that needs no amplitude is a horizontal line."""
     share = at_e["release_share"].values
     relative = at_e["damping_ratio_peaks"] / at_e["damping_ratio_peaks"].sel(damping_model="ECD")
     reference = reference_case(at_e)
@@ -111,7 +105,7 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
 
 
 def _bars(axes: Axes, at_e: xr.Dataset) -> None:
-    """The spread over the amplitudes of each damper: every curve a mark, the range a bar."""
+    """Draw the spread over the amplitudes of each damper: a mark for each curve, a bar for the range."""
     spread = PERCENT * at_e["spread_peaks"]
     reference = reference_case(at_e)
     models = [str(model) for model in at_e["damping_model"].values]
@@ -153,17 +147,8 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
 
 @styled
 def fig_exponent(amplitude_dependence: xr.Dataset) -> Figure:
-    """Draw the exponent with the least spread against a1 for several b1, and the spread that it leaves.
-
-    Parameters
-    ----------
-    dispersion : xarray.Dataset
-        ``map_best_exponent`` (map_softening, map_strength_ratio, map_yield_displacement_ratio) and ``map_spread``.
-    """
-    a1, b1 = (
-        numbers(amplitude_dependence, "map_yield_displacement_ratio"),
-        numbers(amplitude_dependence, "map_strength_ratio"),
-    )
+    """Draw the exponent with the least spread against a1 for several b1, and the spread that it leaves."""
+    a1, b1 = (numbers(amplitude_dependence, f"map_{name}_ratio") for name in ("yield_displacement", "strength"))
     figure = new_figure(DOUBLE_COLUMN, 88.0)
     left, right = figure.subplots(1, 2)
     _exponents(left, amplitude_dependence, a1, b1)
@@ -213,7 +198,7 @@ def _exponents(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float], b1
 
 
 def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> None:
-    """What every damper leaves: the band over b1 and the variants, and the line of the paper's b1."""
+    """Draw the spread that every damper leaves: a band over b1 and the variants, a line for the paper's b1."""
     spread = PERCENT * amplitude_dependence["map_spread"]
     plain = nearest(numbers(amplitude_dependence, "map_strength_ratio"), REFERENCE["strength_ratio"])
     exact = [model for model in dampers(amplitude_dependence) if model in Damping.exact_models()]
@@ -237,14 +222,7 @@ def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> N
 
 @styled
 def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
-    """Draw by how much the closed form differs from peaks and from Err, against the amplitude.
-
-    Parameters
-    ----------
-    dispersion : xarray.Dataset
-        ``damping_ratio``, ``damping_ratio_peaks``, ``damping_ratio_energy`` and ``damping_ratio_middle``
-        (damping_model, case, release_share, restitution).
-    """
+    """Draw by how much the closed form differs from peaks and from Err, against the amplitude."""
     models = [str(model) for model in amplitude_dependence["damping_model"].values]
     exact = [model for model in dampers(amplitude_dependence) if model in Damping.exact_models()]
     figure = new_figure(DOUBLE_COLUMN, 112.0)
@@ -287,32 +265,23 @@ def _differences(axes: Axes, of_model: xr.Dataset, measure: str, model: str, exa
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
 
 
-def by_named_damper(values: xr.DataArray, show: Callable[[xr.DataArray], str]) -> str:
-    """Write a value for each damper, by the name that it has in these figures."""
-    return by_name(
-        {
-            name_of(str(model)).replace("$", ""): show(values.sel(damping_model=model))
-            for model in values["damping_model"].values
-        }
-    )
-
-
-def least_to_most(values: xr.DataArray) -> str:
-    """Write the least and the largest of some fractions."""
-    return span(values, percent)
+def by_named_damper(
+    values: xr.DataArray, show: Callable[[xr.DataArray], str] = lambda values: span(values, percent)
+) -> str:
+    """Write a value, or the least and the largest, for each damper by the name that it has in these figures."""
+    models = [str(model) for model in values["damping_model"].values]
+    return by_name({name_of(model).replace("$", ""): show(values.sel(damping_model=model)) for model in models})
 
 
 def fig_amplitude_dependence_caption(amplitude_dependence: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e, share = (
-        at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION),
-        amplitude_dependence["release_share"],
-    )
+    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
+    share = at_e["release_share"]
     return f"""
     One ξ of ECD serves every amplitude of every curve. The standard deviation of ln&nbsp;ξ over the amplitudes is, over
-    the curves, {by_named_damper(at_e["spread_peaks"], least_to_most)}. ξ is the damping ratio with which the first half
+    the curves, {by_named_damper(at_e["spread_peaks"])}. ξ is the damping ratio with which the first half
     cycle ends as at e&nbsp;=&nbsp;{plain(at_e["restitution"])}. It is drawn over that of ECD, for releases from
-    {plain(share.min())} to {plain(share.max())} of u<sub>3</sub> on {amplitude_dependence.sizes["case"]} curves.
+    {plain(share.min())} to {plain(share.max())} of u<sub>3</sub> on {at_e.sizes["case"]} curves.
     """
 
 
@@ -325,7 +294,7 @@ def fig_exponent_caption(amplitude_dependence: xr.Dataset) -> str:
     In C&nbsp;∝&nbsp;(ω/ω<sub>1</sub>)<sup>n</sup>, the n that makes ξ depend least on the amplitude is between
     {float(best.min()):.2f} and {float(best.max()):.2f} for a<sub>1</sub> from {plain(a1.min())} to {plain(a1.max())}.
     With it the standard deviation of ln&nbsp;ξ is at most {percent(spread.sel(damping_model=BEST).max())}; with the
-    paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)), least_to_most)}.
+    paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)))}.
     """
 
 
@@ -340,6 +309,6 @@ def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
     return f"""
     The closed form is off by {largest("damping_ratio_peaks")} at most of the ξ that matches the first peak (above), and
     by {largest("damping_ratio")} at most of the ξ of least error, Eq.&nbsp;(17) (below), at
-    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {amplitude_dependence.sizes["case"]} curves and all amplitudes. It is of first
-    order in the loss.
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {at_e.sizes["case"]} curves and all amplitudes. It is of first order
+    in the loss.
     """

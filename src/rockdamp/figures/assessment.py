@@ -20,13 +20,7 @@ POINTS = 200  # of a curve
 
 @styled
 def fragility_figure(answer: xr.Dataset) -> Figure:
-    """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for.
-
-    Parameters
-    ----------
-    answer : xarray.Dataset
-        What `rockdamp.assess` returned.
-    """
+    """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for."""
     figure = new_figure(DOUBLE_COLUMN, 66.0)
     draw_fragility(figure.subplots(), answer)
     figure.legend(loc="outside lower center", ncols=3)

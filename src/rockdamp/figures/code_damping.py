@@ -1,4 +1,4 @@
-"""What the damping ratio of a code says of impacts: the coefficient of restitution that it stands for."""
+"""The coefficient of restitution that the damping ratio of a code stands for."""
 
 from __future__ import annotations
 
@@ -28,17 +28,7 @@ TESTED = (0.84, 0.852, 0.90)
 
 
 def restitution_of(match: xr.Dataset, model: str, damping_ratio: float) -> float:
-    """Return the e whose matched damping ratio is this, linear between the study's e; NaN outside of them.
-
-    Parameters
-    ----------
-    match : xarray.Dataset
-        ``damping_ratio`` (damping_model, restitution), at one amplitude.
-    model : str
-        A viscous model.
-    damping_ratio : float
-        xi. [-]
-    """
+    """Return the e whose matched damping ratio is this, linear between the study's e; NaN outside of them."""
     xi = match["damping_ratio"].sel(damping_model=model).values
     return float(np.interp(damping_ratio, xi[::-1], match["restitution"].values[::-1], left=np.nan, right=np.nan))
 
@@ -50,13 +40,7 @@ def released_as_the_paper(match: xr.Dataset) -> xr.Dataset:
 
 @styled
 def fig_code_damping(amplitude: xr.Dataset) -> Figure:
-    """Draw the e that each damping ratio stands for, under each damper, beside measured e.
-
-    Parameters
-    ----------
-    amplitude : xarray.Dataset
-        ``damping_ratio`` (damping_model, release_amplitude, restitution) of the amplitude study.
-    """
+    """Draw the e that each damping ratio stands for, under each damper, beside measured e."""
     match = released_as_the_paper(amplitude)
     figure = new_figure(SINGLE_COLUMN, 90.0)
     axes = figure.add_subplot()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -39,8 +39,11 @@ from rockdamp.vocabulary import REFERENCE
 
 MOST_COLUMNS = 4
 VELOCITY = "PGV [m s$^{-1}$]"
-SCALE = r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
-SCALE_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
+VELOCITY_RATIO = r"velocity ratio $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]"
+VELOCITY_RATIO_TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)
+LABEL: dict[str, Any] = {"fontsize": 9}
+LEGEND: dict[str, Any] = {"fontsize": 8, "title_fontsize": 8}
+TICKS = 8  # size of their labels [pt]
 SMALLEST_PEAK = 0.003  # u/u_ins; below, nothing but the first branch
 BAND = "#D9D9D9"
 SHARES: dict[str, Any] = {  # of histories under CR that collapse
@@ -54,38 +57,25 @@ SOURCE_MARKS = {"polynomial": "<", "least error": "o", "closed form": ">"}
 
 @styled
 def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
-    """Draw fractiles of the peaks over the records against the scale and the ground velocity, for each wall.
-
-    Parameters
-    ----------
-    comparison : xarray.Dataset
-        As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
-    walls : xarray.Dataset
-        As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
-    """
+    """Draw fractiles of the peaks over the records against the velocity ratio, for each wall."""
     peaks = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(peaks)
     figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
     panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, columns))
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
-        plain_logarithmic(axes, [0.01, 0.1, 1], SCALE_TICKS)
-        axes.set_xlabel(DISPLACEMENT)
-    standing = (
-        peaks["fractile"]
-        .max(("probability", "wall", "damping_model"))
-        .dropna("velocity_ratio")["velocity_ratio"]
-        .values
-    )
-    panels[0].set_ylim(
-        float(peaks["velocity_ratio"][0]), 1.1 * float(standing.max(initial=float(peaks["velocity_ratio"][1])))
-    )
+        plain_logarithmic(axes, [0.01, 0.1, 1], VELOCITY_RATIO_TICKS)
+    for axes in panels[-columns:]:
+        axes.set_xlabel(DISPLACEMENT, **LABEL)
+    scale = peaks["velocity_ratio"]
+    standing = scale.where(peaks["fractile"].notnull().any(("probability", "wall", "damping_model")), scale[1])
+    panels[0].set_ylim(float(scale[0]), 1.1 * float(standing.max()))
     for axes in panels[::columns]:
-        axes.set_ylabel(SCALE)
+        axes.set_ylabel(VELOCITY_RATIO, **LABEL)
     for place, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
         beside = _velocities(axes, "right", float(unit))
         if place % columns == 0 or place == len(panels):
-            beside.set_ylabel(VELOCITY)
+            beside.set_ylabel(VELOCITY, **LABEL)
     low, centre, high = (f"{100 * value:g}" for value in peaks["probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
@@ -99,34 +89,30 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         handles=handles,
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall. A fractile ends at the "
-        "last scale at which that wall stands; the median has a marker there",
+        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
+        **LEGEND,
     )
     return figure
 
 
 def with_velocity(of_walls: xr.Dataset, walls: xr.Dataset) -> xr.Dataset:
-    """Add ``unit_velocity`` (wall), the peak ground velocity of the scale 1. [m s-1]"""
+    """Add ``unit_velocity`` (wall), the peak ground velocity of the velocity ratio 1. [m s-1]"""
     unit = walls["frequency_parameter"] * walls["instability_displacement"] / EXCITATION_FACTOR
     return of_walls.assign(unit_velocity=("wall", unit.sel(wall=of_walls["wall"]).values))
 
 
 def _shape(of_walls: xr.Dataset) -> tuple[int, int]:
-    """Columns and rows of the panels, as full as they can be."""
+    """Return columns and rows of the panels, as full as they can be."""
     count = of_walls.sizes["wall"]
     columns = columns_of(count, MOST_COLUMNS)
     return columns, -(-count // columns)
 
 
-def _velocities(axes: Axes, side: Literal["top", "right"], unit: float) -> Any:
-    """A second axis, with the peak ground velocity of each scale."""
-    axis: Axis
-    if side == "top":
-        second = axes.secondary_xaxis(side, functions=scaling(unit))
-        axis = second.xaxis
-    else:
-        second = axes.secondary_yaxis(side, functions=scaling(unit))
-        axis = second.yaxis
+def _velocities(axes: Axes, side: Any, unit: float) -> Any:
+    """Give a panel a second axis, with the peak ground velocity of each velocity ratio."""
+    second: Any = (axes.secondary_xaxis if side == "top" else axes.secondary_yaxis)(side, functions=scaling(unit))
+    axis: Axis = second.xaxis if side == "top" else second.yaxis
+    axis.set_tick_params(labelsize=TICKS)
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
@@ -137,15 +123,15 @@ def _velocities(axes: Axes, side: Literal["top", "right"], unit: float) -> Any:
 def _panels(
     figure: Figure, walls: xr.Dataset, draw: Callable[[Axes, xr.Dataset], None], grid: GridSpecBase
 ) -> list[Axes]:
-    """One panel for each wall, with shared axes."""
+    """Draw one panel for each wall, with shared axes; its text is larger than elsewhere, as the panels are small."""
     panels: list[Axes] = []
     columns = grid.ncols
     for index in range(walls.sizes["wall"]):
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[index // columns, index % columns], sharex=first, sharey=first)
         draw(axes, walls.isel(wall=index))
-        axes.set_title(literal(str(walls["wall"].values[index])))
-        axes.tick_params(labelleft=index % columns == 0)
+        axes.set_title(literal(str(walls["wall"].values[index])), **LABEL)
+        axes.tick_params(labelleft=index % columns == 0, labelsize=TICKS)
         panels.append(axes)
     return panels
 
@@ -178,38 +164,34 @@ def _fractiles(axes: Axes, wall: xr.Dataset) -> None:
 
 @styled
 def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
-    """Draw fragility curves of each wall, and each damper's median of collapse over CR's.
-
-    Parameters
-    ----------
-    comparison : xarray.Dataset
-        As `comparison.compare_dampers` returns it; curves at the middle e, with the damping ratios of least error.
-    walls : xarray.Dataset
-        As `earthquakes.incremental.walls` returns it: what the velocity of a scale depends on.
-    """
+    """Draw fragility curves of each wall, and each damper's median of collapse over CR's."""
     fragility = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(fragility)
     figure = new_figure(DOUBLE_COLUMN, 82.0 + 58.0 * rows)
     halves = figure.add_gridspec(2, 1, height_ratios=[58.0 * rows, 55.0])
     panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, columns))
     for axes, unit in zip(panels, fragility["unit_velocity"].values, strict=True):
-        axes.set_xlim(*fragility["velocity_ratio"].values[[0, -1]])
-        plain_logarithmic(axes, SCALE_TICKS)
-        axes.set_ylim(0, 1.02)
-        axes.set_xlabel(SCALE.replace("scale ", ""))
-        _velocities(axes, "top", float(unit)).set_xlabel(VELOCITY)
+        plain_logarithmic(axes, VELOCITY_RATIO_TICKS)
+        _velocities(axes, "top", float(unit)).set_xlabel(VELOCITY, **LABEL)
+    for axes in panels[-columns:]:
+        axes.set_xlabel(VELOCITY_RATIO.replace("velocity ratio ", ""), **LABEL)
     for axes in panels[::columns]:
-        axes.set_ylabel("probability of collapse [-]")
+        axes.set_ylabel("probability of collapse [-]", **LABEL)
     _forests(figure, halves[1, 0], comparison)
-    figure.legend(
-        handles=_handles(fragility),
-        loc="outside upper center",
-        ncols=4,
-        title=(
-            f"Curves: $e = {float(fragility['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall. Below: all walls "
-            "together, 95 % bootstrap intervals"
-        ),
-    )
+    curves: list[Line2D | Patch] = [
+        Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
+        Patch(facecolor=BAND, label="CR, at least 90 % band"),
+        Line2D([], [], label="CR, share of the records", **SHARES),
+        *(Line2D([], [], label=model, **line_of(model)) for model in dampers(fragility)),
+    ]
+    title = f"curves: $e = {float(fragility['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall"
+    figure.legend(handles=curves, loc="outside upper center", ncols=4, title=title, **LEGEND)
+    marks = [
+        Line2D([], [], linestyle="none", marker=mark, color=GREY, label=SOURCE_NAMES[source])
+        for source, mark in SOURCE_MARKS.items()
+    ]
+    title = "median of collapse of all walls together, 95 % bootstrap intervals"
+    figure.legend(handles=marks, loc="outside lower center", ncols=len(marks), title=title, **LEGEND)
     return figure
 
 
@@ -224,34 +206,35 @@ def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array,
 
 
 def _curves(axes: Axes, wall: xr.Dataset) -> None:
-    intensity = np.geomspace(float(wall["velocity_ratio"][0]), float(wall["velocity_ratio"][-1]), 201)
-    cr = wall.sel(damping_model=REFERENCE)
-    low, high = envelope(intensity, cr["wall_median_velocity_ratio_interval"].values, cr["wall_dispersion_interval"].values)
-    axes.fill_between(intensity, low, high, color=BAND, linewidth=0)
-    for model in (*dampers(wall), REFERENCE):
-        fragility = wall.sel(damping_model=model)
-        beta = float(fragility["wall_dispersion"])
-        probability = ndtr(np.log(intensity / float(fragility["wall_median_velocity_ratio"])) / beta)
-        axes.plot(intensity, probability, label=model, **line_of(model))
-    axes.plot(
-        wall["velocity_ratio"],
-        cr["collapse_fraction"],
-        markersize=2.8,
-        zorder=4,
-        **SHARES,
-    )
+    names = {"wall_median_velocity_ratio": "median", "wall_median_velocity_ratio_interval": "median_interval"}
+    names |= {f"wall_{name}": name for name in ("dispersion", "dispersion_interval")}
+    draw_fragility(axes, wall[["collapse_fraction", *names]].rename(names), "velocity_ratio")
+
+
+def draw_fragility(axes: Axes, fragility: xr.Dataset, intensity: str) -> None:
+    """Draw the lognormal curve of each model over an intensity, with the band of CR and the shares that collapsed."""
+    level = np.geomspace(float(fragility[intensity][0]), float(fragility[intensity][-1]), 201)
+    cr = fragility.sel(damping_model=REFERENCE)
+    low, high = envelope(level, cr["median_interval"].values, cr["dispersion_interval"].values)
+    axes.fill_between(level, low, high, color=BAND, linewidth=0)
+    for model in (*dampers(fragility), REFERENCE):
+        median, beta = (float(fragility[name].sel(damping_model=model)) for name in ("median", "dispersion"))
+        axes.plot(level, ndtr(np.log(level / median) / beta), label=model, **line_of(model))
+    axes.plot(fragility[intensity], cr["collapse_fraction"], markersize=2.8, zorder=4, **SHARES)
+    axes.set_xlim(level[0], level[-1])
+    axes.set_ylim(0, 1.02)
 
 
 def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None:
-    """The ratio of medians for every damper and source, a panel for each e."""
+    """Draw the ratio of medians for every damper and source, a panel for each e."""
     grid = place.subgridspec(1, comparison.sizes["restitution"])
     first: Axes | None = None
     for column in range(comparison.sizes["restitution"]):
         axes = figure.add_subplot(grid[0, column], sharex=first, sharey=first)
         _forest(axes, at_e := comparison.isel(restitution=column))
-        axes.set_title(f"$e = {float(at_e['restitution']):g}$")
-        axes.set_xlabel("median of collapse over that of CR [-]")
-        axes.tick_params(labelleft=first is None)
+        axes.set_title(f"$e = {float(at_e['restitution']):g}$", **LABEL)
+        axes.set_xlabel("median over that of CR [-]", **LABEL)
+        axes.tick_params(labelleft=first is None, labelsize=TICKS)
         if first is None:
             first = axes
 
@@ -279,19 +262,6 @@ def _forest(axes: Axes, at_e: xr.Dataset) -> None:
     axes.margins(x=0.08)
 
 
-def _handles(fragility: xr.Dataset) -> list[Line2D | Patch]:
-    handles: list[Line2D | Patch] = [
-        Line2D([], [], label=REFERENCE, **line_of(REFERENCE)),
-        Patch(facecolor=BAND, label="CR, at least 90 % band"),
-        Line2D([], [], label="CR, share of the records", **SHARES),
-    ]
-    handles += [Line2D([], [], label=model, **line_of(model)) for model in dampers(fragility)]
-    return handles + [
-        Line2D([], [], linestyle="none", marker=mark, color=GREY, label=f"below: {SOURCE_NAMES[source]}")
-        for source, mark in SOURCE_MARKS.items()
-    ]
-
-
 def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     """Write the caption, HTML."""
     drawn = at_source(comparison)
@@ -304,8 +274,9 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
 
     return f"""
     Where both medians stand, that of the damper differs from that of restitution by (median, and largest)
-    {by_damper(drawn, median_and_largest)}. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
-    scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
+    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which that wall stands, the
+    median with a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
+    velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
     """
 
 
@@ -315,8 +286,8 @@ def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     cr = drawn.sel(damping_model=REFERENCE)
     return f"""
     For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
-    the scale under restitution for half of the records to collapse them. Under restitution it takes scales of
-    {span(cr["wall_median_velocity_ratio"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility curves at
-    e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all curves whose median and
-    dispersion are both within their intervals, and with them at least nine in ten replicates.
+    the velocity ratio under restitution for half of the records to collapse them. Under restitution it takes ratios of
+    {span(cr["wall_median_velocity_ratio"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility
+    curves at e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all curves whose
+    median and dispersion are both within their intervals, and with them at least nine in ten replicates.
     """

@@ -13,18 +13,12 @@ from rockdamp.text import plain
 
 SCHEMES = {"newmark": "explicit Newmark, located impacts", "paper": "linear acceleration, as printed"}
 
-LEFT = 2.4  # room for the names of the slopes, as a factor on the smallest step
+LEFT = 3.0  # room for the names of the slopes, as a factor on the smallest step
 
 
 @styled
 def fig_convergence(convergence: xr.Dataset) -> Figure:
-    """Draw the error against the step for each scheme, excitation and damping model.
-
-    Parameters
-    ----------
-    convergence : xarray.Dataset
-        ``solver_error`` (scheme, excitation, damping_model, step), ``order`` and ``finest_order``.
-    """
+    """Draw the error against the step for each scheme, excitation and damping model."""
     schemes, excitations = convergence["scheme"].values, convergence["excitation"].values
     figure = new_figure(DOUBLE_COLUMN, 135.0)
     grid = figure.subplots(len(schemes), len(excitations), sharex=True, sharey=True, squeeze=False)
@@ -56,7 +50,7 @@ def _panel(axes: Axes, errors: xr.Dataset) -> None:
 
 
 def _slopes(axes: Axes, errors: xr.Dataset) -> None:
-    """Lines of slope 1 and 2 from the coarsest step's median error."""
+    """Draw lines of slope 1 and 2 from the coarsest step's median error."""
     step = errors["step"].values
     for slope in (1, 2):
         start = float(errors["solver_error"].sel(step=step.max()).max()) * 1.6

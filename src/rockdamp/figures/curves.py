@@ -20,13 +20,7 @@ FORCE = "$F/F_0$ [-]"
 
 @styled
 def fig2(mechanism: xr.Dataset) -> Figure:
-    """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation.
-
-    Parameters
-    ----------
-    mechanism : xarray.Dataset
-        ``force`` (curve_name, displacement) and the parameters of each curve.
-    """
+    """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation."""
     figure = new_figure(DOUBLE_COLUMN, 68.0)
     panels = figure.subplots(1, 3, sharey=True)
     titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) Doherty's stages of degradation")
@@ -78,7 +72,7 @@ def _force_at(displacement: float, curve: xr.Dataset) -> float:
 
 
 def _slope(axes: Axes, mechanism: xr.Dataset) -> None:
-    """The triangle that shows the slope -K0 of the bi-linear law."""
+    """Draw the triangle that shows the slope -K0 of the bi-linear law."""
     rigid = mechanism.sel(curve_name="bi-linear")
     left, right = 0.66, 0.84
     high, low = (_force_at(x, rigid) for x in (left, right))
@@ -128,6 +122,6 @@ def fig2_caption(mechanism: xr.Dataset) -> str:
     (a) The tri-linear curve of the study, a<sub>1</sub>&nbsp;=&nbsp;{a1["tri-linear"]} and
     b<sub>1</sub>&nbsp;=&nbsp;{b1["tri-linear"]}, under the bi-linear law of rigid bodies. (b) The two variants of a
     last branch that ends before u<sub>ins</sub>, here at
-    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_displacement_ratio"])}. (c) Doherty's stages of degradation
-    (a<sub>1</sub>, b<sub>1</sub>): {stages}.
+    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_displacement_ratio"])}. (c) Doherty's stages of
+    degradation (a<sub>1</sub>, b<sub>1</sub>): {stages}.
     """

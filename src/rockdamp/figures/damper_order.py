@@ -38,15 +38,7 @@ E_VARIATIONS = ["lower e", "higher e"]
 
 @styled
 def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure:
-    """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay.
-
-    Parameters
-    ----------
-    damper_order : xarray.Dataset
-        As `rockdamp.studies.damper_order.damper_order` returns it.
-    earthquake_orders : xarray.Dataset
-        As `rockdamp.studies.earthquakes.orders.compare_orders` returns it.
-    """
+    """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay."""
     figure = new_figure(DOUBLE_COLUMN, 135.0)
     grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])
     decay, pulses, earthquakes = (figure.add_subplot(grid[0, 2 * i : 2 * i + 2]) for i in range(3))
@@ -73,10 +65,10 @@ def at_middle(earthquake_orders: xr.Dataset) -> xr.Dataset:
 # --- error against order ---------------------------------------------------------------------------------------------
 
 
-def _by_order(axes: Axes, orders: Sequence[float], own: xr.DataArray, change: float) -> Sequence[int]:
-    """Prepare a panel with the orders evenly spaced and a band of CR's own sensitivity; return where the orders are."""
+def _by_order(axes: Axes, orders: Sequence[float], sensitivity: xr.DataArray, change: float) -> Sequence[int]:
+    """Prepare a panel with the orders evenly spaced and a band for CR's sensitivity to e; return their places."""
     places = range(len(orders))
-    low, high = float(own.min()), float(own.max())
+    low, high = float(sensitivity.min()), float(sensitivity.max())
     # With an edge, so that a band as thin as a line is seen.
     axes.axhspan(low, high, color=PALE, alpha=0.8, linewidth=1.2, label=rf"CR, $e \mp {change:g}$")
     axes.set_yscale("log", subs=[2, 5])
@@ -93,7 +85,7 @@ def _line(label: str, marker: str | None = None, **changed: Any) -> dict[str, An
 
 
 def _decay(axes: Axes, at_e: xr.Dataset) -> None:
-    """On the reference curve, and the range over all curves and releases; the fitted dampers as marks at the left."""
+    """Draw the error on the reference curve, its range over all curves and releases, and those of fitted dampers."""
     places = _by_order(axes, numbers(at_e, "order"), at_e["varied_curve_rms_error"], float(at_e["restitution_change"]))
     every = ("case", "release_share")
     low, high = (at_e["rms_error"].reduce(end, every).values for end in (np.min, np.max))
@@ -119,8 +111,8 @@ def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
 
 def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
     at_e = at_middle(earthquake_orders)
-    own, change = at_e["varied_log_error"].sel(variation=E_VARIATIONS), float(at_e["restitution_change"])
-    places = _by_order(axes, numbers(at_e, "order"), own, change)
+    changed, change = at_e["varied_log_error"].sel(variation=E_VARIATIONS), float(at_e["restitution_change"])
+    places = _by_order(axes, numbers(at_e, "order"), changed, change)
     low, high = (at_e["log_error_interval"].isel(bound=bound) for bound in (0, -1))
     axes.fill_between(places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="95 % interval")
     axes.plot(places, at_e["log_error"], **_line("all walls"))
@@ -144,7 +136,7 @@ def _titled(axes: Axes, title: str, columns: int = 1) -> None:
 
 
 def _drawn(damper_order: xr.Dataset) -> list[tuple[xr.Dataset, dict[str, Any]]]:
-    """The histories of the orders that are shown, and how each is drawn."""
+    """Return the histories of the orders that are shown, and how each is drawn."""
     orders = present(numbers(damper_order, "order"), SHOWN)[: len(LINES)]
     colours = ramp(style_of("ECD").colour, len(orders))
     return [
@@ -167,7 +159,7 @@ def crossing(damper_order: xr.Dataset) -> int:
 
 
 def _force(axes: Axes, damper_order: xr.Dataset) -> None:
-    """Damping force against displacement, up to the first turn, and the impact, a force without bound."""
+    """Draw the damping force against displacement up to the first turn, and the impact, a force without bound."""
     for of_order, line in _drawn(damper_order):
         u, force = of_order["shown_displacement"].values, of_order["shown_damping_force"].values
         turned = np.flatnonzero(of_order["shown_velocity"].values[1:] >= 0)
@@ -189,7 +181,7 @@ def _force(axes: Axes, damper_order: xr.Dataset) -> None:
 
 
 def _velocity(axes: Axes, damper_order: xr.Dataset) -> None:
-    """Velocity around the first crossing, in time from CR's impact."""
+    """Draw the velocity around the first crossing, in time from CR's impact."""
     tau, at = damper_order["tau"].values, crossing(damper_order)
     near = np.abs(tau - tau[at]) <= NEAR
     for of_order, line in _drawn(damper_order):

@@ -74,15 +74,7 @@ def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[
 
 @styled
 def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
-    """Draw every damper's peaks against CR's, and at the margins where only one of both collapses.
-
-    Parameters
-    ----------
-    earthquakes : xarray.Dataset
-        As `earthquakes.incremental.gather` returns it; drawn at the middle e, with the damping ratios of least error.
-    comparison : xarray.Dataset
-        As `comparison.compare_dampers` returns it: which walls are taken together, and the bands.
-    """
+    """Draw every damper's peaks against CR's, and at the margins where only one of both collapses."""
     histories = middle(earthquakes).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
@@ -112,7 +104,7 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
 
 
 def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Peaks of CR and of the damper, and which collapse; of the histories that have a damping ratio."""
+    """Return the peaks of CR and of the damper, and which collapse, for histories that have a damping ratio."""
     by = [histories.sel(damping_model=name) for name in (REFERENCE, model)]
     order = by[0]["peak_ratio"].dims
     run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
@@ -122,7 +114,7 @@ def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[
 
 
 def _busiest(histories: xr.Dataset) -> float:
-    """The count at which the shades end: a hundredth of the histories of a panel."""
+    """Return the count at which the shades end: a hundredth of the histories of a panel."""
     return max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0)
 
 
@@ -178,51 +170,45 @@ def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
 
 @styled
 def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
-    """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay.
-
-    Parameters
-    ----------
-    comparison : xarray.Dataset
-        As `comparison.compare_dampers` returns it; drawn at the middle e, with the damping ratios of least error.
-    """
-    given = at_source(comparison)
+    """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay."""
+    drawn = at_source(comparison)
     figure = new_figure(DOUBLE_COLUMN, 92.0)
     ratios, errors, misfits = figure.subplots(1, 3)
-    _by_band(ratios, given, "median_ratio")
-    _by_band(errors, given, "log_error")
-    _misfits(misfits, given)
+    _by_band(ratios, drawn, "median_ratio")
+    _by_band(errors, drawn, "log_error")
+    _misfits(misfits, drawn)
     plain_logarithmic(ratios, y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
-    ratios.set_ylim(*_limits(given["median_ratio_interval"], (0.85, 1.2)))
+    ratios.set_ylim(*_limits(drawn["median_ratio_interval"], (0.85, 1.2)))
     errors.set_ylim(bottom=0)
     misfits.set_ylim(bottom=0)
     ratios.set_ylabel("median of peak over that of CR [-]")
     errors.set_ylabel("rms of the logarithm of that ratio [-]")
     misfits.set_ylabel("misfit over the decay over CR's peak [-]")
     figure.legend(
-        handles=_handles(given),
+        handles=_handles(drawn),
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(given['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
+        title=f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
         "bars: CR itself after a small change",
     )
     return figure
 
 
 def standing(statistics: xr.Dataset) -> xr.DataArray:
-    """Share of the histories on the walls taken together that stand under CR, at each scale. [-]"""
+    """Return the share of histories on the pooled walls that stand under CR, at each velocity ratio. [-]"""
     collapsed = statistics["collapse_fraction"].sel(damping_model=REFERENCE)
     return 1 - collapsed.isel(wall=np.flatnonzero(statistics["pooled"].values == 1)).mean("wall")
 
 
 def _limits(values: xr.DataArray, least: tuple[float, float]) -> tuple[float, float]:
-    """Limits that hold all values, at least those given; a ratio beyond a factor of two is drawn beyond the edge."""
+    """Return limits that hold all values and `least`, but no ratio beyond a factor of two."""
     known = values.values[np.isfinite(values.values) & (values.values > 0)]
     low, high = (known.min(), known.max()) if known.size else least
     return max(min(0.98 * low, least[0]), 0.5), min(max(1.02 * high, least[1]), 2.0)
 
 
 def _by_band(axes: Axes, statistics: xr.Dataset, name: str) -> None:
-    """A statistic of every damper in each band beside CR's own after small changes."""
+    """Draw a statistic of every damper in each band beside that of CR after small changes."""
     place = np.arange(statistics.sizes["band"])
     varied = statistics[f"varied_{name}"]
     high = varied.max("variation").values
@@ -237,7 +223,7 @@ def _by_band(axes: Axes, statistics: xr.Dataset, name: str) -> None:
             linestyle="none",
             color=GREY,
             markersize=4,
-            marker=VARIATION_MARKS.get(variation, "x"),
+            marker=VARIATION_MARKS[variation],
             markeredgewidth=0.7,
         )
     models = dampers(statistics)
@@ -288,29 +274,20 @@ def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
     axes.set_xlim(*statistics["velocity_ratio"].values[[0, -1]])
     share.set_ylabel("histories that stand under CR [%]", color=GREY)
     plain_logarithmic(axes, [0.2, 0.5, 1, 2, 5])
-    axes.set_xlabel(r"scale $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
+    axes.set_xlabel(r"velocity ratio $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
 
 
 def _handles(statistics: xr.Dataset) -> list[Line2D]:
-    handles = [
-        Line2D([], [], marker=style_of(model).marker, label=model, **line_of(model)) for model in dampers(statistics)
-    ]
-    return (
-        handles
-        + [
-            Line2D(
-                [],
-                [],
-                linestyle="none",
-                marker=VARIATION_MARKS.get(name, "x"),
-                color=GREY,
-                markersize=4,
-                label=f"CR, {VARIATION_NAMES.get(name, name)}",
-            )
+    models = dampers(statistics)
+    changed: dict[str, Any] = {"linestyle": "none", "color": GREY, "markersize": 4}
+    return [
+        *(Line2D([], [], marker=style_of(model).marker, label=model, **line_of(model)) for model in models),
+        *(
+            Line2D([], [], marker=VARIATION_MARKS[name], label=f"CR, {VARIATION_NAMES[name]}", **changed)
             for name in map(str, statistics["variation"].values)
-        ]
-        + [Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that stands")]
-    )
+        ),
+        Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that stands"),
+    ]
 
 
 def at_source(comparison: xr.Dataset) -> xr.Dataset:
@@ -330,7 +307,8 @@ def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> 
     {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
     {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses. At the margins are the histories
     that only one of the two survives. {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
-    {drawn.sizes["velocity_ratio"]} scales, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error at each wall.
+    {drawn.sizes["velocity_ratio"]} velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error
+    at each wall.
     """
 
 
@@ -345,6 +323,6 @@ def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
     e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
     the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that
     section compares them in pairs. Right: the difference after the strong motion, of the histories that stand, and the
-    share of histories that stand under restitution. It falls from {percent(stand[0])} at the lowest scale to
+    share of histories that stand under restitution. It falls from {percent(stand[0])} at the lowest velocity ratio to
     {percent(stand[-1])} at the highest, so the last points are of survivors only.
     """

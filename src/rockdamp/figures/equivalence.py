@@ -73,13 +73,7 @@ def changes_between(first: xr.Dataset, last: xr.Dataset) -> str:
 
 @styled
 def fig5(amplitude: xr.Dataset) -> Figure:
-    """Draw xi(e) of each model for the paper's release amplitudes, with the closed form.
-
-    Parameters
-    ----------
-    amplitude : xarray.Dataset
-        ``damping_ratio`` and ``damping_ratio_energy`` (damping_model, release_amplitude, restitution).
-    """
+    """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     amplitude = papers(amplitude)
     models = dampers(amplitude)
     figure = new_figure(DOUBLE_COLUMN, 78.0)
@@ -120,8 +114,8 @@ def fig5_caption(amplitude: xr.Dataset) -> str:
     return f"""
     From a release at {plain(chosen[0])} to one at {plain(chosen[-1])}&nbsp;u<sub>ins</sub>, ξ changes at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])} from {changes_between(low, high)}. It is the damping ratio of least error
-    over τ&nbsp;=&nbsp;{plain(amplitude["response_length"])}, with the closed form beside it. From one e to the next ξ/δ changes
-    by {percent(steps.max())} at most:
+    over τ&nbsp;=&nbsp;{plain(amplitude["response_length"])}, with the closed form beside it. From one e to the next
+    ξ/δ changes by {percent(steps.max())} at most:
     {"another minimum of Err takes over there" if jumps else "one minimum of Err moves, and no other takes over"}. The
     sharpest bend is that of {sharpest["damping_model"].item()} from
     {plain(sharpest["release_amplitude"])}&nbsp;u<sub>ins</sub> at e&nbsp;=&nbsp;{plain(sharpest["restitution"])}.
@@ -136,15 +130,7 @@ def with_one_plateau(cracked_stiffness: xr.Dataset) -> xr.Dataset:
 
 @styled
 def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> Figure:
-    """Draw xi(e) of each model for every slenderness, overburden and a1, one row each.
-
-    Parameters
-    ----------
-    slenderness, overburden : xarray.Dataset
-        ``damping_ratio`` and ``damping_ratio_fixed_seconds`` (damping_model, parameter, restitution).
-    cracked_stiffness : xarray.Dataset
-        ``damping_ratio`` and ``strength_ratio``; only the values of a1 with the first one's b1 are drawn.
-    """
+    """Draw xi(e) of each model for every slenderness, overburden and a1, one row each."""
     cracked_stiffness = with_one_plateau(cracked_stiffness)
     b1 = float(cracked_stiffness["strength_ratio"][0])
     studies = (
@@ -214,7 +200,7 @@ def _study(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
 
 
 def _change(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
-    """What the same length in seconds, instead of in tau, changes of the damping ratio, in thousandths."""
+    """Draw how much the same length in seconds, instead of in tau, changes the damping ratio, in thousandths."""
     change = 1000 * (match[FIXED] - match["damping_ratio"])
     for index, colour in enumerate(shades(model, match.sizes[parameter])):
         axes.plot(match["restitution"], change.isel({parameter: index}), color=colour, **CLOSED_FORM)

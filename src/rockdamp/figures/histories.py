@@ -1,4 +1,4 @@
-"""Fig. 3, damping laws and loops, and Fig. 4, decays of the displacement and velocity."""
+"""Fig. 3, damping laws and decays, and Fig. 4, decays of the displacement and velocity."""
 
 from __future__ import annotations
 
@@ -37,38 +37,31 @@ ROCKING = {  # curve: colour, line, width, meaning
 
 
 @styled
-def fig3(loops: xr.Dataset) -> Figure:
-    """Draw the damping ratio against the secant frequency, and the damping force against the displacement.
-
-    Parameters
-    ----------
-    loops : xarray.Dataset
-        ``damping_ratio_law`` (viscous_model, frequency_ratio), ``displacement`` and ``damping_force``
-        (damping_model, tau), ``damping_ratio`` (damping_model).
-    """
-    loops = papers(loops)
+def fig3(decays: xr.Dataset) -> Figure:
+    """Draw the damping ratio against the secant frequency, and the damping force against the displacement."""
+    decays = papers(decays)
     figure = new_figure(DOUBLE_COLUMN, 82.0)
     law, force = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
-    _laws(law, loops)
-    _loops(force, loops)
+    _laws(law, decays)
+    _loops(force, decays)
     return figure
 
 
-def fig3_caption(loops: xr.Dataset) -> str:
+def fig3_caption(decays: xr.Dataset) -> str:
     """Write the caption of Fig. 3, HTML."""
-    loops = papers(loops).sel(damping_model=dampers(papers(loops)))
-    forces = by_model(abs(loops["damping_force"]).max("tau"), percent)
+    decays = papers(decays).sel(damping_model=dampers(papers(decays)))
+    forces = by_model(abs(decays["damping_force"]).max("tau"), percent)
     return f"""
-    In decays from {plain(loops["release_amplitude"])}&nbsp;u<sub>ins</sub> matched to
-    e&nbsp;=&nbsp;{plain(loops["restitution"])} the largest damping force, over the rigid strength F<sub>0</sub>, is
+    In decays from {plain(decays["release_amplitude"])}&nbsp;u<sub>ins</sub> matched to
+    e&nbsp;=&nbsp;{plain(decays["restitution"])} the largest damping force, over the rigid strength F<sub>0</sub>, is
     {forces}. Left: how the damping ratio of each model changes with the secant frequency. Right: damping force against
-    displacement, with ξ&nbsp;=&nbsp;{by_model(loops["damping_ratio"])}.
+    displacement, with ξ&nbsp;=&nbsp;{by_model(decays["damping_ratio"])}.
     """
 
 
-def _laws(axes: Axes, loops: xr.Dataset) -> None:
-    for model in dampers(loops):
-        axes.plot(loops["frequency_ratio"], loops["damping_ratio_law"].sel(viscous_model=model), **line_of(model))
+def _laws(axes: Axes, decays: xr.Dataset) -> None:
+    for model in dampers(decays):
+        axes.plot(decays["frequency_ratio"], decays["damping_ratio_law"].sel(viscous_model=model), **line_of(model))
     axes.plot(1, 1, "o", color="black", clip_on=False, zorder=5)
     axes.set_xlim(0, 1)
     axes.set_ylim(0, LARGEST_LAW)
@@ -77,9 +70,9 @@ def _laws(axes: Axes, loops: xr.Dataset) -> None:
     axes.set_title("(a) damping ratio and frequency")
 
 
-def _loops(axes: Axes, loops: xr.Dataset) -> None:
-    for model in dampers(loops):
-        decay = loops.sel(damping_model=model)
+def _loops(axes: Axes, decays: xr.Dataset) -> None:
+    for model in dampers(decays):
+        decay = decays.sel(damping_model=model)
         u, force = decay["displacement"].values, decay["damping_force"].values
         end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
@@ -87,73 +80,67 @@ def _loops(axes: Axes, loops: xr.Dataset) -> None:
         axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
-    limit = 1.06 * float(np.abs(loops["displacement"]).max())
+    limit = 1.06 * float(np.abs(decays["displacement"]).max())
     axes.set_xlim(-limit, limit)
     axes.set_xlabel(DISPLACEMENT)
     axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
-    axes.set_title(f"(b) decays matched to $e = {float(loops['restitution']):g}$: first cycle, later ones pale")
+    axes.set_title(f"(b) decays matched to $e = {float(decays['restitution']):g}$: first cycle, later ones pale")
     axes.legend(loc="upper right", title="(a) and (b)", alignment="left")
 
 
 @styled
-def fig4(loops: xr.Dataset) -> Figure:
-    """Draw the rocking decay against the rigid wall's, and CR against the CDR that is matched to it.
-
-    Parameters
-    ----------
-    loops : xarray.Dataset
-        ``rocking_displacement`` (rocking_model, tau), ``displacement`` and ``velocity`` (damping_model, tau).
-    """
+def fig4(decays: xr.Dataset) -> Figure:
+    """Draw the rocking decay against the rigid wall's, and CR against the CDR that is matched to it."""
     figure = new_figure(DOUBLE_COLUMN, 90.0)
     left, right = figure.subfigures(1, 2, wspace=0.03, squeeze=False)[0]
-    _rocking(left.subplots(), loops)
+    _rocking(left.subplots(), decays)
     upper, lower = right.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 1.6]})
-    _matched(upper, lower, loops)
+    _matched(upper, lower, decays)
     right.align_ylabels()
     return figure
 
 
-def fig4_caption(loops: xr.Dataset) -> str:
+def fig4_caption(decays: xr.Dataset) -> str:
     """Write the caption of Fig. 4, HTML."""
-    rocking, both = loops["rocking_displacement"], loops["displacement"].sel(damping_model=["CR", "CDR"])
+    rocking, both = decays["rocking_displacement"], decays["displacement"].sel(damping_model=["CR", "CDR"])
     difference = ((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau") ** 0.5
     slender, large = (number(difference.sel(rocking_model=name), 2) for name in ("slender", "large rotation"))
     apart = number((both.diff("damping_model") ** 2).mean() ** 0.5, 2)
     return f"""
     CDR matched to CR follows it within {apart} of u<sub>ins</sub> (root mean square), and its velocity has no jump:
-    right, at e&nbsp;=&nbsp;{plain(loops["restitution"])} and with
-    ξ&nbsp;=&nbsp;{number(loops["damping_ratio"].sel(damping_model="CDR"))}. Left: the nearly rigid tri-linear wall at
-    e&nbsp;=&nbsp;{plain(loops["rocking_restitution"])} differs by {slender} of u<sub>ins</sub> from the slender limit,
+    right, at e&nbsp;=&nbsp;{plain(decays["restitution"])} and with
+    ξ&nbsp;=&nbsp;{number(decays["damping_ratio"].sel(damping_model="CDR"))}. Left: the nearly rigid tri-linear wall at
+    e&nbsp;=&nbsp;{plain(decays["rocking_restitution"])} differs by {slender} of u<sub>ins</sub> from the slender limit,
     and by {large} from rigid bodies without approximation (root mean square over
-    τ&nbsp;=&nbsp;{plain(loops["tau"].max())}).
+    τ&nbsp;=&nbsp;{plain(decays["tau"].max())}).
     """
 
 
-def _rocking(axes: Axes, loops: xr.Dataset) -> None:
+def _rocking(axes: Axes, decays: xr.Dataset) -> None:
     for name, (colour, linestyle, width, meaning) in ROCKING.items():
-        values = loops["rocking_displacement"].sel(rocking_model=name)
-        axes.plot(loops["tau"], values, color=colour, linestyle=linestyle, linewidth=width, label=meaning)
+        values = decays["rocking_displacement"].sel(rocking_model=name)
+        axes.plot(decays["tau"], values, color=colour, linestyle=linestyle, linewidth=width, label=meaning)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.set_xlabel(TAU)
     axes.set_ylabel(DISPLACEMENT)
     axes.set_ylim(-1, 1.4)
     axes.set_yticks([-1, -0.5, 0, 0.5, 1])
-    p = float(loops["rocking_frequency_parameter"])
+    p = float(decays["rocking_frequency_parameter"])
     seconds = axes.secondary_xaxis("top", functions=scaling(1 / p))
     seconds.set_xlabel(f"$t$ [s], with $p = {p:.3g}$ rad/s")
-    axes.set_title(f"(a) rocking decay, $e = {float(loops['rocking_restitution']):g}$")
+    axes.set_title(f"(a) rocking decay, $e = {float(decays['rocking_restitution']):g}$")
     axes.legend(loc="upper right")
 
 
-def _matched(upper: Axes, lower: Axes, loops: xr.Dataset) -> None:
-    reference = loops.sel(damping_model=REFERENCE)
+def _matched(upper: Axes, lower: Axes, decays: xr.Dataset) -> None:
+    reference = decays.sel(damping_model=REFERENCE)
     at = 1 + np.flatnonzero(passes_zero(reference["displacement"].values))
     end = at[min(SHOWN_HALF_CYCLES, at.size) - 1]
-    shown = loops.isel(tau=slice(0, int(end) + 1))
+    shown = decays.isel(tau=slice(0, int(end) + 1))
     for model in (REFERENCE, "CDR"):
         decay = shown.sel(damping_model=model)
         label = (
-            f"CR, $e = {float(loops['restitution']):g}$"
+            f"CR, $e = {float(decays['restitution']):g}$"
             if model == REFERENCE
             else f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
         )

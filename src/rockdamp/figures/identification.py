@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -33,14 +36,7 @@ ROW, BAND = 40.0, 66.0  # heights [mm]
 
 @styled
 def posterior_figure(posterior: xr.Dataset) -> Figure:
-    """Draw the record in its predictive band, the posterior in pairs of parameters, and the evidence where it is there.
-
-    Parameters
-    ----------
-    posterior : xarray.Dataset
-        ``measured`` and ``predicted`` (elapsed), ``draws``, ``interval`` and ``true_value`` (parameter), and of models
-        that were compared ``log_evidence``.
-    """
+    """Draw the record in its predictive band, the posterior in pairs of parameters, and any evidence."""
     names = [name for name in SYMBOLS if name in posterior["parameter"].values]
     count = len(names)
     figure = new_figure(DOUBLE_COLUMN, BAND + ROW * count)
@@ -96,11 +92,11 @@ def _pair(axes: Axes, posterior: xr.Dataset, across: str, up: str) -> None:
     _true(axes.axhline, posterior.sel(parameter=up))
 
 
-def _true(draw: object, of_name: xr.Dataset) -> None:
-    """Mark what made the record, where it says so."""
-    value = float(of_name["true_value"])
+def _true(draw: Callable[..., Any], parameter: xr.Dataset) -> None:
+    """Mark the value that made the record, where it is known."""
+    value = float(parameter["true_value"])
     if np.isfinite(value):
-        draw(value, color=MARK, linewidth=0.9)  # type: ignore[operator]
+        draw(value, color=MARK, linewidth=0.9)
 
 
 def _label(axes: Axes, across: str, up: str, *, at_bottom: bool, at_left: bool) -> None:
@@ -133,14 +129,7 @@ def _evidence(figure: Figure, place: SubplotSpec, posterior: xr.Dataset) -> None
 
 @styled
 def fig_identification(identification: xr.Dataset) -> Figure:
-    """Draw how far ranks of true values are from uniform, how often intervals hold them, and which model is supported.
-
-    Parameters
-    ----------
-    identification : xarray.Dataset
-        ``rank``, ``coverage`` and ``coverage_by_least_squares`` (parameter), and ``probability`` (record, noise_factor,
-        damping_model) with ``record_made_by``.
-    """
+    """Draw ranks of true values, how often intervals hold these values, and which model the records support."""
     figure = new_figure(DOUBLE_COLUMN, 150.0)
     rows = figure.add_gridspec(2, 1, height_ratios=[1, 1.1])
     above = rows[0].subgridspec(1, 2)
@@ -233,6 +222,6 @@ def fig_identification_caption(identification: xr.Dataset) -> str:
     return f"""
     Of {identified} simulated records, posterior intervals hold the truth in {listed(held)} (least to most of the
     parameters, ± the standard error that so many records leave). {draws - identified} of {draws} records were refused.
-    Below: the model that made a record of the test series has a mean probability of {by_name(true_model)}. A test series with a
-    curve that degrades is made by none of the models.
+    Below: the model that made a record of the test series has a mean probability of {by_name(true_model)}. A test
+    series with a curve that degrades is made by none of the models.
     """

@@ -32,13 +32,7 @@ PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
 
 @styled
 def fig6_error(amplitude: xr.Dataset) -> Figure:
-    """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest.
-
-    Parameters
-    ----------
-    amplitude : xarray.Dataset
-        ``error`` and ``rms_error`` (damping_model, release_amplitude, restitution), ``response_length`` and ``steps``.
-    """
+    """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
     study = at_nearest(papers(amplitude), release_amplitude=REFERENCE_AMPLITUDE)
     e, root, models = study["restitution"], study["error"] ** 0.5, dampers(study)
     figure = new_figure(SINGLE_COLUMN, 82.0)
@@ -90,9 +84,9 @@ def fig6_error_caption(amplitude: xr.Dataset) -> str:
     largest = by_model(study["rms_error"].max("restitution"), lambda error: number(error, 2))
     return f"""
     Of the paper's models that of the lowest error is {named}. It is what remains with the best ξ, for a release from
-    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}, and at most
-    {largest} (root mean square of the difference of u/u<sub>ins</sub>). The length of the response was inferred from
-    this very comparison, so this confirms nothing by itself.
+    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}, and
+    at most {largest} (root mean square of the difference of u/u<sub>ins</sub>). The length of the response was inferred
+    from this very comparison, so this confirms nothing by itself.
     """
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
 
 from rockdamp.arrays import Array
+from rockdamp.figures.bodies import rotation, wall_corners
 from rockdamp.figures.style import GREY, SINGLE_COLUMN, new_figure, styled
 from rockdamp.text import number, plain
 
@@ -24,63 +25,19 @@ DIMENSION_ARROW: dict[str, Any] = {"linewidth": THIN, "shrinkA": 0, "shrinkB": 0
 FORCE_ARROW: dict[str, Any] = {"linewidth": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
 
 
-def rotations(thickness: float, height: float, hinge_ratio: float, u: float) -> tuple[float, float]:
-    """Rotations of the lower body (clockwise) and of the upper one (anticlockwise), not linearised. [rad]
-
-    Both follow from t cos(theta) - h_i sin(theta) = t - u.
-    """
-    parts = hinge_ratio * height, (1 - hinge_ratio) * height
-    lower, upper = (np.arctan2(thickness, h) + np.arcsin((u - thickness) / np.hypot(thickness, h)) for h in parts)
-    return float(lower), float(upper)
-
-
 def bodies(thickness: float, height: float, hinge_ratio: float, u: float) -> tuple[Array, Array]:
-    """Corners of both rigid bodies, from the lower left anticlockwise, at hinge displacement `u`.
+    """Return the corners of both bodies at hinge displacement `u`, each from the lower left anticlockwise. [m]
 
-    The lower body turns about its lower right corner, C'. The upper one meets it at its left edge, B, and the top
-    support at its upper right corner, A', which moves up and not sideways.
-
-    Parameters
-    ----------
-    thickness, height : float
-        [m]
-    hinge_ratio : float
-        h1/h. [-]
-    u : float
-        Horizontal displacement of B, from 0 to t. [m]
-
-    Returns
-    -------
-    lower, upper : ndarray, shape (4, 2)
-        Horizontal from the left face at rest, vertical from the base. [m]
+    x is from the left face at rest. The lower body turns about its lower right corner, C'. The upper one meets it at
+    its left edge, B, and the top support at its upper right corner, A', which moves up and not sideways.
     """
-    lower_angle, upper_angle = rotations(thickness, height, hinge_ratio, u)
-    h1 = hinge_ratio * height
-    pivot = np.array([thickness, 0.0])
-    lower = _turn(_rectangle(thickness, h1) - pivot, -lower_angle) + pivot
-    upper = _turn(_rectangle(thickness, height - h1), upper_angle) + lower[3]
-    return lower, upper
-
-
-def _rectangle(width: float, height: float) -> Array:
-    return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
-
-
-def _turn(points: Array, angle: float) -> Array:
-    """Turn points about the origin, anticlockwise."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return points @ np.array([[cos, sin], [-sin, cos]])
+    lower, upper = (body + (thickness / 2, 0.0) for body in wall_corners(thickness, height, hinge_ratio, u))
+    return lower, upper[::-1]
 
 
 @styled
 def fig1(mechanism: xr.Dataset) -> Figure:
-    """Draw the wall at rest and displaced, with the symbols of Section 2.
-
-    Parameters
-    ----------
-    mechanism : xarray.Dataset
-        ``thickness``, ``height`` and ``hinge_ratio``.
-    """
+    """Draw the wall at rest and displaced, with the symbols of Section 2."""
     height, ratio = float(mechanism["height"]), float(mechanism["hinge_ratio"])
     slenderness = height / float(mechanism["thickness"])
     t = max(height / DRAWN_SLENDERNESS, float(mechanism["thickness"]))
@@ -139,7 +96,7 @@ def _draw_displaced(axes: Axes, t: float, h: float, ratio: float, u: float) -> N
     # u at the hinge: from the left face at rest to B.
     axes.plot([0, 0], [hinge[1] - 0.3 * t, hinge[1] + 0.3 * t], color=GREY, linewidth=THIN)
     _dimension(axes, (0.0, hinge[1]), tuple(hinge), "$u$", (0.0, 0.05 * t), "center", "bottom")
-    lower_angle, upper_angle = np.degrees(rotations(t, h, ratio, u))
+    lower_angle, upper_angle = (np.degrees(rotation(t, part * h, u)) for part in (ratio, 1 - ratio))
     for pivot, length, facing, symbol in (
         (base, 0.62 * ratio * h, 90.0, r"$\theta_1$"),
         (top, 0.62 * (1 - ratio) * h, 270.0, r"$\theta_2$"),
@@ -155,7 +112,7 @@ def _draw_displaced(axes: Axes, t: float, h: float, ratio: float, u: float) -> N
 
 
 def _draw_wall(axes: Axes, lower: Array, upper: Array, t: float) -> None:
-    """Both bodies between the ground and the plate that carries the overburden and keeps the top from sliding."""
+    """Draw both bodies between the ground and the plate that carries the overburden and keeps the top from sliding."""
     for body, colour, name in ((lower, LOWER, "lower body"), (upper, UPPER, "upper body")):
         axes.add_patch(Polygon(body, facecolor=colour, edgecolor="black", linewidth=EDGE, label=name))
     top = float(upper[:, 1].max())
@@ -174,7 +131,7 @@ def _weights(axes: Axes, lower: Array, upper: Array, t: float, sides: tuple[int,
 
 
 def _overburden(axes: Axes, t: float, top: float) -> None:
-    """O, off mid-thickness by the eccentricity, towards the contact corner."""
+    """Draw O, off mid-thickness by the eccentricity, towards the contact corner."""
     plate, at = top + 0.16 * t, (0.5 + DRAWN_ECCENTRICITY) * t
     _arrow(axes, np.array([at, plate + 0.8 * t]), np.array([at, plate]))
     axes.text(at + 0.1 * t, plate + 0.62 * t, "$O$", ha="left", va="center")
@@ -198,7 +155,7 @@ def _pivot(axes: Axes, point: Any, symbol: str, shift: tuple[float, float]) -> N
 def _angle(
     axes: Axes, pivot: Array, radius: float, first: float, last: float, symbol: str, t: float, outwards: float
 ) -> None:
-    """An arc about `pivot` between two directions in degrees, with its symbol beyond it."""
+    """Draw an arc about `pivot` between two directions in degrees, with its symbol beyond it."""
     axes.add_patch(Arc(tuple(pivot), 2 * radius, 2 * radius, theta1=first, theta2=last, linewidth=THIN + 0.2))
     middle = np.radians((first + last) / 2)
     at = pivot + (radius + outwards) * np.array([np.cos(middle), np.sin(middle)])

@@ -17,38 +17,18 @@ from matplotlib.figure import Figure
 from rockdamp.figures.style import STYLE
 from rockdamp.storage.atomic import replacing
 
-# The fonts that matplotlib brings carry an early date of their making, which fontTools remarks on at every PDF.
+# fontTools warns at every PDF that the fonts of Matplotlib have an early date.
 logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
-# What each format would store of the moment of writing; None leaves it out.
+# The fields in which formats store the moment of writing; None leaves them out.
 _DATES = {"pdf": "CreationDate", "svg": "Date"}
 LAID_OUT: dict[Any, Any] = {"figure.constrained_layout.use": False}  # or a figure without a layout engine gets one
 
 
 def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], resolution: float) -> list[Path]:
-    """Write a figure in every format.
+    """Write a figure in every format, each file complete or not at all, and return the files.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : path
-        Without suffix: that of each format is appended. Files are replaced only by complete ones.
-    formats : iterable of str
-        E.g. ``("pdf", "png")``.
-    resolution : float
-        Of pixel formats. [dots per inch]
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    ValueError
-        If matplotlib does not know a format.
-    OSError
-        If a file cannot be written.
+    `path` is without a suffix; pixel formats have `resolution` dots per inch.
     """
     written = []
     base = Path(path)

@@ -44,14 +44,7 @@ EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": 
 
 @styled
 def fig7(equivalence: xr.Dataset) -> Figure:
-    """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15).
-
-    Parameters
-    ----------
-    equivalence : xarray.Dataset
-        ``damping_ratio`` and ``damping_ratio_fit`` (damping_model, yield_displacement_ratio, restitution) and
-        ``giannini_masiani`` (restitution).
-    """
+    """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
     equivalence = papers(equivalence)
     models, e = dampers(equivalence), equivalence["restitution"]
     values = numbers(equivalence, "yield_displacement_ratio")

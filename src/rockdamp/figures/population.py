@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy.special import ndtr
 
-from rockdamp.figures.collapse import BAND, SHARES, envelope
+from rockdamp.figures.collapse import BAND, SHARES, draw_fragility
 from rockdamp.figures.earthquakes import plain_logarithmic
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, dampers, line_of, new_figure, style_of, styled
 from rockdamp.text import number
@@ -23,8 +22,8 @@ NAMES = {  # of the parameters, as the axes show them
     "slenderness": "slenderness $h/t$",
     "overburden_ratio": "overburden $O/W$",
     "hinge_ratio": "hinge $h_1/h$",
-    "yield_displacement_ratio": "cracked stiffness $a_1$",
-    "strength_ratio": "plateau $b_1$",
+    "yield_displacement_ratio": "yield displacement $a_1$",
+    "strength_ratio": "strength $b_1$",
     "restitution": "restitution $e$",
 }
 HEIGHT = 0.38  # of a bar; a parameter has two
@@ -37,13 +36,7 @@ TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 @styled
 def fig_population(population: xr.Dataset) -> Figure:
-    """Draw the population's fragility, each damper's median over CR's, and the sensitivity to each parameter.
-
-    Parameters
-    ----------
-    population : xarray.Dataset
-        As `rockdamp.studies.earthquakes.population.gather` returns it.
-    """
+    """Draw the population's fragility, each damper's median over CR's, and the sensitivity to each parameter."""
     figure = new_figure(DOUBLE_COLUMN, 88.0)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.25, 0.85, 1.0])
     _fragility(left, population)
@@ -70,25 +63,9 @@ def fig_population(population: xr.Dataset) -> Figure:
 
 
 def _fragility(axes: Axes, population: xr.Dataset) -> None:
-    low, high = map(float, population["intensity"].values[[0, -1]])
-    intensity = np.geomspace(low, high, 201)
-    cr = population.sel(damping_model=REFERENCE)
-    least, most = envelope(intensity, cr["median_intensity_interval"].values, cr["dispersion_interval"].values)
-    axes.fill_between(intensity, least, most, color=BAND, linewidth=0)
-    for model in (*dampers(population), REFERENCE):
-        of_model = population.sel(damping_model=model)
-        probability = ndtr(np.log(intensity / float(of_model["median_intensity"])) / float(of_model["dispersion"]))
-        axes.plot(intensity, probability, label=model, **line_of(model))
-    axes.plot(
-        population["intensity"],
-        cr["collapse_fraction"],
-        markersize=2.8,
-        zorder=4,
-        **SHARES,
-    )
+    names = {"median_intensity": "median", "median_intensity_interval": "median_interval"}
+    draw_fragility(axes, population.rename(names), "intensity")
     plain_logarithmic(axes, TICKS)
-    axes.set_xlim(low, high)
-    axes.set_ylim(0, 1.02)
     axes.set_xlabel("peak ground velocity [m s$^{-1}$]")
     axes.set_ylabel("probability of collapse [-]")
     axes.set_title("fragility")

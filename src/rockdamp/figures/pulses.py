@@ -36,13 +36,7 @@ NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
 
 @styled
 def fig_pulses(pulses: xr.Dataset) -> Figure:
-    """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's.
-
-    Parameters
-    ----------
-    pulses : xarray.Dataset
-        As `rockdamp.studies.pulses.pulses` returns it; drawn at the middle e, with damping ratios from the closed form.
-    """
+    """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's."""
     at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2, damping_ratio_source=0)
     shapes, models = (at_e[name].values for name in ("pulse", "damping_model"))
     figure = new_figure(DOUBLE_COLUMN, 54.0 * len(shapes) + 78.0)
@@ -68,7 +62,7 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
 
 
 def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
-    """A row of spectra for each pulse, CR first, and the bar of their shades."""
+    """Draw a row of spectra for each pulse, CR first, and the bar of their shades."""
     models = [REFERENCE, *map(str, at_e["damping_model"].values)]
     levels = [0.0, *at_e["band_start"].values, float(at_e["band_end"][-1])]
     panels: list[Axes] = []
@@ -89,7 +83,7 @@ def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
 
 
 def _peak(of_pulse: xr.Dataset, model: str) -> tuple[Array, NDArray[np.bool_]]:
-    """Peaks (load_ratio, pulse_frequency) of a model, and what overturns; of that, the same value beyond 1."""
+    """Return the peaks (load_ratio, pulse_frequency) of a model, `BEYOND` where it overturns, and where it does."""
     if model == REFERENCE:
         peak, collapsed = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
     else:
@@ -135,7 +129,7 @@ def _bar(figure: Figure, panels: list[Axes], levels: list[float]) -> None:
 
 
 def _all_ratios(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
-    """A panel of ratios below the spectra of each damper, and their legend below those of CR."""
+    """Draw a panel of ratios below the spectra of each damper, and their legend below those of CR."""
     panels: list[Axes] = []
     row = at_e.sizes["pulse"]
     for column, model in enumerate(map(str, at_e["damping_model"].values), start=1):
@@ -157,7 +151,7 @@ def _all_ratios(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
 
 
 def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
-    """Every pair of peaks where neither collapses, and the median and dispersion of each band."""
+    """Draw the ratio of every two peaks where neither collapses, and the median and dispersion of each band."""
     stands = (of_model["reference_collapsed"] == 0) & (of_model["collapsed"] == 0)
     ratio = (of_model["peak_ratio"] / of_model["reference_peak"]).where(stands)
     style = style_of(model)

@@ -14,12 +14,7 @@ from rockdamp.motions.records import Record
 
 @styled
 def record_figure(record: Record) -> Figure:
-    """Draw the histories of a record.
-
-    Parameters
-    ----------
-    record : Record
-    """
+    """Draw the histories of a record."""
     shown = [(ACCELERATION, record.ground_acceleration)]
     if record.displacement is not None:
         shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))

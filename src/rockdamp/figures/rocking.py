@@ -17,6 +17,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.figures.bodies import wall_corners
 from rockdamp.figures.single import TIME, label_of, record_title
 from rockdamp.figures.style import GREY, PALE, STYLE, line_of, new_figure, style_of
 from rockdamp.figures.validation import MILLIMETRES
@@ -33,37 +34,8 @@ VISIBLE = 0.5  # of the thickness: smaller largest displacements are drawn enlar
 ENLARGED = 1.0  # of the thickness that they are enlarged to, at most
 
 
-def body_corners(thickness: float, height: float, offset: float) -> Array:
-    """Corners of a block that turns about its bottom right one, which is the origin, shape (4, 2). [m]
-
-    Its top left corner is `offset` >= 0 further right than at rest: t - t cos(theta) + h sin(theta). The corners are
-    bottom left, bottom right, top right, top left. Beyond the block's diagonal it lies on its side.
-    """
-    across = min((offset - thickness) / math.hypot(thickness, height), 1.0)
-    angle = math.atan2(thickness, height) + math.asin(across)
-    upright = np.array([(-thickness, 0.0), (0.0, 0.0), (0.0, height), (-thickness, height)])
-    turn = np.array([(math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))])
-    return upright @ turn
-
-
-def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: float) -> list[Array]:
-    """Corners of the lower and the upper body, or of a parapet alone where `hinge_ratio` is NaN; x from mid-thickness.
-
-    For offset > 0 the lower body turns about its right base corner and the upper one about its right top corner, which
-    the support holds; they touch at the hinge, on the left face. For offset < 0 all is mirrored. [m]
-    """
-    side, size = (-1.0 if offset < 0 else 1.0), abs(offset)
-    lower_height = height if math.isnan(hinge_ratio) else hinge_ratio * height
-    bodies = [body_corners(thickness, lower_height, size)]
-    if not math.isnan(hinge_ratio):
-        upper = body_corners(thickness, height - lower_height, size) * (1.0, -1.0)  # upside down about its top corner
-        upper[:, 1] += bodies[0][3, 1] - upper[3, 1]
-        bodies.append(upper)
-    return [(corners + (thickness / 2, 0.0)) * (side, 1.0) for corners in bodies]
-
-
 def enlargement(largest: float, thickness: float) -> float:
-    """Factor on the displacements as drawn: 1, or for small ones the 1, 2 or 5 times a power of ten that shows them."""
+    """Return the factor on the drawn displacements: 1, or where they are small 1, 2 or 5 times a power of ten."""
     if largest <= 0 or largest >= VISIBLE * thickness:
         return 1.0
     wanted = ENLARGED * thickness / largest
@@ -72,16 +44,7 @@ def enlargement(largest: float, thickness: float) -> float:
 
 
 def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write an animated GIF of one model's response: the bodies, and the history up to the moment shown.
-
-    Parameters
-    ----------
-    response : xarray.Dataset
-        ``displacement`` (damping_model, elapsed) of one model, and the wall's ``thickness``, ``height`` and, unless it
-        is a parapet, ``hinge_ratio``.
-    path : path
-        Replaced only by a complete file.
-    """
+    """Write an animated GIF of one model's response: the bodies, and the history up to the moment shown."""
     history = response.isel(damping_model=0)
     alive = np.isfinite(history["displacement"].values)
     elapsed, displacement = history["elapsed"].values[alive], history["displacement"].values[alive]
@@ -104,7 +67,7 @@ def animate(response: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 
 def _moments(elapsed: Array) -> NDArray[np.intp]:
-    """Samples that are shown, the first and the last among them."""
+    """Return the samples that are shown, the first and the last among them."""
     duration = float(elapsed[-1] - elapsed[0])
     count = int(np.clip(round(duration * SAMPLED) + 1, 2, MOST_FRAMES))
     return np.searchsorted(elapsed, np.linspace(elapsed[0], elapsed[-1], count) - 1e-9 * duration)

@@ -36,7 +36,7 @@ PARAMETERS = {
 
 
 def label_of(history: xr.Dataset, model: str) -> str:
-    """Name of a model with its parameter."""
+    """Return the name of a model with its parameter."""
     of_model = history.sel(damping_model=model)
     if model == REFERENCE:
         return f"CR, $e = {float(of_model['restitution']):g}$"
@@ -45,13 +45,7 @@ def label_of(history: xr.Dataset, model: str) -> str:
 
 @styled
 def decay_figure(decay: xr.Dataset) -> Figure:
-    """Draw a free decay under each of its models.
-
-    Parameters
-    ----------
-    decay : xarray.Dataset
-        ``displacement`` (damping_model, tau) and each model's parameter; ``elapsed`` (tau) draws a second axis.
-    """
+    """Draw a free decay under each of its models, with a second axis in seconds where it has ``elapsed``."""
     figure = new_figure(DOUBLE_COLUMN, 80.0)
     axes = figure.subplots()
     for model in map(str, decay["damping_model"].values):
@@ -74,14 +68,7 @@ def decay_figure(decay: xr.Dataset) -> Figure:
 
 @styled
 def response_figure(response: xr.Dataset) -> Figure:
-    """Draw the ground's motion, and the response to it under each of the models.
-
-    Parameters
-    ----------
-    response : xarray.Dataset
-        ``displacement`` (damping_model, elapsed), ``ground_acceleration`` (elapsed), ``outcome`` and each model's
-        parameter. A history ends where the wall collapsed, with a cross.
-    """
+    """Draw the ground's motion and the response under each model, up to a cross where the wall collapses."""
     figure = new_figure(DOUBLE_COLUMN, 110.0)
     ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
     ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
@@ -104,11 +91,11 @@ def response_figure(response: xr.Dataset) -> Figure:
 
 
 def record_title(dataset: xr.Dataset) -> str:
-    """What the record says of itself, and the factor on it."""
+    """Return the record's specimen or source, and the factor on it."""
     kind = "SYNTHETIC record" if dataset.attrs.get("record_synthetic") == "yes" else "Record"
     specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
     name = specimen if specimen not in ("none", "not stated") else source
-    factor = f" (times {float(dataset['velocity_ratio']):g})" if float(dataset.get("velocity_ratio", 1.0)) != 1 else ""
+    factor = f" (times {float(dataset['scale_factor']):g})" if float(dataset.get("scale_factor", 1.0)) != 1 else ""
     return fill(literal(f"{kind}: {name}{factor}"), 120, max_lines=2)
 
 
@@ -137,13 +124,7 @@ def _legend(figure: Figure, axes: Axes) -> None:
 
 @styled
 def calibration_figure(calibration: xr.Dataset) -> Figure:
-    """Draw the measured response and the fitted one, and what is left between them.
-
-    Parameters
-    ----------
-    calibration : xarray.Dataset
-        ``measured`` and ``displacement`` (elapsed), ``estimate`` and ``standard_error`` (parameter).
-    """
+    """Draw the measured response and the fitted one, and what is left between them."""
     figure = new_figure(DOUBLE_COLUMN, 105.0)
     axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
     measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
@@ -163,7 +144,7 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
 
 
 def _estimates(calibration: xr.Dataset) -> str:
-    """The parameters with their standard errors."""
+    """Return the parameters with their standard errors."""
     estimates = (calibration.sel(parameter=str(name)) for name in calibration["parameter"].values)
     return ",  ".join(
         PARAMETERS[str(estimate["parameter"].item())].format(

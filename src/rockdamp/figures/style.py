@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib.style
 import numpy as np
@@ -29,9 +28,8 @@ INCH = 25.4  # [mm]
 Colour = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class ModelStyle:
-    """How a damping model is drawn in every figure."""
+class ModelStyle(NamedTuple):
+    """Colour, line and marker of a damping model in every figure."""
 
     colour: str
     linestyle: str | tuple[float, tuple[float, ...]]
@@ -49,9 +47,8 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
     RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
     "POWER": ((0, (8.0, 1.4, 2.6, 1.4)), "P"),
 }
-# Of a model without a style that is chosen for it: cycles of unlike lengths, so that many differ. Lines differ in the
-# order of their dots, short and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
-SPARE_COLOURS = ("#E69F00", "#56B4E9", "#C44E8A", "#5A7D2A", "#8B5A2B", "#3B5BA5")
+# For other models: two cycles of unlike lengths, so that many differ. Lines differ in the order of their dots, short
+# and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (3.0, 4.0)),
     (0, (1.0, 3.5)),
@@ -102,14 +99,10 @@ def grid_of(figure: Figure, count: int, columns: int) -> list[Axes]:
 
 
 def style_of(model: str) -> ModelStyle:
-    """Return how a model is drawn; of one without a style that is chosen for it, a spare one, the same everywhere."""
-    if model in CHOSEN:
-        return ModelStyle(kinds()[model].colour, *CHOSEN[model])
-    others = [name for name in MODELS if name not in CHOSEN]
-    index = others.index(model) if model in others else len(others)
-    colours, lines, markers = len(SPARE_COLOURS), len(SPARE_LINES), len(SPARE_MARKERS)
-    colour = kinds()[model].colour if model in kinds() else SPARE_COLOURS[index % colours]
-    return ModelStyle(colour, SPARE_LINES[index % lines], SPARE_MARKERS[index % markers])
+    """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
+    index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
+    spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
+    return ModelStyle(kinds()[model].colour, *CHOSEN.get(model, spare))
 
 
 def papers(dataset: xr.Dataset) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""What is right of each damping model at which amplitude, against a test series of test records."""
+"""Peaks and decrements of each damping model over those of the records of test series, against the amplitude."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def series_by_maker(validation: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 def off(validation: xr.Dataset, quantity: str) -> xr.DataArray:
-    """Computed over measured, of ``peak`` or ``decrement``; NaN where a model collapsed or there is no free decay."""
+    """Return computed ``peak`` or ``decrement`` over measured; NaN after a collapse or without a free decay."""
     if quantity == "peak":
         return validation["peak_ratio_to_measured"].where(validation["collapsed"] == 0)
     return validation["log_decrement"] / validation["measured_log_decrement"]
@@ -70,14 +70,7 @@ def measured_name(validation: xr.Dataset) -> str:
 
 @styled
 def fig_test_series(validation: xr.Dataset) -> Figure:
-    """Draw peak and decrement of every model over those of the record, against the amplitude, for each test series.
-
-    Parameters
-    ----------
-    validation : xarray.Dataset
-        ``peak_ratio_to_measured``, ``log_decrement`` and ``collapsed`` (record, damping_model),
-        ``measured_log_decrement``, ``measured_peak_displacement`` and ``record_made_by`` (record).
-    """
+    """Draw peak and decrement of every model over those of the record, against the amplitude, for each test series."""
     models = [str(model) for model in validation["damping_model"].values]
     by_maker = series_by_maker(validation)
     figure = new_figure(DOUBLE_COLUMN, 105.0)

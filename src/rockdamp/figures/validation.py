@@ -42,12 +42,6 @@ def fig8(validation: xr.Dataset) -> Figure:
     """Draw the table's motion, and below it the displacement of each model beside that of the record.
 
     Of several records, the first test series has a column for each of its levels.
-
-    Parameters
-    ----------
-    validation : xarray.Dataset
-        ``displacement`` (record, damping_model, elapsed), ``measured`` and ``ground_acceleration`` (record, elapsed),
-        the peaks of the decay and the attribute ``record_synthetic``.
     """
     (maker, first), *others = series_by_maker(papers(validation)).items()
     chosen = np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_LEVELS).astype(int))
@@ -78,7 +72,7 @@ def fig8(validation: xr.Dataset) -> Figure:
 
 
 def shown(records: xr.Dataset) -> tuple[float, float]:
-    """First and last time drawn: the motion and the decays, not the rest before and after. [s]"""
+    """Return the first and last time drawn: the motion and the decays, not the rest before and after. [s]"""
     motion, elapsed = np.abs(records["ground_acceleration"].values), records["elapsed"].values
     moving = np.nanmax(motion >= SHOWN_FROM * np.nanmax(motion, axis=1, keepdims=True), axis=0)
     start, end = elapsed[np.argmax(moving)], float(records["measured_decay_peak_elapsed"].max())

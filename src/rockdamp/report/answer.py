@@ -1,4 +1,4 @@
-"""The answer in short, for who reads nothing else: how much damping, which damper, and what to beware of."""
+"""The answer in short: how much damping, which damper, and what to beware of."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VI
 
 
 def answer(data: Datasets) -> dict[str, Any] | None:
-    """Return what the first screen says, or nothing where the dataset ``recommendation`` was not built."""
+    """Return the values of the first screen, or None without the dataset ``recommendation``."""
     if "recommendation" not in data:
         return None
     whole = data["recommendation"]

@@ -1,4 +1,4 @@
-"""What the report says of the histories under earthquakes: how many, how certain, and which are not."""
+"""The report's numbers on the histories under earthquakes: how many there are, and how certain they are."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ENOUGH_STATIONS = 10  # intervals over fewer mean nothing
 
 
 def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
-    """How many walls, records and histories there are, and how certain their outcomes and peaks."""
+    """Return how many walls, records and histories there are, and how certain their outcomes and peaks."""
     each = int(np.isfinite(walls["damping_ratio"].values).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
     uncertainty = compared["relative_uncertainty"]
     return {
@@ -52,7 +52,7 @@ STRATA = {
 
 
 def check(sample: xr.Dataset | None) -> list[dict[str, Any]]:
-    """How each stratum of a sample of the histories compares with the event-driven solution; none without a sample."""
+    """Compare each stratum of a sample of the histories with the event-driven solution; none without a sample."""
     if sample is None:
         return []
     return [
@@ -71,10 +71,7 @@ def check(sample: xr.Dataset | None) -> list[dict[str, Any]]:
 
 
 def exceptions(earthquakes: xr.Dataset | None, names: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Histories whose peak has a bound larger than itself, the largest first; none without the histories.
-
-    `names` are those of the sources of the damping ratio.
-    """
+    """List the histories whose peak is smaller than its bound, by that ratio; `names` has the sources of the ratio."""
     if earthquakes is None:
         return []
     peak = earthquakes["peak_ratio"]

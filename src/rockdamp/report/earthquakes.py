@@ -116,7 +116,7 @@ def grouped(choices: Sequence[Choice]) -> str:
 
 
 def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
-    """The table of one e, and which damper errs least there."""
+    """Return the table of one e, and which damper errs least there."""
     least, near = (marked(advice, name) for name in ("least_error", "not_told_apart"))
     marks = dict.fromkeys(near, "not told apart") | dict.fromkeys(least, "least")
     rows = []
@@ -185,11 +185,11 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     if recommendation is None:
         return {"use": None}
     first, others = recommendation
-    cell, own = _cell(compared, first), advice["sensitivity"]
+    cell, sensitivity = _cell(compared, first), advice["sensitivity"]
     at_e = range(compared.sizes["restitution"])
     well = _cell(advice, first)["holds"]
-    amplitudes = [_amplitude(cell, own, well, band) for band in range(1, compared.sizes["band"])]
-    over = (cell["log_error"] / own).isel(band=0)
+    amplitudes = [_amplitude(cell, sensitivity, well, band) for band in range(1, compared.sizes["band"])]
+    over = (cell["log_error"] / sensitivity).isel(band=0)
     same = [choice.source for choice in (first, *others) if choice.model == first.model]
     return {
         "use": first.model,
@@ -214,11 +214,11 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _amplitude(cell: xr.Dataset, own: xr.DataArray, well: xr.DataArray, band: int) -> dict[str, Any]:
-    """Error and CR's own sensitivity of a band at every e, and whether the damper holds there."""
+def _amplitude(cell: xr.Dataset, sensitivity: xr.DataArray, well: xr.DataArray, band: int) -> dict[str, Any]:
+    """Return the error and CR's sensitivity of a band at every e, and whether the damper holds there."""
     cells = []
     for index in range(cell.sizes["restitution"]):
-        error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], own))
+        error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], sensitivity))
         cells.append(
             {
                 "error": number(error, 2),
@@ -232,7 +232,7 @@ def _amplitude(cell: xr.Dataset, own: xr.DataArray, well: xr.DataArray, band: in
 
 
 def _fragility(cell: xr.Dataset) -> dict[str, Any]:
-    """How the median of collapse compares with CR's: "same", "higher", "lower" or "unknown"."""
+    """Compare the median of collapse with that of CR: "same", "higher", "lower" or "unknown"."""
     low, high = (float(bound) for bound in cell["median_intensity_ratio_interval"].values)
     sign = "higher" if low > 1 else "lower" if high < 1 else "same"
     judged = np.isfinite([low, high]).all()
@@ -245,25 +245,25 @@ def _fragility(cell: xr.Dataset) -> dict[str, Any]:
 
 
 def _refused(compared: xr.Dataset, advice: xr.Dataset) -> list[dict[str, Any]]:
-    """Dampers that hold at some e from no source of their ratio."""
+    """List the dampers that, at some e, hold from no source of their ratio."""
     refused = []
     for model in dampers(compared):
         at_all = advice.sel(damping_model=model)
-        error, own = at_all["log_error"].min("damping_ratio_source"), advice["sensitivity"].isel(band=0)
+        error, least = at_all["log_error"].min("damping_ratio_source"), advice["sensitivity"].isel(band=0)
         beyond = ~at_all["holds"].isel(band=0).any("damping_ratio_source").values
         if beyond.any():
             refused.append(
                 {
                     "model": model,
                     "at": listed(plain(e) for e in compared["restitution"].values[beyond]),
-                    "times": span((error / own)[beyond]),
+                    "times": span((error / least)[beyond]),
                 }
             )
     return refused
 
 
 def _odd_walls(compared: xr.Dataset, choice: Choice) -> str:
-    """Walls and e at which the interval of the ratio of the damper's median of collapse to CR's does not hold 1."""
+    """Name the walls and e where the damper's median of collapse is told apart from that of CR."""
     bounds = _cell(compared, choice)["wall_median_intensity_ratio_interval"]
     outside = (bounds.sel(bound="lower") > 1) | (bounds.sel(bound="upper") < 1)
     return listed(

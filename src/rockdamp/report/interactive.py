@@ -1,4 +1,4 @@
-"""What the explorer needs from here: constants of the closed form and of the solver, looks, and starting values."""
+"""The data of the explorer: constants of the closed form and of the solver, looks, and starting values."""
 
 from __future__ import annotations
 
@@ -66,16 +66,9 @@ def styles() -> dict[str, dict[str, Any]]:
 def data(
     curve: TrilinearCurve, wall: Wall, step: float, response_length: float, restitution: float, release_amplitude: float
 ) -> dict[str, Any]:
-    """Return what the page's scripts read.
+    """Return the data of the page's scripts: constants, the study's wall, and the values at which the sliders start.
 
-    Parameters
-    ----------
-    curve, wall : TrilinearCurve, Wall
-        The study's, at which the sliders start.
-    step, response_length : float
-        Of the solver, and the length over which Eq. (17) is summed. [in tau]
-    restitution, release_amplitude : float
-        e and u0/u_ins that the sliders start at. [-]
+    `response_length`, over which Eq. (17) is summed, is in tau.
     """
     start = {
         "e": restitution,
@@ -130,7 +123,7 @@ def formulas() -> str:
 
 
 def exact_dampers() -> dict[str, dict[str, float]]:
-    """Order m and N_m of the dampers that lose the same fraction from every amplitude."""
+    """Return order m and N_m of the dampers that lose the same fraction from every amplitude."""
     of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
     orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}
     return {

@@ -36,46 +36,20 @@ BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damp
 
 @dataclass(frozen=True)
 class Content:
-    """What the report shows.
+    """Everything that the report shows, in the order of the page."""
 
-    Attributes
-    ----------
-    claims : sequence of dict
-        Verdicts with the fields of `rockdamp.claims.verdicts.Verdict`, as claims.json has them.
-    errata : sequence of dict
-        Rows with the columns `tables.ERRATA`.
-    figures : dict
-        Name of the figure to its PNG, in the order of the page.
-    datasets : dict
-        Name without suffix, ``match/amplitude``, to the dataset.
-    assumptions, citation : str
-        docs/assumptions.md and CITATION.cff.
-    config : dict
-        The whole config.
-    code_version : str
-        Version and digest of the modules that the report depends on.
-    """
-
-    claims: Sequence[Mapping[str, Any]]
-    errata: Sequence[Mapping[str, str]]
-    figures: Mapping[str, bytes]
+    claims: Sequence[Mapping[str, Any]]  # fields of `rockdamp.claims.verdicts.Verdict`
+    errata: Sequence[Mapping[str, str]]  # rows of errata.csv
+    figures: Mapping[str, bytes]  # PNG by name
     datasets: Datasets
-    assumptions: str
-    citation: str
+    assumptions: str  # docs/assumptions.md
+    citation: str  # CITATION.cff
     config: Mapping[str, Any]
-    code_version: str
+    code_version: str  # version and digest of the modules that the report depends on
 
 
 def build(content: Content) -> str:
-    """Return the report as HTML. The same content gives the same text.
-
-    Raises
-    ------
-    InputError
-        If a claim has an unknown verdict.
-    KeyError
-        If a figure has no caption, or a dataset that its caption needs is missing.
-    """
+    """Return the report as HTML. The same content gives the same text."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
@@ -164,7 +138,7 @@ def caption(name: str, datasets: Datasets) -> str:
 
 
 def _size(name: str, png: bytes) -> tuple[int, int]:
-    """Width and height, which a PNG states in its header. [pixels]"""
+    """Return width and height, which a PNG states in its header. [pixels]"""
     if png[12:16] != b"IHDR":
         raise InputError(f"the PNG of {name} cannot be read; delete it and run again")
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")

@@ -19,13 +19,7 @@ NOT_1 = "1 with steeper softening, on this page; the command `rockdamp equivalen
 
 
 def data(response_length: float) -> dict[str, Any] | None:
-    """Return what the page's script reads, or None where the response is of another length than the table's.
-
-    Parameters
-    ----------
-    response_length : float
-        Over which the page sums Err. [in tau]
-    """
+    """Return what the page's script reads, or None where the response is of another length than the table's."""
     if not np.isclose(response_length, DEFAULT_RESPONSE_LENGTH):
         return None
     tables = {model: tabulated.shipped(model) for model in tabulated.NODES}

@@ -7,7 +7,7 @@ import os
 import platform
 import re
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,9 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup, escape
 
-from rockdamp.errors import InputError
+from rockdamp.figures.style import by_model
 from rockdamp.storage import yaml_file
-from rockdamp.text import by_name, number, span
-
-ERRATA = ("id", "where", "printed", "used", "evidence")
+from rockdamp.text import number, span
 
 # How each verdict is marked, by shape and word as well as colour; first what a reader must know of most.
 VERDICTS = {
@@ -34,45 +32,14 @@ PARTS = {"does_not_hold": ("no", "✗"), "holds_in_part": ("partly", "◐"), "ho
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
-def rows(path: str | os.PathLike[str], columns: Sequence[str]) -> list[dict[str, str]]:
-    """Read a table that has at least the given columns.
-
-    Raises
-    ------
-    InputError
-        If a column is missing or a line has too few or too many cells.
-    """
+def rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
+    """Read a table that the pipeline wrote."""
     with open(path, encoding="utf-8", newline="") as file:
-        reader = csv.DictReader(file, strict=True)
-        missing = [name for name in columns if name not in (reader.fieldnames or ())]
-        if missing:
-            raise InputError(f"{os.fspath(path)} has no column {', '.join(missing)}")
-        table = list(reader)
-    for line, row in enumerate(table, start=1):
-        if None in row or None in row.values():
-            raise InputError(f"{os.fspath(path)}: row {line} has not as many cells as there are columns")
-    return table
+        return list(csv.DictReader(file, strict=True))
 
 
 def judged(claims: Sequence[Mapping[str, Any]], figures: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the verdicts, each with its mark and its claims, ready for the page.
-
-    Parameters
-    ----------
-    claims : sequence of dict
-        Verdicts with the fields of `rockdamp.claims.verdicts.Verdict`, as claims.json has them.
-    figures : dict of str to str
-        Those that a claim may point to, and what to call them.
-
-    Raises
-    ------
-    InputError
-        If a verdict is none of `VERDICTS`.
-    """
-    for claim in claims:
-        if claim["verdict"] not in VERDICTS:
-            allowed = ", ".join(VERDICTS)
-            raise InputError(f"the verdict of {claim['id']} is {claim['verdict']!r}; it must be one of {allowed}")
+    """Return the verdicts, each with its mark and its claims, ready for the page."""
     return [
         {
             "verdict": verdict,
@@ -127,7 +94,7 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
             {
                 "name": name,
                 "meaning": str(variable.attrs.get("long_name", "")),
-                "value": _told(variable),
+                "value": _value(variable),
                 "over": ", ".join(str(dim) for dim in variable.dims),
                 "units": "-" if units == "1" else units,
             }
@@ -135,10 +102,9 @@ def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
     return described
 
 
-def _told(variable: xr.DataArray) -> str:
+def _value(variable: xr.DataArray) -> str:
     if variable.dims in (("damping_model",), ("viscous_model",)):
-        models = variable[variable.dims[0]].values
-        return by_name({str(model): number(value) for model, value in zip(models, variable.values, strict=True)})
+        return by_model(variable, number, str(variable.dims[0]))
     return span(variable, number)
 
 
@@ -164,7 +130,7 @@ def prose(markdown: str) -> str:
 
 
 def _without_links_inside(tokens: Sequence[Token]) -> list[Token]:
-    """The tokens of a line without its links to other files, whose text stays; images go altogether."""
+    """Remove images from the tokens of a line, and links to other files, whose text stays."""
     kept, dropped = [], []
     for token in tokens:
         if token.type == "image":
@@ -207,10 +173,4 @@ def _name(author: Mapping[str, str]) -> str:
 
 def software() -> list[tuple[str, str]]:
     """Return the versions of Python and of what the results stand on."""
-    versions = [("Python", platform.python_version())]
-    for name in SOFTWARE:
-        try:
-            versions.append((name, version(name)))
-        except PackageNotFoundError:
-            versions.append((name, "not installed"))
-    return versions
+    return [("Python", platform.python_version()), *((name, version(name)) for name in SOFTWARE)]

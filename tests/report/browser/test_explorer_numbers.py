@@ -14,37 +14,41 @@ from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 SETTINGS = [
     {"e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper", "x0": 0.5},
-    {"e": 0.7, "a1": 0.2, "b1": 0.5, "a3": 1.0, "softening": "steeper", "x0": 0.9},
     {"e": 0.92, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "steeper", "x0": 0.3},
     {"e": 0.8, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "translated", "x0": 0.61},
-    {"e": 0.975, "a1": 0.105, "b1": 0.6, "a3": 0.83, "softening": "translated", "x0": 0.05},
 ]
 
 
 @pytest.mark.peers
-@pytest.mark.parametrize("given", SETTINGS)
+@pytest.mark.parametrize("setting", SETTINGS)
 @pytest.mark.parametrize("kind", ["number", "slider"])
-def test_the_ratios_shown_are_those_of_the_command_line(browser, given, kind):
+def test_the_ratios_shown_are_those_of_the_command_line(browser, setting, kind):
     preset(browser, "study")
     soften(browser, "steeper")
     put(browser, "b1", 0.5)  # leaves room on the way for every a1 and a3
     put(browser, "a1", 0.1)
     for name in ("e", "a1", "a3"):
-        put(browser, name, given[name], kind)
-    put(browser, "b1", given["b1"], kind)
-    soften(browser, given["softening"])
-    put(browser, "x0", given["x0"], kind)
+        put(browser, name, setting[name], kind)
+    put(browser, "b1", setting["b1"], kind)
+    soften(browser, setting["softening"])
+    put(browser, "x0", setting["x0"], kind)
     assert message(browser) == ""
     assert {name: value(browser, name) for name in ("e", "a1", "b1", "a3", "x0")} == pytest.approx(
-        {name: given[name] for name in ("e", "a1", "b1", "a3", "x0")}, abs=1e-9
+        {name: setting[name] for name in ("e", "a1", "b1", "a3", "x0")}, abs=1e-9
     )
     rows = rockdamp.equivalent(
-        given["e"], given["a1"], given["b1"], given["a3"], given["softening"], given["x0"], response_length=10
+        setting["e"],
+        setting["a1"],
+        setting["b1"],
+        setting["a3"],
+        setting["softening"],
+        setting["x0"],
+        response_length=10,
     )
     assert ratios(browser) == pytest.approx(
         {row["damping_model"]: row["damping_ratio_energy"] for row in rows}, abs=1e-6
     )
-    assert float(browser.find_element(By.ID, "xi-eq15").text) == pytest.approx(giannini_masiani(given["e"]), abs=1e-6)
+    assert float(browser.find_element(By.ID, "xi-eq15").text) == pytest.approx(giannini_masiani(setting["e"]), abs=1e-6)
     assert complaints(browser) == []
 
 

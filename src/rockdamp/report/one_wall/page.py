@@ -1,4 +1,4 @@
-"""The page of one wall, which prints on two sheets of A4: what was assumed of it, and what was found."""
+"""The page of one wall: its assumptions and its answers, printed on two sheets of A4."""
 
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ TEMPLATE = "wall.html.j2"
 STYLE = "wall.css"
 U_INS = Markup("u<sub>ins</sub>")
 RESOLUTION = 200  # dots per inch
-POINTS = 400  # of the curve
 PRINTED = {"m s-1": "m s⁻¹", "m s-2": "m s⁻²"}
 MOST_ROWS = 4  # intensities in the table
 MOST_NAMES = 8  # records named
@@ -50,17 +49,7 @@ MOST_NAMES = 8  # records named
 
 @dataclass(frozen=True)
 class Subject:
-    """What the page is about.
-
-    Attributes
-    ----------
-    name : str
-        Of the wall.
-    wall, curve
-    motions : sequence of GroundMotion
-    answer : xarray.Dataset
-        What `rockdamp.assess` returned for them.
-    """
+    """A wall, its records, and the dataset that `rockdamp.assess` returned for them."""
 
     name: str
     wall: Wall | Parapet
@@ -92,7 +81,7 @@ def build(subject: Subject) -> str:
         records=_records(subject.motions),
         worst=worst,
         images={
-            "wall": _image(wall_figure(_facts(subject))),
+            "wall": _image(wall_figure(subject.wall, subject.curve)),
             "fragility": _image(fragility_figure(answer)),
             "response": _image(response_figure(worst["histories"])) if worst else "",
         },
@@ -115,12 +104,8 @@ def write(subject: Subject, path: str | os.PathLike[str]) -> None:
 def worst_standing(subject: Subject) -> dict[str, Any]:
     """Return the history of the largest peak that the wall survives, at the highest intensity that it may survive.
 
-    It is run again at the finer step of `respond`; where it then falls, the next largest peak is taken.
-
-    Returns
-    -------
-    dict
-        ``record``, ``intensity`` and ``histories`` with restitution and the recommended damper; empty of none.
+    It is run again at the finer step of `respond`; where it then falls, the next largest peak is taken. The
+    dictionary is empty where the wall survives no record.
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
     dampings = beside_each_other(float(answer["restitution"]))
@@ -161,9 +146,9 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
     if isinstance(wall, Wall):
         rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
     rows += [
-        ("cracked stiffness ratio", "a₁", curve.yield_displacement_ratio, "-"),
-        ("plateau ratio", "b₁", curve.strength_ratio, "-"),
-        ("ultimate ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
+        ("yield displacement ratio", "a₁", curve.yield_displacement_ratio, "-"),
+        ("strength ratio", "b₁", curve.strength_ratio, "-"),
+        ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
     return [_line(*row) | {"value": plain(row[2])} for row in rows]
 
@@ -187,7 +172,7 @@ def _line(name: str, symbol: str, value: Any, unit: str) -> dict[str, Any]:
 
 
 def _dampers(subject: Subject) -> list[dict[str, Any]]:
-    """The damping ratio of each viscous model that stands for e, by least error where that has one, and closed form."""
+    """Return the damping ratio of each viscous model for e: of the closed form, and of least error if any."""
     curve, e = subject.curve, float(subject.answer["restitution"])
     a1, b1, a3 = (
         float(value)
@@ -212,7 +197,7 @@ def _dampers(subject: Subject) -> list[dict[str, Any]]:
 
 
 def _shares(answer: xr.Dataset) -> list[dict[str, Any]]:
-    """Rows of the shares that collapse, of at most `MOST_ROWS` intensities over all of them."""
+    """Return the shares that collapse at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
     count = answer.sizes["intensity"]
     rows = []
     for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
@@ -255,7 +240,7 @@ def _span(bounds: Array) -> str:
 
 
 def _headline(answer: xr.Dataset) -> dict[str, Any]:
-    """The answer under restitution at the highest intensity asked for."""
+    """Return the answer under restitution at the highest intensity asked for."""
     name = answer.attrs["intensity_measure"].lower()
     at = answer.isel(intensity=-1).sel(damping_model=REFERENCE)
     median = float(at[f"median_{name}"])
@@ -284,29 +269,6 @@ def _records(motions: Sequence[GroundMotion]) -> str:
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------
-
-
-def _facts(subject: Subject) -> xr.Dataset:
-    """What the sketch and the curve are drawn from; displacements in mm, forces in kN."""
-    wall, curve = subject.wall, subject.curve
-    u_ins, strength = float(wall.instability_displacement), float(wall.rigid_strength)
-    ratio = np.linspace(0.0, 1.0, POINTS)
-    corners = np.array(
-        [float(curve.yield_displacement_ratio), float(curve.plateau_end), float(curve.ultimate_displacement_ratio)]
-    )
-    return xr.Dataset(
-        {
-            "thickness": float(wall.thickness),
-            "height": float(wall.height),
-            "hinge_ratio": float(wall.hinge_ratio) if isinstance(wall, Wall) else np.nan,
-            "overburden_ratio": float(wall.overburden_ratio),
-            "force": ("displacement", curve.force(ratio) * strength / 1000),
-            "rigid_force": ("displacement", (1.0 - ratio) * strength / 1000),
-            "corner_displacement": ("corner", 1000 * u_ins * corners),
-            "corner_force": ("corner", curve.force(corners) * strength / 1000),
-        },
-        coords={"displacement": 1000 * u_ins * ratio},
-    )
 
 
 def _image(figure: Figure) -> str:
