@@ -49,6 +49,7 @@ def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table
     [
         ("x,,3,,,,,,,,new,", "thickness is empty"),
         ("x,25cm,3,,,,,,,,new,", "thickness is '25cm'; it must be a number, in SI units"),
+        ("x,2_5,3,,,,,,,,new,", "thickness is '2_5'; it must be a number"),
         ("x,-1,3,,,,,,,,new,", "thickness is -1.0"),
         ("x,0.25,3,,,,,,,,old,", "preset is 'old'"),
         ("x,0.25,3,,,,,,,,,", "a1 is empty; there must be a1 and b1, or preset"),

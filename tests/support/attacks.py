@@ -1,8 +1,7 @@
-"""Attacks on what is read from outside: each is right, or refused in one line.
+"""Attacks on what is read from outside: each ends in the right answer, or is refused in one line.
 
-`record_attacks`, `config_attacks` and `command_attacks`, each in a file of its name, yield them without end, at random;
-`ended` runs one in a folder of its own and says how it ended. A test runs some, and `tools/hurt.py` as many as it is
-asked for.
+`record_attacks` yields them without end, at random; `ended` runs one in a folder and returns how it ended. A test runs
+some, and `tools/hurt.py` as many as it is asked for.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ PATIENCE = 30  # seconds, after which an attack hangs
 
 
 class Attack(NamedTuple):
-    """What is done, and a function that does it in a folder; it returns how it ended."""
+    """The name of an attack, and the function that makes it in a folder and returns how it ended."""
 
     kind: str
     run: Callable[[Path], str]

@@ -300,7 +300,7 @@ def _refine(
         )
         return np.take_along_axis(response.error, response_length[None], axis=0)[0]
 
-    args = (response_lengths.astype(float), case.astype(float))
+    args = (response_length.astype(float), case.astype(float))
     low, middle, high = around
     bracket = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=args)
     if not bracket.success.all():

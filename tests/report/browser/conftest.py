@@ -36,7 +36,7 @@ def chromium(tmp_path_factory):
     for argument in (
         *QUIET,
         f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
-        "--response_length-size=1280,900",
+        "--window-size=1280,900",
     ):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
