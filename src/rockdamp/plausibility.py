@@ -64,7 +64,7 @@ def _outside() -> int:
 def require_rocking(
     thickness: ArrayLike, height: ArrayLike, restitution: ArrayLike, least_slenderness: float, law: str
 ) -> None:
-    """Raise `InputError` for walls whose h/t is below the least, or whose e, by the formula named `law`, is not above 0.
+    """Raise `InputError` for walls whose h/t is below the least, or whose e, by the formula `law`, is not above 0.
 
     Arrays broadcast; the first such wall is named.
     """

@@ -45,7 +45,9 @@ def test_an_edited_table_of_walls_has_rows_that_are_walls_or_are_refused_by_thei
         if isinstance(row, BadRow):
             assert row.error.startswith(f"line {row.line}: ")
         else:
-            assert np.isfinite([row.wall.thickness, row.wall.height, row.wall.density]).all() and 0 < row.restitution <= 1
+            assert (
+                np.isfinite([row.wall.thickness, row.wall.height, row.wall.density]).all() and 0 < row.restitution <= 1
+            )
 
 
 def test_a_fault_at_any_call_of_a_writer_leaves_the_old_result_or_the_new_one(tmp_path):

@@ -213,11 +213,11 @@ def respond_command(
         refuse_unused(("output", "plot", "animation"), "one record and one scale")
     if several or table is not None:
         through = track(motions, "Records") if several else motions
-        found = list(rows(through, wall, curve, dampings, asked, tail))
+        answers = list(rows(through, wall, curve, dampings, asked, tail))
         if table is not None:
-            write_table(_standing(found), table)
+            write_table(_standing(answers), table)
         if several:
-            print_json(found) if as_json else print_table(_standing(found), UNITS)
+            print_json(answers) if as_json else print_table(_standing(answers), UNITS)
             return
     motion = motions[0].record
     onset = float(wall.rocking_onset(curve.strength_ratio))
@@ -236,7 +236,6 @@ def respond_command(
 
         with writing(animation):
             animate(histories, animation)
-        click.echo(f"{animation} written", err=True)
     _print_response(histories, _motion(motion, factor) | {"rocking_onset": onset}, compare, as_json)
 
 

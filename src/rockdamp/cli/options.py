@@ -13,6 +13,7 @@ from rockdamp.cli.types import Number, Quantity
 from rockdamp.vocabulary import MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
+    from rockdamp.assessment.table import BadRow, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.wall import Parapet, Wall
@@ -114,6 +115,20 @@ record_option = click.option(
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 
+def table_of_walls(path: Path) -> list[Row | BadRow]:
+    """Read a table of walls, which must have rows, and print its doubts."""
+    from rockdamp.assessment.table import BadRow, read_walls
+    from rockdamp.errors import InputError
+
+    rows = read_walls(path)
+    if not rows:
+        raise InputError(f"{path}: has no rows; a wall must stand in each")
+    for row in rows:
+        for doubt in [] if isinstance(row, BadRow) else row.doubts:
+            click.echo(f"warning: {path}, {doubt}", err=True)
+    return rows
+
+
 def was_given(name: str) -> bool:
     """Return True if an option stands on the command line."""
     return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
@@ -152,13 +167,7 @@ def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
 
 
 def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
-    """Return the curve that `CURVE` among the options describe.
-
-    Raises
-    ------
-    click.UsageError
-        If there are both a preset and a1 or b1, or neither.
-    """
+    """Return the curve that `CURVE` among the options describe: by a preset, or by a1 and b1."""
     from rockdamp.mechanics.curve import TrilinearCurve
 
     a1, b1, preset, a3, softening = (options[name] for name in CURVE)
@@ -173,13 +182,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
 
 
 def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalence: float) -> list[Damping]:
-    """Return the one damper that the options describe; with --compare, every model's.
-
-    Raises
-    ------
-    click.UsageError
-        If the options do not go together.
-    """
+    """Return the one damper that the options describe; with --compare, every model's."""
     from rockdamp.equivalence.equivalent import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
 
