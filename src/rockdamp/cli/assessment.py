@@ -19,6 +19,7 @@ from rockdamp.cli.options import (
     make_wall,
     refuse_unused,
     wall_options,
+    with_default,
 )
 from rockdamp.cli.types import OutputFile, Quantities, Quantity
 from rockdamp.units import number
@@ -45,7 +46,7 @@ records_option = click.option(
 pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
 pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
-tail_option = click.option("--tail", type=Quantity("s"), default=3.0, show_default=True, help="Rest after each record.")
+tail_option = with_default("--tail", type=Quantity("s"), default=3.0, help="Rest after each record.")
 
 
 class Restitution(click.ParamType):

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
-from rockdamp.cli.options import json_option, make_wall, record_option, refuse_unused, softening_options, wall_options
+from rockdamp.cli.options import (
+    json_option,
+    make_wall,
+    record_option,
+    refuse_unused,
+    softening_options,
+    wall_options,
+    with_default,
+)
 from rockdamp.cli.types import OutputFile, Whole
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
@@ -36,7 +44,7 @@ if TYPE_CHECKING:
 )
 @click.option("--evidence", is_flag=True, help="Compare all damping models by --posterior.")
 @click.option("--priors", type=click.Path(path_type=Path), help="YAML file with priors of --posterior.")
-@click.option("--seed", type=Whole(0, 2**31), default=2017, show_default=True, help="Random seed of --posterior.")
+@with_default("--seed", type=Whole(0, 2**31), default=2017, help="Random seed of --posterior.")
 @click.option("--output", type=OutputFile(".nc"), help="Write the result and both histories as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw measured against fitted.")
 @json_option

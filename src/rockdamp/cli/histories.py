@@ -33,6 +33,7 @@ from rockdamp.cli.options import (
     make_wall,
     refuse_unused,
     wall_options,
+    with_default,
 )
 from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -82,12 +83,11 @@ class Length(click.ParamType):
 )
 @curve_options
 @damping_options
-@click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
-@click.option(
+@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
+@with_default(
     "--length",
     type=Length(),
     default=str(LENGTH),
-    show_default=True,
     help="Length of the history in tau = p t; in seconds, as 5s, it needs --thickness and --height.",
 )
 @wall_options(required=False)
@@ -170,10 +170,10 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @wall_options()
 @curve_options
 @damping_options
-@click.option("--scale", type=Quantities(), default="1", show_default=True, help="Factor on the acceleration.")
+@with_default("--scale", type=Quantities(), default="1", help="Factor on the acceleration.")
 @click.option("--to-pga", type=Quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
 @click.option("--to-pgv", type=Quantities("m s-1"), help="Scale each record to this PGV.")
-@click.option("--tail", type=Quantity("s"), default=0.0, show_default=True, help="Rest after the record.")
+@with_default("--tail", type=Quantity("s"), default=0.0, help="Rest after the record.")
 @output_option
 @plot_option
 @click.option("--animate", "animation", type=OutputFile(".gif"), help="Animate the rocking bodies beside the history.")

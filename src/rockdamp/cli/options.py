@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,48 +42,31 @@ def _all(*options: Decorator) -> Decorator:
     return decorate
 
 
+with_default = partial(click.option, show_default=True)  # an option whose help states its default
+
+
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
     return _all(
         click.option("--thickness", type=Quantity("m"), required=required, help="Thickness t of the wall."),
         click.option("--height", type=Quantity("m"), required=required, help="Height h of the wall."),
-        click.option("--width", type=Quantity("m"), default=1.0, show_default=True, help="Width of the strip of wall."),
-        click.option(
-            "--density", type=Quantity("kg m-3"), default=1800.0, show_default=True, help="Density of the masonry."
+        with_default("--width", type=Quantity("m"), default=1.0, help="Width of the strip of wall."),
+        with_default("--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."),
+        with_default(
+            "--hinge-ratio", type=Number(), default=0.7, help="Height of the hinge over h; a parapet has none."
         ),
-        click.option(
-            "--hinge-ratio",
-            type=Number(),
-            default=0.7,
-            show_default=True,
-            help="Height of the hinge over h; a parapet has none.",
-        ),
-        click.option(
-            "--overburden-ratio",
-            type=Number(),
-            default=0.0,
-            show_default=True,
-            help="Overburden over weight of the wall.",
-        ),
-        click.option(
-            "--eccentricity",
-            type=Quantity("m"),
-            default=0.0,
-            show_default=True,
-            help="Distance of the overburden from mid-thickness.",
+        with_default("--overburden-ratio", type=Number(), default=0.0, help="Overburden over weight of the wall."),
+        with_default(
+            "--eccentricity", type=Quantity("m"), default=0.0, help="Overburden's distance from mid-thickness."
         ),
         click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
     )
 
 
 softening_options = _all(
-    click.option("--a3", type=Number(), default=1.0, show_default=True, help="Ultimate displacement ratio u3/u_ins."),
-    click.option(
-        "--softening",
-        type=click.Choice(SOFTENING),
-        default="steeper",
-        show_default=True,
-        help="Shape of the last branch, for a3 < 1.",
+    with_default("--a3", type=Number(), default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    with_default(
+        "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
@@ -96,11 +80,7 @@ curve_options = _all(
 damping_options = _all(
     click.option("--damping-model", type=Model(MODELS), help="Damping model.  [default: CR, with --restitution]"),
     click.option("--damping-ratio", type=Number(), help="Damping ratio xi of a viscous model."),
-    click.option(
-        "--restitution",
-        type=Number(),
-        help="Coefficient of restitution e, for CR, ECD of any order, and --compare.",
-    ),
+    click.option("--restitution", type=Number(), help="Restitution e, for CR, ECD of any order, and --compare."),
     click.option("--order", type=Number(), help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )

@@ -18,6 +18,7 @@ from rockdamp.cli.options import (
     refuse_unused,
     table_of_walls,
     wall_options,
+    with_default,
 )
 from rockdamp.cli.types import Number, OutputFile, Quantities
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -72,12 +73,8 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @wall_options()
 @curve_options
 @click.option("--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
-@click.option(
-    "--units",
-    type=click.Choice(["si", "imperial"], case_sensitive=False),
-    default="si",
-    show_default=True,
-    help="Units of the output.",
+@with_default(
+    "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
 )
 @json_option
 def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
@@ -168,7 +165,7 @@ def _periods(
 )
 @click.option("--restitution", type=Quantities(), help="Coefficient of restitution e.")
 @curve_options
-@click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
 @click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
