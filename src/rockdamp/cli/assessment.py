@@ -100,16 +100,11 @@ class Restitution(click.ParamType):
 @click.option("--report", type=OutputFile(".html"), help="Write a page of two sheets, to print.")
 @json_option
 def assess_command(
-    restitution: float | str | None,
     walls: Path | None,
     identifier: str | None,
     records: tuple[str, ...],
     pgv: list[float] | None,
     pga: list[float] | None,
-    tail: float,
-    output: Path | None,
-    plot: Path | None,
-    nrml: Path | None,
     report: Path | None,
     as_json: bool,
     **options: Any,
@@ -121,25 +116,25 @@ def assess_command(
     %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations.
     """
     require_one(pgv, pga)
-    wall, curve, e, reason = _wall(walls, identifier, restitution, options)
+    wall, curve, e, reason = _wall(walls, identifier, options)
     from rockdamp.assessment.one_wall import assess
     from rockdamp.motions.catalogue import load_records
 
     motions = load_records(records)
-    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=tail)
+    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
     answer.attrs["restitution_reason"] = reason
-    if output is not None:
+    if options["output"] is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
         read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
-        write_dataset(answer, output, "assessment", "rockdamp.assessment.one_wall", **read)
-    if plot is not None:
+        write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.one_wall", **read)
+    if options["plot"] is not None:
         from rockdamp.figures.assessment import fragility_figure
 
-        write_figure(fragility_figure(answer), plot)
-    if nrml is not None:
+        write_figure(fragility_figure(answer), options["plot"])
+    if options["nrml"] is not None:
         from rockdamp.assessment.openquake import of_wall
 
-        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], nrml)
+        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], options["nrml"])
     if report is not None:
         from rockdamp.report.one_wall import page
 
@@ -171,7 +166,7 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
 
 
 def _wall(
-    table: Path | None, identifier: str | None, restitution: float | str | None, options: dict[str, Any]
+    table: Path | None, identifier: str | None, options: dict[str, Any]
 ) -> tuple[Wall | Parapet, TrilinearCurve, float, str]:
     """Return the wall of the options or of a row of the table, its curve, e, and the reason for e."""
     from rockdamp.assessment.one_wall import stated
@@ -183,7 +178,8 @@ def _wall(
         if options["thickness"] is None or options["height"] is None:
             raise click.UsageError("there must be --thickness and --height, or --walls and --id")
         wall, curve = make_wall(options), make_curve(options)
-        return wall, curve, *stated(wall, DEFAULT_RULE if restitution is None else restitution)
+        e = options["restitution"]
+        return wall, curve, *stated(wall, DEFAULT_RULE if e is None else e)
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")

@@ -171,13 +171,7 @@ def _periods(
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @json_option
 def equivalent_command(
-    restitution: list[float] | None,
-    release: float,
-    response_length: float | None,
-    walls: Path | None,
-    output: Path | None,
-    as_json: bool,
-    **options: Any,
+    restitution: list[float] | None, release: float, walls: Path | None, as_json: bool, **options: Any
 ) -> None:
     """Damping ratios equivalent to a restitution.
 
@@ -187,7 +181,7 @@ def equivalent_command(
     """
     if walls is not None:
         refuse_unused(("restitution", *CURVE, "response_length"), "one wall, without --walls")
-        _of_walls(walls, release, output, as_json)
+        _of_walls(walls, release, options["output"], as_json)
         return
     refuse_unused(("output",), "--walls")
     if restitution is None:
@@ -204,7 +198,7 @@ def equivalent_command(
         options["a3"],
         options["softening"],
         release,
-        DEFAULT_RESPONSE_LENGTH if response_length is None else response_length,
+        DEFAULT_RESPONSE_LENGTH if options["response_length"] is None else options["response_length"],
     )
     if as_json:
         print_json(rows)
