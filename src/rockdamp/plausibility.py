@@ -83,15 +83,12 @@ def require_rocking(
 def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
     """Return a doubt where sizes [m] are larger than those of masonry walls; of arrays the largest counts."""
     t, h = _largest(thickness), _largest(height)
-    if t > THICKEST and h > HIGHEST:
-        beyond = f"thickness is {t:g} m and height {h:g} m, more than {THICKEST:g} m and {HIGHEST:g} m"
-    elif t > THICKEST:
-        beyond = f"thickness is {t:g} m, more than {THICKEST:g} m"
-    elif h > HIGHEST:
-        beyond = f"height is {h:g} m, more than {HIGHEST:g} m"
-    else:
+    sizes = (("thickness", t, THICKEST), ("height", h, HIGHEST))
+    large = [(f"{name} {size:g} m", f"{most:g} m") for name, size, most in sizes if size > most]
+    if not large:
         return []
-    return [f"{beyond}{_slip(t, h)}"]
+    stated, limits = (" and ".join(texts) for texts in zip(*large, strict=True))
+    return [f"{stated.replace(' ', ' is ', 1)}, more than {limits}{_slip(t, h)}"]
 
 
 def _slip(t: float, h: float) -> str:

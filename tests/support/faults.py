@@ -117,9 +117,6 @@ def _failing(owner: Any, name: str, at: int, error: Callable[[], BaseException],
         yield
 
 
-# --- memory and files -------------------------------------------------------------------------------------------------
-
-
 def held() -> dict[str, float]:
     """Return what the process holds: memory in MB, threads, open files."""
     gc.collect()

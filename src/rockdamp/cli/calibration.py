@@ -116,13 +116,12 @@ def _print_posterior(fitted: xr.Dataset, damping_model: str, evidence: bool, as_
 
 
 def _posterior_row(fitted: xr.Dataset) -> dict[str, Any]:
-    true = float(fitted["true_value"])
     return {
         "parameter": str(fitted["parameter"].item()),
         "mean": float(fitted["mean"]),
         "standard_deviation": float(fitted["standard_deviation"]),
-        "interval_90": [float(bound) for bound in fitted["interval"].sel(level=0.9).values],
-        "true_value": None if math.isnan(true) else true,
+        "interval_90": fitted["interval"].sel(level=0.9).values.tolist(),
+        "true_value": _known(fitted["true_value"]),
     }
 
 
@@ -141,11 +140,14 @@ def _without_unknown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
 
 
+def _known(value: xr.DataArray) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
 def _row(fitted: xr.Dataset) -> dict[str, Any]:
-    true = float(fitted["true_value"])
     return {
         "parameter": str(fitted["parameter"].item()),
         "estimate": float(fitted["estimate"]),
         "standard_error": float(fitted["standard_error"]),
-        "true_value": None if math.isnan(true) else true,
+        "true_value": _known(fitted["true_value"]),
     }
