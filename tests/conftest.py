@@ -9,8 +9,6 @@ import pytest
 from hypothesis import settings
 from repository import ROOT
 
-from rockdamp.storage import yaml_file
-
 # The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
 # the tree.
 settings.register_profile("rockdamp", derandomize=True, deadline=None, database=None)
@@ -94,15 +92,12 @@ def stored_energy():
 @pytest.fixture(scope="session")
 def small_results(tmp_path_factory):
     """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
-    from snakemake.utils import update_config
-
+    from rockdamp.config.merging import merged
     from rockdamp.storage import dataset
     from rockdamp.studies import decays, polynomial_fits
     from rockdamp.studies.matches import match
 
-    config = {}
-    for name in ("default", "minimal"):
-        update_config(config, yaml_file.load((ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")))
+    config = merged([ROOT / f"config/{name}.yaml" for name in ("default", "minimal")], {})
     config["response_lengths"]["stop"] = config["matching"]["response_length"]
     folder = tmp_path_factory.mktemp("pages") / "results"
     matched = {}

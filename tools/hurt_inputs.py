@@ -1,4 +1,4 @@
-"""Attacks at random on records, configs, tables and command lines, faults in the writer, and what calls hold.
+"""Attacks at random on records, faults in the writer, and what calls hold.
 
 Parts of `hurt.py`. The attacks are those of the tests, tests/support, with another seed and as many as are asked for.
 """
@@ -17,10 +17,7 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 
 import faults  # noqa: E402
 from attacks import ended  # noqa: E402
-from command_attacks import command_attacks  # noqa: E402
-from config_attacks import config_attacks  # noqa: E402
 from record_attacks import record_attacks  # noqa: E402
-from table_attacks import table_attacks  # noqa: E402
 
 Report = Callable[[str, str, str, str, bool], None]
 WARM = 50  # calls before what is held is measured
@@ -30,18 +27,12 @@ EXPECTED = "an answer or a refusal in one line"
 
 
 def inputs(report: Report, seed: int, count: int) -> None:
-    """Attack each kind `count` times."""
-    for kind, attacks in {
-        "records": record_attacks,
-        "configs": config_attacks,
-        "command lines": command_attacks,
-        "tables of walls": table_attacks,
-    }.items():
-        found: Counter[str] = Counter()
-        for attack in islice(attacks(seed), count):
-            with tempfile.TemporaryDirectory() as folder:
-                found[ended(attack, Path(folder))] += 1
-        _told(report, kind, seed, found)
+    """Attack the reader of records `count` times."""
+    found: Counter[str] = Counter()
+    for attack in islice(record_attacks(seed), count):
+        with tempfile.TemporaryDirectory() as folder:
+            found[ended(attack, Path(folder))] += 1
+    _told(report, "records", seed, found)
 
 
 def _told(report: Report, kind: str, seed: int, ended: Counter[str]) -> None:

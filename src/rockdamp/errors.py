@@ -54,22 +54,13 @@ class InputWarning(UserWarning):
 
 
 class RecordWarning(InputWarning):
-    """Warn of a record that may not be what it is taken for: its file, the value and the likely cause."""
+    """Warn of a record whose unit or kind may have been mistaken: its file, the value and the likely cause."""
 
 
 def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
-    """Raise `InputError` unless `condition` holds everywhere.
+    """Raise `InputError` unless `condition` holds everywhere; of an array the first offending element is named.
 
-    Parameters
-    ----------
-    condition : bool or array of bool
-        Must be true for every element.
-    name : str
-        Name of the value where the user wrote it, e.g. ``strength_ratio (b1)``.
-    value : object
-        The value given; of an array, the first offending element is named.
-    allowed : str
-        The allowed values, e.g. ``between 0 and 1``.
+    The message reads ``NAME is VALUE; it must be ALLOWED``.
     """
     if holds(condition):
         return

@@ -64,16 +64,9 @@ def _outside() -> int:
 def require_rocking(
     thickness: ArrayLike, height: ArrayLike, restitution: ArrayLike, least_slenderness: float, law: str
 ) -> None:
-    """Raise `InputError` for sizes that no wall has: thicker than high, or without a restitution above 0.
+    """Raise `InputError` for walls whose h/t is below the least, or whose e, by the formula `law`, is not above 0.
 
-    Parameters
-    ----------
-    thickness, height, restitution : float or ndarray
-        t, h [m] and e of the wall by its own formula [-], broadcast.
-    least_slenderness : float
-        h/t below which it is none. [-]
-    law : str
-        What the formula is called.
+    Arrays broadcast; the first such wall is named.
     """
     t, h, e = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (thickness, height, restitution)))
     squat = h / t < least_slenderness
@@ -88,23 +81,14 @@ def require_rocking(
 
 
 def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
-    """Return a doubt where sizes are larger than those of masonry walls.
-
-    Parameters
-    ----------
-    thickness, height : float or ndarray
-        Of arrays the largest counts. [m]
-    """
-    t, h = (float(np.max(np.asarray(value), initial=0.0)) for value in (thickness, height))
-    if t > THICKEST and h > HIGHEST:
-        beyond = f"thickness is {t:g} m and height {h:g} m, more than {THICKEST:g} m and {HIGHEST:g} m"
-    elif t > THICKEST:
-        beyond = f"thickness is {t:g} m, more than {THICKEST:g} m"
-    elif h > HIGHEST:
-        beyond = f"height is {h:g} m, more than {HIGHEST:g} m"
-    else:
+    """Return a doubt where sizes [m] are larger than those of masonry walls; of arrays the largest counts."""
+    t, h = _largest(thickness), _largest(height)
+    sizes = (("thickness", t, THICKEST), ("height", h, HIGHEST))
+    large = [(f"{name} {size:g} m", f"{most:g} m") for name, size, most in sizes if size > most]
+    if not large:
         return []
-    return [f"{beyond}{_slip(t, h)}"]
+    stated, limits = (" and ".join(texts) for texts in zip(*large, strict=True))
+    return [f"{stated.replace(' ', ' is ', 1)}, more than {limits}{_slip(t, h)}"]
 
 
 def _slip(t: float, h: float) -> str:
@@ -134,14 +118,8 @@ def _usual(t: float, h: float) -> bool:
 
 
 def of_damping(damping_ratio: ArrayLike) -> list[str]:
-    """Return a doubt where a damping ratio is larger than that of any wall.
-
-    Parameters
-    ----------
-    damping_ratio : float or ndarray
-        xi; of an array the largest counts. [-]
-    """
-    xi = float(np.max(np.asarray(damping_ratio), initial=0.0))
+    """Return a doubt where a damping ratio is larger than that of any wall; of an array the largest counts."""
+    xi = _largest(damping_ratio)
     if xi <= MOST_DAMPED:
         return []
     slip = f"; was it in per cent ({xi / 100:g})?" if xi / 100 <= MOST_DAMPED else ""
@@ -149,14 +127,8 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
 
 
 def of_velocity(pgv: ArrayLike) -> list[str]:
-    """Return a doubt where a peak ground velocity is larger than those of earthquakes.
-
-    Parameters
-    ----------
-    pgv : float or ndarray
-        Of an array the largest counts. [m s-1]
-    """
-    largest = float(np.max(np.asarray(pgv), initial=0.0))
+    """Return a doubt where a peak ground velocity [m s-1] is larger than those of earthquakes."""
+    largest = _largest(pgv)
     if largest <= FASTEST:
         return []
     slip = f"; was it in cm s-1 ({largest / 100:g})?" if largest / 100 <= FASTEST else ""
@@ -164,16 +136,9 @@ def of_velocity(pgv: ArrayLike) -> list[str]:
 
 
 def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float = 1.0) -> list[str]:
-    """Return a doubt where a peak ground acceleration is weaker or stronger than those of relevant earthquakes.
+    """Return a doubt where `scale` times the PGA [m s-2] is weaker or stronger than those of relevant earthquakes.
 
-    Parameters
-    ----------
-    pga : float
-        Before it is scaled. [m s-2]
-    unit, taken : str and float
-        What its numbers were taken for when they were read, and that unit in m s-2.
-    scale : float
-        Factor on it that was asked for. [-]
+    `unit` is the unit in which the numbers of the record were read, and `taken` is its size in m s-2.
     """
     scaled = pga * abs(scale)
     if scaled == 0 or _shakes(scaled):
@@ -188,22 +153,18 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
 
 
 def of_response(peak_ratio: ArrayLike, yield_displacement_ratio: float, pga: float, onset: float) -> list[str]:
-    """Return a doubt where a motion does not make a wall rock: its peaks stay on the first branch of the curve.
+    """Return a doubt where a motion does not make a wall rock: its peaks u/u_ins stay below a1.
 
-    Parameters
-    ----------
-    peak_ratio : float or ndarray
-        Peaks u/u_ins; of an array the largest counts. [-]
-    yield_displacement_ratio : float
-        a1, where the first branch ends. [-]
-    pga, onset : float
-        Of the motion, and that whose static load makes the wall rock. [m s-2]
+    `onset` is the acceleration whose static load makes the wall rock. [m s-2]
     """
-    peak = float(np.max(np.asarray(peak_ratio), initial=0.0))
-    if peak >= yield_displacement_ratio or pga == 0:
+    if _largest(peak_ratio) >= yield_displacement_ratio or pga == 0:
         return []
     stated = f"PGA is {pga:.3g} m s-2, where {onset:.3g} m s-2 makes it rock"
     return [f"the wall does not rock: it stays below u1, a1 = {yield_displacement_ratio:g} of u_ins; {stated}"]
+
+
+def _largest(values: ArrayLike) -> float:
+    return float(np.max(np.asarray(values), initial=0.0))
 
 
 def _shakes(pga: float) -> bool:

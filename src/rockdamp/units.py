@@ -52,13 +52,7 @@ class UnitError(ValueError):
 
 
 def number(text: str) -> float:
-    """Return the number that a text is, finite or not; not 1_0 and not digits beyond ASCII, which Python alone takes.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Return the number that a text is, finite or not; `ValueError` for none, for 1_0 and for digits beyond ASCII."""
     if not text.isascii() or "_" in text:
         raise ValueError(f"{text!r} is no number")
     return float(text)
@@ -93,26 +87,15 @@ def _size(text: str, wanted: str) -> Decimal | None:
 
 
 def size(text: str, wanted: str) -> float | None:
-    """Return the size of a unit in the SI unit `wanted`, as 0.01 of "cm/s2" in "m s-2".
-
-    Returns
-    -------
-    float or None
-        None if the text names no unit, or one of another kind.
-    """
-    found = _size(text, wanted)
-    return None if found is None else float(found)
+    """Return the size of a unit in the SI unit `wanted`, as 0.01 for "cm/s2" in "m s-2"; None if it has none."""
+    factor = _size(text, wanted)
+    return None if factor is None else float(factor)
 
 
 def quantity(text: str, wanted: str) -> float:
-    """Return a number with its unit, or a plain one, in the SI unit `wanted`; "" for numbers that have none.
+    """Return a number with its unit, or a plain one, in the SI unit `wanted`, "" for numbers without a unit.
 
-    The number is converted in decimals: 102mm is exactly 0.102.
-
-    Raises
-    ------
-    UnitError
-        If the text is no finite number, or its unit is unknown or of another kind.
+    The number is converted in decimals: 102mm is exactly 0.102. `UnitError` says why a text is no quantity.
     """
     return float(_decimal(text, wanted, ""))
 
@@ -121,11 +104,6 @@ def quantities(text: str, wanted: str) -> list[float]:
     """Return the numbers of a list, `0.2,0.4`, of ranges with both ends, `0.1:0.5:0.1`, or of both, in SI.
 
     A number without a unit has that of the last number. Ranges are computed in decimals: 0.8, 0.81, ... without noise.
-
-    Raises
-    ------
-    UnitError
-        If a number is none, a range does not rise, there are too many values, or the last number alone has no unit.
     """
     units = [match["unit"] for part in re.split("[,:]", text) if (match := _QUANTITY.fullmatch(part.strip()))]
     default = (units or [""])[-1] or "" if wanted else ""

@@ -28,8 +28,8 @@ DAMPERS = {
     RECOMMENDED: "ecd:RecommendedOrder",
     "POWER": "power:GeneralExponent",
 }
-MODELS = tuple(model for model in DAMPERS if model != "POWER")  # what is compared; POWER lies between CDC, CDR and SDR
-REFERENCE = "CR"  # what the viscous dampers stand in for
+MODELS = tuple(model for model in DAMPERS if model != "POWER")  # compared; POWER lies between CDC, CDR and SDR
+REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too, where a record is identified
 CANDIDATES = (*MODELS, ANY_ORDER)
@@ -41,6 +41,6 @@ PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)
 # Variants of a curve's last branch for a3 < 1.
 SOFTENING = ("steeper", "translated")
 
-# ASSUME: the length of the response, in tau, which the paper does not state. Inferred as `response_lengths.infer` says,
-# and kept equal to results/response_lengths.nc by a test.
+# ASSUME: the length of the response, in tau, which the paper does not state. `response_lengths.infer` says how it was
+# inferred, and a test keeps it equal to results/response_lengths.nc.
 DEFAULT_RESPONSE_LENGTH = 8.0

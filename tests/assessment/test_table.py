@@ -47,6 +47,7 @@ def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table
     [
         ("x,,3,,,,,,,,new,", "thickness is empty"),
         ("x,25cm,3,,,,,,,,new,", "thickness is '25cm'; it must be a number, in SI units"),
+        ("x,2_5,3,,,,,,,,new,", "thickness is '2_5'; it must be a number"),
         ("x,0.25,3,,,,,,,,,", "a1 is empty; there must be a1 and b1, or preset"),
         ("x,0.25,3,,,,0.04,0.8,,,new,", "preset stands for a1 and b1"),
         ("x,0.25,3,,,maybe,,,,,new,", "parapet is 'maybe'; it must be yes, no or empty"),

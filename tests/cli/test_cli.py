@@ -263,8 +263,8 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
         (
-            ("equivalent", "--restitution", 0.85, *CURVE, "--response_length", 9),
-            "--response_length is now called --response-length",
+            ("equivalent", "--restitution", 0.85, *CURVE, "--window", 9),
+            "--window is now called --response-length",
         ),
     ],
 )

@@ -58,6 +58,9 @@ CURVE = options(a1=FLOATS, b1=FLOATS, a3=FLOATS, softening=st.sampled_from(["ste
 def check(arguments):
     result = CliRunner().invoke(main, [*arguments, "--json"])
     assert result.exception is None or isinstance(result.exception, SystemExit), (arguments, result.exc_info)
+    if result.exit_code:
+        assert result.exit_code == 2 and result.stdout == "", (arguments, result.stdout)
+        assert any(line.startswith("Error: ") for line in result.stderr.splitlines()), (arguments, result.stderr)
     assert result.exit_code in (0, 2), arguments
     if result.exit_code == 2:
         assert result.stdout == "" and "Error:" in result.stderr

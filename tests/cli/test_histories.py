@@ -14,8 +14,8 @@ from repository import ROOT
 import rockdamp as rd
 from rockdamp.figures import rocking
 from rockdamp.histories import side_by_side
+from rockdamp.identification import calibration
 from rockdamp.storage import dataset
-from rockdamp.studies import calibration
 from rockdamp.vocabulary import MODELS
 
 RECORD = ROOT / "data/sin-03-00-synthetic.csv"

@@ -27,7 +27,7 @@ def record(tmp_path_factory):
 
 @pytest.fixture
 def given(monkeypatch):
-    """What the command asks for; what is computed is tested elsewhere."""
+    """Arguments of the posterior that the command asks for; its values are tested elsewhere."""
     asked = {}
 
     def posterior(record, wall, damping_model, **options):

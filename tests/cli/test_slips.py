@@ -1,4 +1,4 @@
-"""Slips on the command line: what is given twice or in vain is refused, what is unlikely told, a fall is no peak."""
+"""Slips on the command line: a repeated or useless option is refused, an unlikely value warned of."""
 
 import numpy as np
 import pytest

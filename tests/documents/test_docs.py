@@ -16,8 +16,6 @@ from repository import ROOT
 import rockdamp
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES
 from rockdamp.storage.dotted_keys import dotted
 from rockdamp.vocabulary import RECOMMENDED
 
@@ -103,15 +101,6 @@ def test_an_arrow_that_a_longer_way_implies_is_left_out():
 def test_figures_of_the_same_datasets_share_a_box():
     needs = {"a": set(), "fig2": {"a"}, "fig1": {"a"}, "fig3": {"a", "b"}, "b": set()}
     assert rulegraph.grouped(needs) == {"a": set(), "b": set(), "fig1\nfig2": {"a"}, "fig3": {"a", "b"}}
-
-
-def test_readme_s_table_of_targets_names_rules_and_figures():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    rows = list(text.partition("| target |")[2].partition("\n\n")[0].splitlines()[2:])
-    named = {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}
-    files = ("Snakefile", *(path.relative_to(ROOT) for path in sorted((ROOT / "workflow/rules").glob("*.smk"))))
-    rules = {name for file in files for name in re.findall(r"^rule (\w+):", (ROOT / file).read_text(), re.MULTILINE)}
-    assert named <= {*FIGURES, *STAGES, *rules}
 
 
 def test_readme_s_first_screen_states_the_recommended_damper_s_own_numbers():

@@ -22,7 +22,7 @@ MEMBERS = {
     for name, owner in CLASSES.items()
     for base in own_classes(owner)
     for attribute, value in vars(base).items()
-    if not attribute.startswith("_")
+    if not attribute.startswith(("_", "unchecked_"))  # the unchecked twin of a method takes the same arguments
 }
 PROPERTIES = {name: member.fget for name, member in MEMBERS.items() if isinstance(member, property)}
 PROPERTIES |= {name: member.func for name, member in MEMBERS.items() if isinstance(member, cached_property)}
@@ -55,9 +55,10 @@ def test_an_argument_that_is_listed_has_a_type(name):
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_field_of_a_public_class_is_described(name):
+    """In the docstring of the class, or at the head of its module."""
     bases = own_classes(CLASSES[name])
     fields = {field for base in bases for field in base.__annotations__ if not field.startswith("_")}
-    text = "\n".join(inspect.getdoc(base) or "" for base in bases)
+    text = "\n".join(f"{inspect.getdoc(base)}\n{inspect.getmodule(base).__doc__}" for base in bases)
     assert {field for field in fields if not re.search(rf"\b{field}\b", text)} == set()
 
 

@@ -70,7 +70,7 @@ def test_all_three_stand_in_the_report(page):
 
 
 def test_the_rule_of_the_report_needs_all_three(tree):
-    """What would run where everything is forced to is what it needs."""
+    """A dry run that forces everything lists all that the report needs."""
     run = tree.snakemake("--dry-run", "--forceall", "report")
     table = (run.stdout + run.stderr).partition("Job stats:")[2].partition("total")[0]
     needed = dict(re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE))

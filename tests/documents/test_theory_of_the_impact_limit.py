@@ -1,4 +1,4 @@
-"""What docs/theory.md says of ECD of order m as m grows: the limit is restitution, also under load, at a known rate."""
+"""Theory of ECD of order m as m grows, docs/theory.md: the limit is restitution, also under load, at a known rate."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the accuracy stage is tested on: a wall with a damper of each model, and matches made up for the studies."""
+"""Cases for the accuracy stage: a wall with a damper of each model, and matches made up for the studies."""
 
 import numpy as np
 import xarray as xr
@@ -15,8 +15,8 @@ DAMPINGS = [Damping.cr(0.85), *(Damping(model, 0.05) for model in VISCOUS_MODELS
 
 def made_up(config, name, models=VISCOUS_MODELS):
     """A match with the closed form's damping ratios; the relative uncertainties and the errors are all different."""
-    given = DecaySettings.of(config)
-    study, e = given.study(name), given.restitution
+    settings = DecaySettings.of(config)
+    study, e = settings.study(name), settings.restitution
     ratio = np.stack(
         [
             damping_ratio_energy(study.curve.map(lambda p: p[:, None]), model, e, study.release_amplitude[:, None])

@@ -1,55 +1,31 @@
-"""Attacks on what is read from outside: each is right, or refused in one line.
+"""Attacks on what is read from outside: each ends in the right answer, or is refused in one line.
 
-`record_attacks`, `config_attacks` and `command_attacks`, each in a file of its name, yield them without end, at random;
-`ended` runs one in a folder of its own and says how it ended. A test runs some, and `tools/hurt.py` as many as it is
-asked for.
+`record_attacks` yields them without end, at random; `ended` runs one in a folder and returns how it ended. A test runs
+some, and `tools/hurt.py` as many as it is asked for.
 """
 
 from __future__ import annotations
 
-import signal
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 ANSWER, REFUSED = "answer", "refused"
-PATIENCE = 30  # seconds, after which an attack hangs
 
 
 class Attack(NamedTuple):
-    """What is done, and a function that does it in a folder; it returns how it ended."""
+    """The name of an attack, and the function that makes it in a folder and returns how it ended."""
 
     kind: str
     run: Callable[[Path], str]
 
 
-class Hangs(Exception):
-    """An attack takes longer than `PATIENCE`."""
-
-
 def ended(attack: Attack, folder: Path) -> str:
     """Return `ANSWER` or `REFUSED`, or what went wrong in its place."""
-    with _limited(), warnings.catch_warnings():
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             return attack.run(folder)
-        except Hangs:
-            return f"hangs for more than {PATIENCE} s"
         except Exception as error:
             return f"{type(error).__name__}: {error}"
-
-
-@contextmanager
-def _limited() -> Iterator[None]:
-    def too_long(*_: Any) -> None:
-        raise Hangs
-
-    before = signal.signal(signal.SIGALRM, too_long)
-    signal.alarm(PATIENCE)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)

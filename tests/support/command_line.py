@@ -12,7 +12,7 @@ def run(*arguments):
 
 
 def printed(*arguments):
-    """What a command prints as JSON."""
+    """Return the JSON that a command prints."""
     result = run(*arguments, "--json")
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)

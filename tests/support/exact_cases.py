@@ -26,6 +26,6 @@ NAMES = [damper.model for damper in DAMPERS]
 
 
 def smooth_load(seed: int, samples: int, size: float = 0.08) -> np.ndarray:
-    """Return noise that a response length of 21 samples has smoothed."""
+    """Return noise that a Hann window of 21 samples has smoothed."""
     noise = np.random.default_rng(seed).normal(size=samples + 20)
     return size * np.convolve(noise, np.hanning(21), "valid")[:samples]

@@ -1,4 +1,4 @@
-"""Faults put into the writer of results, one at each call that can fail, and what is held over many calls."""
+"""Faults put into the writer of results, one at each call that can fail; memory, threads and files of a process."""
 
 from __future__ import annotations
 
@@ -54,12 +54,9 @@ def _record(path: Path, number: float) -> None:
     rd.write_record(path, rd.Record(TIME, np.full(TIME.size, number), header={"synthetic": "yes"}))
 
 
-WRITERS: dict[str, Callable[[Path, float], None]] = {
-    "result.nc": _dataset,
-    "result.png": _figure,
-    "result.csv": _record,
-}
-TOLD = (OSError, dataset.DatasetError, rd.InputError, MemoryError, KeyboardInterrupt)
+Writer = Callable[[Path, float], None]
+WRITERS: dict[str, Writer] = {"result.nc": _dataset, "result.png": _figure, "result.csv": _record}
+REPORTED = (OSError, dataset.DatasetError, rd.InputError, MemoryError, KeyboardInterrupt)
 
 
 def writer_attacks() -> Iterator[tuple[str, Callable[[Path], str]]]:
@@ -77,24 +74,17 @@ def writer_attacks() -> Iterator[tuple[str, Callable[[Path], str]]]:
 
 
 def _run(
-    name: str,
-    write: Callable[[Path, float], None],
-    error: Callable[[], BaseException],
-    where: tuple[Any, str],
-    at: int,
-    hit: list[bool],
+    name: str, write: Writer, error: Callable[[], BaseException], where: tuple[Any, str], at: int, hit: list[bool]
 ) -> Callable[[Path], str]:
     def run(folder: Path) -> str:
         path = folder / name
         write(path, 1.0)
-        before = path.read_bytes()
+        before, raised = path.read_bytes(), False
         try:
             with _failing(*where, at, error, hit):
                 write(path, 2.0)
-        except TOLD as raised:
-            told = raised
-        else:
-            told = None
+        except REPORTED:
+            raised = True
         after = path.read_bytes()
         if after != before:
             write(path, 2.0)
@@ -104,9 +94,9 @@ def _run(
         stays = [each.name for each in folder.iterdir() if each != path]
         if stays and where[1] != "unlink":
             return f"{stays} left"
-        if told is None and hit and after == before:
+        if hit and not raised and after == before:
             return "the fault is hidden, and the old result kept"
-        return "answer" if told is None else "refused"
+        return "refused" if raised else "answer"
 
     return run
 
@@ -127,23 +117,17 @@ def _failing(owner: Any, name: str, at: int, error: Callable[[], BaseException],
         yield
 
 
-# --- what is held ----------------------------------------------------------------------------------------------------
-
-
 def held() -> dict[str, float]:
     """Return what the process holds: memory in MB, threads, open files."""
     gc.collect()
     status = Path("/proc/self/status").read_text(encoding="utf-8")
     (memory,) = (line.split()[1] for line in status.splitlines() if line.startswith("VmRSS"))
-    return {
-        "memory": int(memory) / 1024,
-        "threads": float(threading.active_count()),
-        "files": float(len(os.listdir("/proc/self/fd"))),
-    }
+    threads, files = threading.active_count(), len(os.listdir("/proc/self/fd"))
+    return {"memory": int(memory) / 1024, "threads": float(threads), "files": float(files)}
 
 
 def call_once(folder: Path) -> None:
-    """One of each: a decay on two threads, a response, a record written and read, a dataset, and a refusal."""
+    """Make a decay on two threads, a response, a record, which is read again, a dataset, and a refusal."""
     curve, damping = rd.TrilinearCurve(0.04, 0.85), rd.Damping("ECD", np.linspace(0.01, 0.1, 80))
     rd.solve(curve, damping, release_amplitude=0.5, step=0.02, steps=50, store_every=5, threads=2)
     record = rd.Record(TIME, np.sin(9 * TIME), header={"synthetic": "yes"})

@@ -74,7 +74,7 @@ def follow(tree, page):
 
 
 def python(tree, *arguments):
-    """What Python prints in the copy, its tests' helpers on the path."""
+    """Run Python in the copy, with the helpers of its tests on the path; return what it prints."""
     places = [str(tree.place / name) for name in ("src", "tests/support")]
     environment = {**tree.environment, "PYTHONPATH": ":".join(places)}
     done = subprocess.run([sys.executable, *arguments], cwd=tree.place, env=environment, capture_output=True, text=True)

@@ -31,13 +31,8 @@ def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
             "predicted": (("bound", "elapsed"), np.stack([measured - 3e-4, measured + 3e-4])),
             "share_inside": 0.9,
         },
-        coords={
-            "parameter": PARAMETERS,
-            "level": [0.5, 0.9],
-            "bound": ["low", "high"],
-            "draw": np.arange(1, 201),
-            "elapsed": elapsed,
-        },
+        coords={"parameter": PARAMETERS, "level": [0.5, 0.9], "bound": ["low", "high"], "elapsed": elapsed}
+        | {"draw": np.arange(1, 201)},
         attrs={"record_synthetic": "yes", "record_specimen": "a wall", "identified_model": CANDIDATES[-1]},
     )
     if not compared:

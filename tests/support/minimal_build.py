@@ -1,4 +1,4 @@
-"""What a build of the minimal config leaves, by the tables of stages and figures."""
+"""Files that a build of the minimal config leaves, by the tables of stages and figures."""
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study

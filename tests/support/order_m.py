@@ -1,4 +1,4 @@
-"""The motion under ECD of order m, integrated in (x, v) by means of its own: of the package's only the curve and xi.
+"""The motion under ECD of order m, integrated in (x, v); only the curve and xi come from the package.
 
 The damper is written as an engineer would, C = 2 xi N (abs(f)/sqrt(2V)) (T/(T+V))^m, in a form that goes on smoothly
 beyond the ends of a branch, so that each branch is integrated on its own, to a corner, a crossing or a turn.
@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import mpmath
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -113,63 +112,18 @@ def _piece(branch, side, damper, state, goal, tolerance):
     return np.array([end[0] if turned else side * goal, end[1]]), float(run.t[-1]), turned
 
 
-def precise_half_cycle(force, double_energy, frequency, amplitude, order, x0, digits=30, step=0.05):
-    """The same in mpmath, for a law without corners: extrapolated midpoint steps, the last one by Newton's to v = 0."""
-    with mpmath.workdps(digits):
-        amplitude, order = mpmath.mpf(amplitude), mpmath.mpf(order)
-
-        def rates(x, v):
-            total = v * v + double_energy(x)
-            return v, -force(x) - amplitude * frequency(x) * (v * v / total) ** order * v
-
-        state, h = (mpmath.mpf(x0), mpmath.mpf(0)), mpmath.mpf(step)
-        while True:
-            after = _extrapolated(rates, state, h)
-            if after[1] > 0:  # past the turn: shorten the step until it ends there
-                for _ in range(60):
-                    if abs(after[1]) < mpmath.mpf(10) ** (8 - digits):
-                        return -after[0]
-                    h -= after[1] / rates(*after)[1]
-                    after = _extrapolated(rates, state, h)
-                raise ArithmeticError(f"no turn found near x = {mpmath.nstr(after[0], 10)}")
-            state = after
-
-
-def _extrapolated(rates, state, h, columns=14):
-    """One step of Gragg's modified midpoint rule, extrapolated in the square of the substep."""
-    rows = []
-    for k in range(1, columns + 1):
-        n = 2 * k
-        s, (x0, v0) = h / n, state
-        r = rates(x0, v0)
-        x1, v1 = x0 + s * r[0], v0 + s * r[1]
-        for _ in range(n - 1):
-            r = rates(x1, v1)
-            x0, v0, x1, v1 = x1, v1, x0 + 2 * s * r[0], v0 + 2 * s * r[1]
-        r = rates(x1, v1)
-        row = [((x0 + x1 + s * r[0]) / 2, (v0 + v1 + s * r[1]) / 2)]
-        for j, previous in enumerate(rows[-1] if rows else (), start=1):
-            ratio = mpmath.mpf(k) ** 2 / mpmath.mpf(k - j) ** 2 - 1
-            row.append(tuple(new + (new - old) / ratio for new, old in zip(row[-1], previous, strict=True)))
-        rows.append(row)
-    return rows[-1][-1]
-
-
-def forced_peak(curve, damper, load, step=1e-3):
-    """First turn of the motion from rest at x = 0 under the load p(tau) >= 0, by steps of Runge and Kutta's."""
+def forced_peak(curve, damper, load, end):
+    """First turn of the motion from rest at x = 0 under the load p(tau) >= 0, which stops at `end`."""
     parts = branches(curve)
 
-    def rates(tau, x, v):
+    def rates(tau, state):
+        x, v = state.tolist()
         branch = next(part for part in parts if x <= part.high)
         return v, load(tau) - branch.force(x) - damper.coefficient(branch, x, v) * v
 
-    tau, x, v = 0.0, 0.0, 0.0
-    while True:
-        a = rates(tau, x, v)
-        b = rates(tau + step / 2, x + step / 2 * a[0], v + step / 2 * a[1])
-        c = rates(tau + step / 2, x + step / 2 * b[0], v + step / 2 * b[1])
-        d = rates(tau + step, x + step * c[0], v + step * c[1])
-        x_end, v_end = (old + step / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]) for i, old in enumerate((x, v)))
-        if v_end <= 0:
-            return x + step * v * v / (v - v_end) / 2
-        tau, x, v = tau + step, x_end, v_end
+    def turns(tau, state):
+        return state[1] if tau > 0 else 1.0
+
+    turns.terminal, turns.direction = True, -1
+    run = solve_ivp(rates, (0, 1e3), [0.0, 0.0], "RK45", events=turns, rtol=1e-8, atol=1e-10, max_step=end / 50)
+    return float(run.y_events[0][0][0])

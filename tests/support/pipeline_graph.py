@@ -1,4 +1,4 @@
-"""What the tables say that a run has to do: from what is new, every dataset, figure and page after it."""
+"""Jobs of a run by the tables: from what is new, every dataset, figure and page after it."""
 
 from collections import Counter
 
@@ -55,5 +55,5 @@ def _leaves(changes, path=""):
 
 
 def _meet(keys, others):
-    """Whether one of some dotted keys is one of the others, or within it."""
+    """Return True if one of some dotted keys is one of the others, or within it."""
     return any(f"{key}.".startswith(f"{other}.") for key in keys for other in others)

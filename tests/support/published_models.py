@@ -1,7 +1,4 @@
-"""The damping models that the documents show: those of which the package ships polynomials, and the reference.
-
-A damper that was just added is in the vocabulary and works everywhere; the documents show it once it is published.
-"""
+"""The damping models that the documents show: the reference, and those with shipped polynomials, not one just added."""
 
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.vocabulary import MODELS, REFERENCE

@@ -18,17 +18,10 @@ class Tree:
     def __init__(self, place):
         self.place = place
         shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_COPIED))
-        own = {"PYTHONPATH": str(place / "src"), "PYTHONUTF8": "1"}  # the package of the copy, not the installed one
-        own["PYTEST_DEBUG_TEMPROOT"] = str(place.parent)  # tests run there remove nothing of other runs
-        dropped = (
-            "SNAKEMAKE_PROFILE",
-            "NUMBA_CACHE_DIR",
-            "NUMBA_DISABLE_JIT",
-            "NUMBA_NUM_THREADS",
-            "SOURCE_DATE_EPOCH",
-            "COVERAGE_PROCESS_START",
-        )
-        self.environment = {key: value for key, value in os.environ.items() if key not in dropped} | own
+        # The package of the copy, not the installed one; tests run there remove nothing of other runs.
+        set_here = {"PYTHONPATH": str(place / "src"), "PYTHONUTF8": "1", "PYTEST_DEBUG_TEMPROOT": str(place.parent)}
+        dropped = re.compile("SNAKEMAKE_PROFILE|NUMBA_.*|SOURCE_DATE_EPOCH|COVERAGE_PROCESS_START")
+        self.environment = {key: value for key, value in os.environ.items() if not dropped.fullmatch(key)} | set_here
 
     def snakemake(self, *arguments, overlay=None):
         """Run it on the minimal config, with more keys from `overlay` where that is given."""

@@ -68,6 +68,7 @@ WRONG = {
     "path": [None, "", "a\0b", 3, ["a"]],
     "records": [None, "", 3, [3], [None], {}],
     "displacement": [None, "a", True, 1j],  # of a reference; finite or not is seen by the solver
+    **dict.fromkeys(("case", "checkpoints"), [None, "a", 0.5, [1.5], 1e300]),
 }
 # Arguments of which any text or truth value is right, and those that a function passes on.
 FREE = {"histories", "header", "digest", "unit_of_file", "parameters"}

@@ -1,6 +1,4 @@
-"""What is given is converted once or refused with its name; what is kept cannot be changed later."""
-
-from pathlib import Path
+"""Arguments are converted once or refused by their names; the copies that objects keep cannot be changed later."""
 
 import numpy as np
 import pandas as pd
@@ -32,18 +30,11 @@ NO_NUMBERS = [
     xr.DataArray(["a"]),
     rd.Wall,
 ]
-NOT_FINITE = [np.nan, np.inf, -np.inf, [0.3, np.nan], xr.DataArray([np.inf])]
 
 
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=lambda value: type(value).__name__)
 def test_what_is_no_real_number_is_refused_by_the_arguments_name(value):
     with pytest.raises(rd.InputError, match="thickness is .*; it must be a number, or an array of them"):
-        rd.Wall(value, 4.5)
-
-
-@pytest.mark.parametrize("value", NOT_FINITE, ids=str)
-def test_what_is_not_finite_is_refused_by_the_arguments_name(value):
-    with pytest.raises(rd.InputError, match="thickness is .*; it must be a finite number"):
         rd.Wall(value, 4.5)
 
 
@@ -66,32 +57,6 @@ def test_names_are_taken_in_capitals_and_small_letters():
     assert rd.Damping.of_restitution(0.8, "ecd16").model == "ECD16"
     assert rd.TrilinearCurve.preset("Moderate") == rd.TrilinearCurve.preset("moderate")
     assert rd.TrilinearCurve(0.04, 0.85, 0.95, "Translated").softening == "translated"
-
-
-@pytest.mark.parametrize("value", [None, 3, b"CDR", "CDRR", ["CDR"], np.nan])
-def test_a_name_that_is_none_is_told_which_there_are(value):
-    with pytest.raises(rd.InputError, match="damping_model is .*; it must be one of CR, CDC, CDR"):
-        rd.Damping(value, 0.05)
-
-
-@pytest.mark.parametrize("value", [None, 3, b"a.csv", "a\0.csv", ""])
-def test_what_is_no_path_is_refused(value):
-    with pytest.raises(rd.InputError, match="path is .*; it must be a path"):
-        rd.read_record(value)
-    assert arguments.path("path", "a.csv") == arguments.path("path", Path("a.csv")) == Path("a.csv")
-
-
-def test_an_object_of_another_class_is_refused_by_name():
-    curve, damping = rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8)
-    for name, call in (
-        ("wall", lambda: rd.respond(None, curve, damping, None)),
-        ("curve", lambda: rd.free_decay(damping, damping)),
-        ("damping", lambda: rd.free_decay(curve, curve)),
-        ("record", lambda: rd.respond(rd.Wall(0.3, 4.5), curve, damping, "a.csv")),
-        ("reference", lambda: rd.solve(curve, damping, step=0.01, steps=1, reference=3)),
-    ):
-        with pytest.raises(rd.InputError, match=rf"^{name} is .*; it must be an? "):
-            call()
 
 
 def test_what_is_kept_is_a_copy_that_cannot_be_written():
@@ -145,23 +110,12 @@ def test_shapes_that_do_not_broadcast_or_are_too_large_are_refused():
     [
         ({"steps": 2**63}, "steps is 9223372036854775808; it must be a whole number"),
         ({"steps": 10**8, "store_every": 1, "release_amplitude": np.zeros(9)}, "100,000,001 values are stored"),
-        ({"ground_acceleration": [0, 1j]}, "ground_acceleration is"),
-        ({"ground_acceleration": np.ma.masked_array([0.0, 1.0], [True, False])}, "ground_acceleration is a masked"),
-        ({"threads": 0}, "threads is 0"),
-        ({"release_amplitude": True}, "release_amplitude is True"),
     ],
 )
 def test_the_solver_refuses_what_it_would_cut(changed, named):
     given = {"step": 0.01, "steps": 1} | changed
     with pytest.raises(rd.InputError, match=named):
         rd.solve(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), **given)
-
-
-@pytest.mark.parametrize(("name", "value"), [("case", 0.5), ("checkpoints", [1.5]), ("case", 1e300), ("case", "a")])
-def test_a_reference_is_not_cut_to_whole_numbers(name, value):
-    given = {"displacement": np.zeros((2, 11)), "case": 0, "checkpoints": [10]} | {name: value}
-    with pytest.raises(rd.InputError, match=f"{name} is"):
-        rd.Reference(**given)
 
 
 @pytest.mark.parametrize("given", [{"length": 1e7}, {"length": 1.0, "step": 1e-300}, {"points": 10**12}])

@@ -94,13 +94,13 @@ def pulse(pga):
 )
 def test_a_motion_weaker_or_stronger_than_earthquakes_is_warned_of(pga, scale, expected):
     with pytest.warns(rd.InputWarning, match=expected) as caught:
-        rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), velocity_ratio=scale)
+        rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), scale=scale)
     assert len(caught) == 1
 
 
 @pytest.mark.parametrize(("pga", "scale"), [(0.05, 1.0), (29.0, 1.0), (3.0, [1.0, 100.0]), (3.0, 0.0), (0.0, 1.0)])
 def test_other_motions_are_not_warned_of(pga, scale):
-    rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), velocity_ratio=scale)
+    rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), scale=scale)
 
 
 def test_studies_that_go_beyond_on_purpose_say_so():

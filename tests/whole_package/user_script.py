@@ -1,4 +1,4 @@
-"""What somebody may write who uses rockdamp with a type checker: `test_types.py` has it read by `mypy --strict`."""
+"""A script of a user who has a type checker: `test_types.py` checks it with `mypy --strict`."""
 
 import sys
 from pathlib import Path

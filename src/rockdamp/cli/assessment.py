@@ -19,6 +19,7 @@ from rockdamp.cli.options import (
     make_wall,
     refuse_unused,
     wall_options,
+    with_default,
 )
 from rockdamp.cli.types import OutputFile, Quantities, Quantity
 from rockdamp.units import number
@@ -31,8 +32,9 @@ if TYPE_CHECKING:
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
 
-RULES = ("measured", "analytical", "impulsive")  # for e; a test holds them equal to the package's
-INTERVAL = "collapse_probability_interval"  # the attribute that says of which kind the interval is
+RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
+INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
+SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
 
 records_option = click.option(
     "--records",
@@ -44,7 +46,7 @@ records_option = click.option(
 pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
 pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
-tail_option = click.option("--tail", type=Quantity("s"), default=3.0, show_default=True, help="Rest after each record.")
+tail_option = with_default("--tail", type=Quantity("s"), default=3.0, help="Rest after each record.")
 
 
 class Restitution(click.ParamType):
@@ -98,16 +100,11 @@ class Restitution(click.ParamType):
 @click.option("--report", type=OutputFile(".html"), help="Write a page of two sheets, to print.")
 @json_option
 def assess_command(
-    restitution: float | str | None,
     walls: Path | None,
     identifier: str | None,
     records: tuple[str, ...],
     pgv: list[float] | None,
     pga: list[float] | None,
-    tail: float,
-    output: Path | None,
-    plot: Path | None,
-    nrml: Path | None,
     report: Path | None,
     as_json: bool,
     **options: Any,
@@ -118,37 +115,41 @@ def assess_command(
     run with restitution (CR) and with the recommended damper. The interval of the collapse probability is Wilson's, 95
     %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations.
     """
-    if (pgv is None) == (pga is None):
-        raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
-    wall, curve, e, reason = _wall(walls, identifier, restitution, options)
+    require_one(pgv, pga)
+    wall, curve, e, reason = _wall(walls, identifier, options)
     from rockdamp.assessment.one_wall import assess
     from rockdamp.motions.catalogue import load_records
 
     motions = load_records(records)
-    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=tail)
+    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
     answer.attrs["restitution_reason"] = reason
-    if output is not None:
+    if options["output"] is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
         read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
-        write_dataset(answer, output, "assessment", "rockdamp.assessment.one_wall", **read)
-    if plot is not None:
+        write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.one_wall", **read)
+    if options["plot"] is not None:
         from rockdamp.figures.assessment import fragility_figure
 
-        write_figure(fragility_figure(answer), plot)
-    if nrml is not None:
+        write_figure(fragility_figure(answer), options["plot"])
+    if options["nrml"] is not None:
         from rockdamp.assessment.openquake import of_wall
 
-        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], nrml)
+        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], options["nrml"])
     if report is not None:
         from rockdamp.report.one_wall import page
 
         with writing(report):
             page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
-        click.echo(f"{report} written", err=True)
     if as_json:
         print_json(_values(answer))
     else:
         _print(answer)
+
+
+def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
+    """Raise `click.UsageError` unless one of both intensity measures is stated."""
+    if (pgv is None) == (pga is None):
+        raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
 
 
 def content_of(motions: Iterable[GroundMotion]) -> str:
@@ -162,11 +163,10 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
 
     with writing(path):
         nrml.write(path, nrml.text(collapses, measure, path.stem, "Collapse of rocking walls, by rockdamp."))
-    click.echo(f"{path} written", err=True)
 
 
 def _wall(
-    table: Path | None, identifier: str | None, restitution: float | str | None, options: dict[str, Any]
+    table: Path | None, identifier: str | None, options: dict[str, Any]
 ) -> tuple[Wall | Parapet, TrilinearCurve, float, str]:
     """Return the wall of the options or of a row of the table, its curve, e, and the reason for e."""
     from rockdamp.assessment.one_wall import stated
@@ -178,7 +178,8 @@ def _wall(
         if options["thickness"] is None or options["height"] is None:
             raise click.UsageError("there must be --thickness and --height, or --walls and --id")
         wall, curve = make_wall(options), make_curve(options)
-        return wall, curve, *stated(wall, DEFAULT_RULE if restitution is None else restitution)
+        e = options["restitution"]
+        return wall, curve, *stated(wall, DEFAULT_RULE if e is None else e)
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
@@ -190,6 +191,28 @@ def _wall(
     return row.wall, row.curve, row.restitution, row.reason
 
 
+def _models(answer: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the answer for each damping model; what depends on the intensity, in `SHARES`, as a list over it."""
+    median = f"median_{answer.attrs['intensity_measure'].lower()}"
+    rows = []
+    for model in map(str, answer["damping_model"].values):
+        one = answer.sel(damping_model=model)
+        rows.append(
+            {
+                "damping_model": model,
+                "order": _number(one["order"]),
+                "damping_ratio": _number(one["damping_ratio"]),
+                "records": int(answer["records"]),
+                **{name: one[name].values.tolist() for name in SHARES},
+                "median_intensity": _number(one[median]),
+                "median_intensity_interval": _numbers(one[f"{median}_interval"]),
+                "dispersion": _number(one["dispersion"]),
+                "dispersion_interval": _numbers(one["dispersion_interval"]),
+            }
+        )
+    return rows
+
+
 def _values(answer: xr.Dataset) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several."""
     measure = answer.attrs["intensity_measure"]
@@ -198,25 +221,6 @@ def _values(answer: xr.Dataset) -> dict[str, Any]:
     def at(values: Any) -> Any:
         return values[0] if len(asked) == 1 else values
 
-    models = []
-    for model in map(str, answer["damping_model"].values):
-        of_model = answer.sel(damping_model=model)
-        models.append(
-            {
-                "damping_model": model,
-                "order": _number(of_model["order"]),
-                "damping_ratio": _number(of_model["damping_ratio"]),
-                "records": int(answer["records"]),
-                "collapses": at(of_model["collapses"].values.tolist()),
-                "collapse_probability": at(of_model["collapse_probability"].values.tolist()),
-                "collapse_probability_interval": at(of_model["collapse_probability_interval"].values.tolist()),
-                "effective_records": at(of_model["effective_records"].values.tolist()),
-                "median_intensity": _number(of_model[f"median_{measure.lower()}"]),
-                "median_intensity_interval": _numbers(of_model[f"median_{measure.lower()}_interval"]),
-                "dispersion": _number(of_model["dispersion"]),
-                "dispersion_interval": _numbers(of_model["dispersion_interval"]),
-            }
-        )
     return {
         "rocking_onset": float(answer["rocking_onset"]),
         "restitution": float(answer["restitution"]),
@@ -224,7 +228,7 @@ def _values(answer: xr.Dataset) -> dict[str, Any]:
         "intensity_measure": measure,
         "intensity": at(asked),
         "interval": answer.attrs[INTERVAL],
-        "models": models,
+        "models": [row | {name: at(row[name]) for name in SHARES} for row in _models(answer)],
     }
 
 
@@ -240,43 +244,36 @@ def _print(answer: xr.Dataset) -> None:
     from rockdamp.vocabulary import STANDARD_GRAVITY
 
     measure = answer.attrs["intensity_measure"]
-    name, unit = measure.lower(), answer[measure.lower()].attrs["units"]
-    onset = float(answer["rocking_onset"])
+    asked = answer[measure.lower()]
+    onset, models = float(answer["rocking_onset"]), _models(answer)
     click.echo(f"rocking starts at {onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2), by the plateau's strength")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
     click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
-    print_table([row for index in range(answer.sizes["intensity"]) for row in _shares(answer, index)], {measure: unit})
-    click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations:\n")
-    rows = []
-    for model in map(str, answer["damping_model"].values):
-        of_model = answer.sel(damping_model=model)
-        rows.append(
-            {
-                "damping_model": model,
-                "damping_ratio": _number(of_model["damping_ratio"]),
-                f"median {measure}": _number(of_model[f"median_{name}"]),
-                "interval": _span(_numbers(of_model[f"median_{name}_interval"])),
-                "dispersion": _number(of_model["dispersion"]),
-                " interval": _span(_numbers(of_model["dispersion_interval"])),
-            }
-        )
-    print_table(rows, {f"median {measure}": unit})
-
-
-def _shares(answer: xr.Dataset, index: int) -> list[dict[str, Any]]:
-    """Return the rows of the table of collapses at one intensity."""
-    measure = answer.attrs["intensity_measure"]
-    at = answer.isel(intensity=index)
-    return [
+    shares = [
         {
-            measure: float(at[measure.lower()]),
-            "damping_model": str(model),
-            "collapses": str(int(at["collapses"].sel(damping_model=model))),
-            "share": float(at["collapse_probability"].sel(damping_model=model)),
-            "interval": _span(at["collapse_probability_interval"].sel(damping_model=model).values.tolist()),
+            measure: intensity,
+            "damping_model": row["damping_model"],
+            "collapses": str(row["collapses"][index]),
+            "share": row["collapse_probability"][index],
+            "interval": _span(row["collapse_probability_interval"][index]),
         }
-        for model in answer["damping_model"].values
+        for index, intensity in enumerate(asked.values.tolist())
+        for row in models
     ]
+    print_table(shares, {measure: asked.attrs["units"]})
+    click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations:\n")
+    fragilities = [
+        {
+            "damping_model": row["damping_model"],
+            "damping_ratio": row["damping_ratio"],
+            f"median {measure}": row["median_intensity"],
+            "interval": _span(row["median_intensity_interval"]),
+            "dispersion": row["dispersion"],
+            " interval": _span(row["dispersion_interval"]),
+        }
+        for row in models
+    ]
+    print_table(fragilities, {f"median {measure}": asked.attrs["units"]})
 
 
 def _span(bounds: list[float] | None) -> str | None:

@@ -12,11 +12,12 @@ from rockdamp.cli.assessment import (
     pga_option,
     pgv_option,
     records_option,
+    require_one,
     tail_option,
     write_nrml,
 )
 from rockdamp.cli.command import Command, print_json, write_dataset, write_table
-from rockdamp.cli.options import json_option
+from rockdamp.cli.options import json_option, table_of_walls
 from rockdamp.cli.types import OutputFile
 
 MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
@@ -57,38 +58,33 @@ def batch(
     """
     from rockdamp.assessment.many_walls import COLUMNS, answers, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
-    from rockdamp.assessment.table import BadRow, read_walls
+    from rockdamp.assessment.table import BadRow
     from rockdamp.errors import InputError
     from rockdamp.motions.catalogue import load_records
 
-    if (pgv is None) == (pga is None):
-        raise click.UsageError("there must be either --pgv or --pga, the intensity asked for")
+    require_one(pgv, pga)
     measure, intensity = asked(pgv, pga)
     if intensity.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
-    rows = read_walls(walls)
-    if not rows:
-        raise InputError(f"{walls}: has no rows; a wall must stand in each")
+    rows = table_of_walls(walls)
     motions = load_records(records)
-    for doubt in (doubt for row in rows if not isinstance(row, BadRow) for doubt in row.doubts):
-        click.echo(f"warning: {walls}, {doubt}", err=True)
-    found = list(answers(rows, motions, measure, float(intensity[0]), tail=tail))
-    bad = [one for one in found if isinstance(one, BadRow)]
-    if len(bad) == len(found):
+    answered = list(answers(rows, motions, measure, float(intensity[0]), tail=tail))
+    bad = [one for one in answered if isinstance(one, BadRow)]
+    if len(bad) == len(answered):
         raise InputError(f"{walls}: no row could be computed; {bad[0].error}")
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows)}
-        found_of = dataset(found, measure, float(intensity[0]))
-        write_dataset(found_of, output, "batch", "rockdamp.assessment.many_walls", **read)
+        made = dataset(answered, measure, float(intensity[0]))
+        write_dataset(made, output, "batch", "rockdamp.assessment.many_walls", **read)
     else:
-        write_table((line for one in found for line in lines(one)), output, COLUMNS)
+        write_table((line for one in answered for line in lines(one)), output, COLUMNS)
     if nrml is not None:
-        write_nrml(fragilities(found), measure, nrml)
+        write_nrml(fragilities(answered), measure, nrml)
     for one in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {one.error}", err=True)
     if bad:
-        click.echo(f"{len(bad)} of {len(found)} rows could not be computed; the column error says why", err=True)
+        click.echo(f"{len(bad)} of {len(answered)} rows could not be computed; the column error says why", err=True)
     if as_json:
-        told = [{"line": one.line, "id": one.id, "error": one.error} for one in bad]
-        values = {"walls": len(found) - len(bad), "records": len(motions), "intensity_measure": measure}
-        print_json({**values, "intensity": float(intensity[0]), "errors": told})
+        errors = [{"line": one.line, "id": one.id, "error": one.error} for one in bad]
+        values = {"walls": len(answered) - len(bad), "records": len(motions), "intensity_measure": measure}
+        print_json({**values, "intensity": float(intensity[0]), "errors": errors})

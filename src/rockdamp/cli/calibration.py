@@ -9,14 +9,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
-from rockdamp.cli.options import json_option, make_wall, record_option, refuse_unused, softening_options, wall_options
+from rockdamp.cli.options import (
+    json_option,
+    make_wall,
+    record_option,
+    refuse_unused,
+    softening_options,
+    wall_options,
+    with_default,
+)
 from rockdamp.cli.types import OutputFile, Whole
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rockdamp.mechanics.wall import Parapet, Wall
 
 
 @click.command(
@@ -38,23 +44,12 @@ if TYPE_CHECKING:
 )
 @click.option("--evidence", is_flag=True, help="Compare all damping models by --posterior.")
 @click.option("--priors", type=click.Path(path_type=Path), help="YAML file with priors of --posterior.")
-@click.option("--seed", type=Whole(0, 2**31), default=2017, show_default=True, help="Random seed of --posterior.")
+@with_default("--seed", type=Whole(0, 2**31), default=2017, help="Random seed of --posterior.")
 @click.option("--output", type=OutputFile(".nc"), help="Write the result and both histories as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw measured against fitted.")
 @json_option
 def calibrate_command(
-    record: Path,
-    a3: float,
-    softening: str,
-    posterior: bool,
-    damping_model: str | None,
-    evidence: bool,
-    priors: Path | None,
-    seed: int,
-    output: Path | None,
-    plot: Path | None,
-    as_json: bool,
-    **options: Any,
+    record: Path, posterior: bool, output: Path | None, plot: Path | None, as_json: bool, **options: Any
 ) -> None:
     """Fit a1, b1 and e to a measured record.
 
@@ -63,81 +58,56 @@ def calibrate_command(
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
     taken as known.
     """
-    wall = make_wall(options)
-    if posterior:
-        _posterior(
-            record, wall, damping_model or REFERENCE, evidence, priors, seed, a3, softening, output, plot, as_json
-        )
-        return
-    refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
-    from rockdamp.identification.calibration import calibrate
+    from rockdamp.identification import calibration, identify
     from rockdamp.motions.records import read_record
 
+    wall = make_wall(options)
+    known = {"ultimate_displacement_ratio": options["a3"], "softening": options["softening"]}
+    if posterior:
+        known |= _posterior_options(options)
+    else:
+        refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
     measured = read_record(record)
     with concerning(record):
-        fit = calibrate(measured, wall, ultimate_displacement_ratio=a3, softening=softening)
+        fitted = (identify.posterior if posterior else calibration.calibrate)(measured, wall, **known)
     if output is not None:
-        write_dataset(fit, output, "calibration", "rockdamp.identification.calibration", record=measured.digest)
+        kind, module = ("posterior", "identify") if posterior else ("calibration", "calibration")
+        write_dataset(fitted, output, kind, f"rockdamp.identification.{module}", record=measured.digest)
     if plot is not None:
+        from rockdamp.figures.identification import posterior_figure
         from rockdamp.figures.single import calibration_figure
 
-        write_figure(calibration_figure(fit), plot)
-    rows = [_row(fit.sel(parameter=name)) for name in map(str, fit["parameter"].values)]
-    if as_json:
-        print_json(rows)
+        write_figure((posterior_figure if posterior else calibration_figure)(fitted), plot)
+    if posterior:
+        _print_posterior(fitted, known["damping_model"], options["evidence"], as_json)
         return
-    print_table(_without_unknown(rows))
+    rows = [_row(fitted.sel(parameter=name)) for name in map(str, fitted["parameter"].values)]
+    print_json(rows) if as_json else print_table(_without_unknown(rows))
 
 
-def _posterior(
-    record: Path,
-    wall: Wall | Parapet,
-    damping_model: str,
-    evidence: bool,
-    priors: Path | None,
-    seed: int,
-    a3: float,
-    softening: str,
-    output: Path | None,
-    plot: Path | None,
-    as_json: bool,
-) -> None:
-    from rockdamp.identification import identify
+def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
     from rockdamp.identification.prior import Prior
-    from rockdamp.motions.records import read_record
     from rockdamp.storage import yaml_file
 
     prior = Prior()
-    if priors is not None:
-        stated = yaml_file.read(priors)
-        with concerning(priors):
+    if options["priors"] is not None:
+        stated = yaml_file.read(options["priors"])
+        with concerning(options["priors"]):
             prior = Prior.of(stated)
-    measured = read_record(record)
-    with concerning(record):
-        found = identify.posterior(
-            measured,
-            wall,
-            damping_model,
-            compared=CANDIDATES if evidence else (),
-            ultimate_displacement_ratio=a3,
-            softening=softening,
-            prior=prior,
-            seed=seed,
-        )
-    if output is not None:
-        write_dataset(found, output, "posterior", "rockdamp.identification.identify", record=measured.digest)
-    if plot is not None:
-        from rockdamp.figures.identification import posterior_figure
+    compared = CANDIDATES if options["evidence"] else ()
+    model = options["damping_model"] or REFERENCE
+    return {"damping_model": model, "compared": compared, "prior": prior, "seed": options["seed"]}
 
-        write_figure(posterior_figure(found), plot)
-    rows = [_posterior_row(found.sel(parameter=name)) for name in map(str, found["parameter"].values)]
-    compared = [_evidence_row(found.sel(damping_model=name)) for name in CANDIDATES] if evidence else []
+
+def _print_posterior(fitted: xr.Dataset, damping_model: str, evidence: bool, as_json: bool) -> None:
+    rows = [_posterior_row(fitted.sel(parameter=name)) for name in map(str, fitted["parameter"].values)]
+    compared = [_evidence_row(fitted.sel(damping_model=name)) for name in CANDIDATES] if evidence else []
     if as_json:
         log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
         print_json({"damping_model": damping_model, "parameters": rows, "evidence": log_evidence})
         return
-    effective = f"{float(found['effective_draws']):.0f} effective draws"
-    click.echo(f"{damping_model}; {float(found['share_inside']):.1%} of the record in its band of 90 %; {effective}\n")
+    effective = f"{float(fitted['effective_draws']):.0f} effective draws"
+    click.echo(f"{damping_model}; {float(fitted['share_inside']):.1%} of the record in its band of 90 %; {effective}\n")
     plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
     print_table(_without_unknown(plain))
     if compared:
@@ -145,23 +115,22 @@ def _posterior(
         print_table(compared)
 
 
-def _posterior_row(found: xr.Dataset) -> dict[str, Any]:
-    true = float(found["true_value"])
+def _posterior_row(fitted: xr.Dataset) -> dict[str, Any]:
     return {
-        "parameter": str(found["parameter"].item()),
-        "mean": float(found["mean"]),
-        "standard_deviation": float(found["standard_deviation"]),
-        "interval_90": [float(bound) for bound in found["interval"].sel(level=0.9).values],
-        "true_value": None if math.isnan(true) else true,
+        "parameter": str(fitted["parameter"].item()),
+        "mean": float(fitted["mean"]),
+        "standard_deviation": float(fitted["standard_deviation"]),
+        "interval_90": fitted["interval"].sel(level=0.9).values.tolist(),
+        "true_value": _known(fitted["true_value"]),
     }
 
 
-def _evidence_row(found: xr.Dataset) -> dict[str, Any]:
+def _evidence_row(fitted: xr.Dataset) -> dict[str, Any]:
     """One model; without numbers where the evidence could not be determined."""
+    known = math.isfinite(fitted["log_evidence"])
     names = ("log_evidence", "log_evidence_error", "probability")
-    values = {name: float(found[name]) for name in names}
-    known = math.isfinite(values["log_evidence"])
-    return {"damping_model": str(found["damping_model"].item()), **{n: v if known else None for n, v in values.items()}}
+    values = {name: float(fitted[name]) if known else None for name in names}
+    return {"damping_model": str(fitted["damping_model"].item()), **values}
 
 
 def _without_unknown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -171,11 +140,14 @@ def _without_unknown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
 
 
+def _known(value: xr.DataArray) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
 def _row(fitted: xr.Dataset) -> dict[str, Any]:
-    true = float(fitted["true_value"])
     return {
         "parameter": str(fitted["parameter"].item()),
         "estimate": float(fitted["estimate"]),
         "standard_error": float(fitted["standard_error"]),
-        "true_value": None if math.isnan(true) else true,
+        "true_value": _known(fitted["true_value"]),
     }

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-# Options that were renamed: the old name ends with a line that states the new one.
+# Options that were renamed: for the old name the error states the new one.
 RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
 INTERRUPTED = 130  # by Ctrl-C, as shells count it
@@ -56,7 +56,7 @@ class Command(click.Command):
             with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
-            _fail(ctx, f"a value given is too large or too small to compute with ({error})")
+            _fail(ctx, f"a value is too large or too small to compute with ({error})")
         except KeyboardInterrupt:
             click.echo("Aborted!", err=True)
             ctx.exit(INTERRUPTED)
@@ -151,13 +151,14 @@ def concerning(path: Path | str) -> Iterator[None]:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn a failure to write a file into an error that names it."""
+    """State that the body wrote a file; turn a failure into an error that names it."""
     from rockdamp.errors import InputError
 
     try:
         yield
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
+    click.echo(f"{path} written", err=True)
 
 
 def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence[str] | None = None) -> None:
@@ -171,7 +172,6 @@ def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence
         table: Any = csv.DictWriter(file, columns or list(rows[0]), lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
-    click.echo(f"{path} written", err=True)
 
 
 def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: Any) -> None:
@@ -185,10 +185,9 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
 
     files = ("output", "plot", "animation", "nrml", "report", "table", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
-    config = {**options, **read}
+    version = code_version(module, "rockdamp.storage.dataset")
     with writing(path):
-        storage.write(dataset, path, kind, config=config, code_version=code_version(module, "rockdamp.storage.dataset"))
-    click.echo(f"{path} written", err=True)
+        storage.write(dataset, path, kind, config={**options, **read}, code_version=version)
 
 
 def write_figure(figure: Figure, path: Path) -> None:
@@ -197,11 +196,9 @@ def write_figure(figure: Figure, path: Path) -> None:
 
     with writing(path):
         save(figure, path.with_suffix(""), [path.suffix[1:]], 200)
-    click.echo(f"{path} written", err=True)
 
 
 def print_json(value: Any) -> None:
-    """Print JSON and nothing else."""
     click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 

@@ -33,6 +33,7 @@ from rockdamp.cli.options import (
     make_wall,
     refuse_unused,
     wall_options,
+    with_default,
 )
 from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.motions.records import Record
 
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
@@ -82,26 +82,18 @@ class Length(click.ParamType):
 )
 @curve_options
 @damping_options
-@click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
-@click.option(
+@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
+@with_default(
     "--length",
     type=Length(),
     default=str(LENGTH),
-    show_default=True,
     help="Length of the history in tau = p t; in seconds, as 5s, it needs --thickness and --height.",
 )
 @wall_options(required=False)
 @output_option
 @plot_option
 @json_option
-def decay(
-    release: float,
-    length: tuple[str, float],
-    output: Path | None,
-    plot: Path | None,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def decay(release: float, length: tuple[str, float], as_json: bool, **options: Any) -> None:
     """Free decay: the peak of each half cycle.
 
     The wall is released at rest. With --thickness and --height, times are also in seconds and peaks in metres.
@@ -114,12 +106,12 @@ def decay(
 
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
     rows = peaks(histories)
-    if output is not None:
-        write_dataset(histories, output, "free_decay", "rockdamp.histories.side_by_side")
-    if plot is not None:
+    if options["output"] is not None:
+        write_dataset(histories, options["output"], "free_decay", "rockdamp.histories.side_by_side")
+    if options["plot"] is not None:
         from rockdamp.figures.single import decay_figure
 
-        write_figure(decay_figure(histories), plot)
+        write_figure(decay_figure(histories), options["plot"])
     if as_json:
         print_json(rows)
     elif rows:
@@ -170,28 +162,17 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @wall_options()
 @curve_options
 @damping_options
-@click.option("--scale", type=Quantities(), default="1", show_default=True, help="Factor on the acceleration.")
+@with_default("--scale", type=Quantities(), default="1", help="Factor on the acceleration.")
 @click.option("--to-pga", type=Quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
 @click.option("--to-pgv", type=Quantities("m s-1"), help="Scale each record to this PGV.")
-@click.option("--tail", type=Quantity("s"), default=0.0, show_default=True, help="Rest after the record.")
+@with_default("--tail", type=Quantity("s"), default=0.0, help="Rest after the record.")
 @output_option
 @plot_option
 @click.option("--animate", "animation", type=OutputFile(".gif"), help="Animate the rocking bodies beside the history.")
 @click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
 @json_option
 def respond_command(
-    records: tuple[str, ...],
-    compare: bool,
-    scale: list[float],
-    to_pga: list[float] | None,
-    to_pgv: list[float] | None,
-    tail: float,
-    output: Path | None,
-    plot: Path | None,
-    animation: Path | None,
-    table: Path | None,
-    as_json: bool,
-    **options: Any,
+    records: tuple[str, ...], tail: float, animation: Path | None, table: Path | None, as_json: bool, **options: Any
 ) -> None:
     """Response to a record: peak and outcome.
 
@@ -199,55 +180,61 @@ def respond_command(
     the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion. rocking_onset is the ground
     acceleration whose static load reaches the plateau of the curve. Several records or scales give a row each.
     """
-    if animation is not None and compare:
+    if animation is not None and options["compare"]:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     wall, curve = make_wall(options), make_curve(options)
-    dampings = make_dampings(options | {"compare": compare}, curve)
+    dampings = make_dampings(options, curve)
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
+    from rockdamp.motions.intensity import intensity_measures
     from rockdamp.progress import track
 
-    asked, motions = _scales(scale, to_pga, to_pgv), _motions(records)
+    asked, motions = _scales(options), _motions(records)
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot", "animation"), "one record and one scale")
     if several or table is not None:
         through = track(motions, "Records") if several else motions
-        found = list(rows(through, wall, curve, dampings, asked, tail))
+        answers = list(rows(through, wall, curve, dampings, asked, tail))
         if table is not None:
-            write_table(_standing(found), table)
+            write_table(_standing(answers), table)
         if several:
-            print_json(found) if as_json else print_table(_standing(found), UNITS)
+            print_json(answers) if as_json else print_table(_standing(answers), UNITS)
             return
     motion = motions[0].record
-    onset = float(wall.rocking_onset(curve.strength_ratio))
     factor = float(scales_of(motion, asked)[0])
     with concerning(motions[0].name):
         histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
-    if output is not None:
+    if options["output"] is not None:
         read = {"records": f"{motion.digest or motions[0].name}", "scale": factor, "to_pga": "", "to_pgv": ""}
-        write_dataset(histories, output, "response", "rockdamp.histories.side_by_side", **read)
-    if plot is not None:
+        write_dataset(histories, options["output"], "response", "rockdamp.histories.side_by_side", **read)
+    if options["plot"] is not None:
         from rockdamp.figures.single import response_figure
 
-        write_figure(response_figure(histories), plot)
+        write_figure(response_figure(histories), options["plot"])
     if animation is not None:
         from rockdamp.figures.rocking import animate
 
         with writing(animation):
             animate(histories, animation)
-        click.echo(f"{animation} written", err=True)
-    _print_response(histories, _motion(motion, factor) | {"rocking_onset": onset}, compare, as_json)
+    measures = intensity_measures(motion)
+    shaken = {
+        "pga": abs(factor) * measures.pga,
+        "pgv": abs(factor) * measures.pgv,
+        "duration": float(motion.elapsed[-1] - motion.elapsed[0]),
+        "rocking_onset": float(wall.rocking_onset(curve.strength_ratio)),
+    }
+    _print_response(histories, shaken, options["compare"], as_json)
 
 
-def _scales(scale: list[float], to_pga: list[float] | None, to_pgv: list[float] | None) -> dict[str, list[float]]:
-    """Return the factors or targets of the scaling: the one of the three options that was given."""
-    targets = {name: values for name, values in (("pga", to_pga), ("pgv", to_pgv)) if values is not None}
+def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
+    """Return the factors, or the targets in PGA or PGV, of the one option of three that scales the records."""
+    targets = {name: options[f"to_{name}"] for name in ("pga", "pgv") if options[f"to_{name}"] is not None}
     if len(targets) > 1:
         raise click.UsageError("--to-pga and --to-pgv each set the scale; there must be one of them")
     if targets:
         refuse_unused(("scale",), "neither --to-pga nor --to-pgv")
-    return targets or {"scale": scale}
+    return targets or {"scale": options["scale"]}
 
 
 def _motions(records: Sequence[str]) -> list[GroundMotion]:
@@ -257,18 +244,6 @@ def _motions(records: Sequence[str]) -> list[GroundMotion]:
     if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
         return [from_file(records[0])]
     return load_records(records)
-
-
-def _motion(record: Record, scale: float) -> dict[str, float]:
-    """Return PGA, PGV and duration of the scaled motion."""
-    from rockdamp.motions.intensity import intensity_measures
-
-    measures = intensity_measures(record)
-    return {
-        "pga": abs(scale) * measures.pga,
-        "pgv": abs(scale) * measures.pgv,
-        "duration": float(record.elapsed[-1] - record.elapsed[0]),
-    }
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from rockdamp.cli.types import Number, Quantity
 from rockdamp.vocabulary import MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
+    from rockdamp.assessment.table import BadRow, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.wall import Parapet, Wall
@@ -40,48 +42,31 @@ def _all(*options: Decorator) -> Decorator:
     return decorate
 
 
+with_default = partial(click.option, show_default=True)  # an option whose help states its default
+
+
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
     return _all(
         click.option("--thickness", type=Quantity("m"), required=required, help="Thickness t of the wall."),
         click.option("--height", type=Quantity("m"), required=required, help="Height h of the wall."),
-        click.option("--width", type=Quantity("m"), default=1.0, show_default=True, help="Width of the strip of wall."),
-        click.option(
-            "--density", type=Quantity("kg m-3"), default=1800.0, show_default=True, help="Density of the masonry."
+        with_default("--width", type=Quantity("m"), default=1.0, help="Width of the strip of wall."),
+        with_default("--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."),
+        with_default(
+            "--hinge-ratio", type=Number(), default=0.7, help="Height of the hinge over h; a parapet has none."
         ),
-        click.option(
-            "--hinge-ratio",
-            type=Number(),
-            default=0.7,
-            show_default=True,
-            help="Height of the hinge over h; a parapet has none.",
-        ),
-        click.option(
-            "--overburden-ratio",
-            type=Number(),
-            default=0.0,
-            show_default=True,
-            help="Overburden over weight of the wall.",
-        ),
-        click.option(
-            "--eccentricity",
-            type=Quantity("m"),
-            default=0.0,
-            show_default=True,
-            help="Distance of the overburden from mid-thickness.",
+        with_default("--overburden-ratio", type=Number(), default=0.0, help="Overburden over weight of the wall."),
+        with_default(
+            "--eccentricity", type=Quantity("m"), default=0.0, help="Overburden's distance from mid-thickness."
         ),
         click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
     )
 
 
 softening_options = _all(
-    click.option("--a3", type=Number(), default=1.0, show_default=True, help="Ultimate displacement ratio u3/u_ins."),
-    click.option(
-        "--softening",
-        type=click.Choice(SOFTENING),
-        default="steeper",
-        show_default=True,
-        help="Shape of the last branch, for a3 < 1.",
+    with_default("--a3", type=Number(), default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    with_default(
+        "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
@@ -95,11 +80,7 @@ curve_options = _all(
 damping_options = _all(
     click.option("--damping-model", type=Model(MODELS), help="Damping model.  [default: CR, with --restitution]"),
     click.option("--damping-ratio", type=Number(), help="Damping ratio xi of a viscous model."),
-    click.option(
-        "--restitution",
-        type=Number(),
-        help="Coefficient of restitution e, for CR, ECD of any order, and --compare.",
-    ),
+    click.option("--restitution", type=Number(), help="Restitution e, for CR, ECD of any order, and --compare."),
     click.option("--order", type=Number(), help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
@@ -112,6 +93,20 @@ record_option = click.option(
     help="Record to read: CSV of this project, or PEER AT2.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
+
+
+def table_of_walls(path: Path) -> list[Row | BadRow]:
+    """Read a table of walls, which must have rows, and print its doubts."""
+    from rockdamp.assessment.table import BadRow, read_walls
+    from rockdamp.errors import InputError
+
+    rows = read_walls(path)
+    if not rows:
+        raise InputError(f"{path}: has no rows; a wall must stand in each")
+    for row in rows:
+        for doubt in [] if isinstance(row, BadRow) else row.doubts:
+            click.echo(f"warning: {path}, {doubt}", err=True)
+    return rows
 
 
 def was_given(name: str) -> bool:
@@ -152,13 +147,7 @@ def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
 
 
 def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
-    """Return the curve that `CURVE` among the options describe.
-
-    Raises
-    ------
-    click.UsageError
-        If there are both a preset and a1 or b1, or neither.
-    """
+    """Return the curve that `CURVE` among the options describe: by a preset, or by a1 and b1."""
     from rockdamp.mechanics.curve import TrilinearCurve
 
     a1, b1, preset, a3, softening = (options[name] for name in CURVE)
@@ -173,13 +162,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
 
 
 def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalence: float) -> list[Damping]:
-    """Return the one damper that the options describe; with --compare, every model's.
-
-    Raises
-    ------
-    click.UsageError
-        If the options do not go together.
-    """
+    """Return the one damper that the options describe; with --compare, every model's."""
     from rockdamp.equivalence.equivalent import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
-from rockdamp.cli.options import json_option
+from rockdamp.cli.options import json_option, with_default
 from rockdamp.cli.types import Number, OutputFile, Quantity
 
 UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s-2", "peak_displacement": "m"}
@@ -27,20 +27,13 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
 @click.option("--table-velocity", metavar="COLUMN:UNIT", help="Column of the supports' velocity, to differentiate.")
 @click.option("--wall", metavar="COLUMN:UNIT", help="Column of the wall's displacement at its hinge.")
 @click.option("--table", metavar="COLUMN:UNIT", help="Column of the table's displacement, subtracted from the wall's.")
-@click.option(
-    "--rest",
-    type=Quantity("s"),
-    default=0.5,
-    show_default=True,
-    help="Rest at the start; zeros are its means.",
-)
+@with_default("--rest", type=Quantity("s"), default=0.5, help="Rest at the start; zeros are its means.")
 @click.option("--lowpass", type=Number(), help="Corner of a low-pass filter without delay, in Hz.")
 @click.option("--rate", type=Number(), help="Sampling rate of the record, in Hz.  [default: that of the channels]")
-@click.option(
+@with_default(
     "--baseline",
     type=click.Choice(["constant", "linear", "none"]),
     default="constant",
-    show_default=True,
     help="Subtract from the acceleration its mean at rest, a line, or nothing.",
 )
 @click.option("--specimen", default="not stated", help="Specimen that the header names.")

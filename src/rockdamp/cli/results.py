@@ -45,18 +45,18 @@ def datasets(folder: Path, as_json: bool) -> None:
 def verify(folder: Path | None, files: tuple[Path, ...], as_json: bool) -> None:
     """List every result that this code and config did not make.
 
-    Each dataset, table, figure and the report is compared with checksums.csv in FOLDER, which a complete build writes:
-    with its checksum, its config and the sources of the package. FOLDER is that of the config where it is not given.
-    Run it in the folder of the project. The exit status is 1 if any result is missing or another's.
+    A complete build writes checksums.csv into FOLDER, by default the config's. Each dataset, table, figure and the
+    report is compared with its checksum, its config and the sources of the package. Run it in the folder of the
+    project. The exit status is 1 if any result is missing or was made by another code or config.
     """
     from rockdamp.config.merging import merged
     from rockdamp.config.validation import validate
     from rockdamp.motions import catalogue
     from rockdamp.pipeline import verification
 
-    given = [Path("config/default.yaml"), *files]
-    config = merged(given, {})
-    validate(config, Path("workflow/schemas/config.schema.yaml"), given)
+    merged_files = [Path("config/default.yaml"), *files]
+    config = merged(merged_files, {})
+    validate(config, Path("workflow/schemas/config.schema.yaml"), merged_files)
     expected = verification.origins(config, lambda entries: len(catalogue.listing(entries)))
     place = folder or Path(config["results"])
     rows = [{"file": file, "reason": reason} for file, reason in verification.mismatches(place, expected)]

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, print_json, print_table, print_values, write_table
-from rockdamp.cli.options import CURVE, curve_options, json_option, make_curve, make_wall, refuse_unused, wall_options
+from rockdamp.cli.options import (
+    CURVE,
+    curve_options,
+    json_option,
+    make_curve,
+    make_wall,
+    refuse_unused,
+    table_of_walls,
+    wall_options,
+    with_default,
+)
 from rockdamp.cli.types import Number, OutputFile, Quantities
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -41,7 +51,7 @@ UNITS = {
     "rocking_onset": "m s-2",
 }
 POUND, INCH = 0.45359237, 0.0254  # [kg], [m]
-# Of a unit in SI: the one that is printed in its place, and its size.
+# By the SI unit: the unit that is printed in its place, and its size.
 IMPERIAL = {
     "N": ("lbf", POUND * STANDARD_GRAVITY),
     "kg": ("lb", POUND),
@@ -63,20 +73,11 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @wall_options()
 @curve_options
 @click.option("--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
-@click.option(
-    "--units",
-    type=click.Choice(["si", "imperial"], case_sensitive=False),
-    default="si",
-    show_default=True,
-    help="Units of the output.",
+@with_default(
+    "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
 )
 @json_option
-def wall(
-    amplitude: list[float] | None,
-    units: str,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
     """Constants of a wall's motion, onset of rocking, restitution, periods.
 
     Restitution is printed by each formula, with its source; one is recommended. Periods are printed for several
@@ -94,27 +95,25 @@ def wall(
     values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.strength_ratio))
     in_g = values["rocking_onset"] / STANDARD_GRAVITY
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
-    given = dict(UNITS)
+    shown = dict(UNITS)
     if units == "imperial":
-        given = {key: IMPERIAL.get(unit, (unit, 1.0))[0] for key, unit in UNITS.items()}
+        shown = {key: IMPERIAL.get(unit, (unit, 1.0))[0] for key, unit in UNITS.items()}
         values, rows = _imperial(values), [_imperial(row) for row in rows]
-    options_of_e = _restitutions(built)
+    restitutions = _restitutions(built)
     if as_json:
         periods = {} if amplitude is None else {"periods": rows}
-        stated = {key: given.get(key, "1") for key in (*values, *(rows[0] if periods else ()))} | {
-            "rocking_onset_g": "g"
-        }
-        more = {"rocking_onset_g": in_g, "restitutions": options_of_e, "units": stated}
-        print_json({**values, **more, **periods})
+        stated = {key: shown.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
+        stated["rocking_onset_g"] = "g"
+        print_json({**values, "rocking_onset_g": in_g, "restitutions": restitutions, "units": stated, **periods})
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
-    print_values(constants, given | {"rocking_onset": f"{given['rocking_onset']}, which is {in_g:.4g} g"})
+    print_values(constants, shown | {"rocking_onset": f"{shown['rocking_onset']}, which is {in_g:.4g} g"})
     click.echo()
-    for row in options_of_e:
+    for row in restitutions:
         recommended = " (recommended)" if row["recommended"] else ""
         click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['reason']}{recommended}")
     click.echo()
-    print_table(rows, given)
+    print_table(rows, shown)
 
 
 def _imperial(values: dict[str, float]) -> dict[str, float]:
@@ -166,19 +165,13 @@ def _periods(
 )
 @click.option("--restitution", type=Quantities(), help="Coefficient of restitution e.")
 @curve_options
-@click.option("--release", type=Number(), default=0.5, show_default=True, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
 @click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @json_option
 def equivalent_command(
-    restitution: list[float] | None,
-    release: float,
-    response_length: float | None,
-    walls: Path | None,
-    output: Path | None,
-    as_json: bool,
-    **options: Any,
+    restitution: list[float] | None, release: float, walls: Path | None, as_json: bool, **options: Any
 ) -> None:
     """Damping ratios equivalent to a restitution.
 
@@ -188,7 +181,7 @@ def equivalent_command(
     """
     if walls is not None:
         refuse_unused(("restitution", *CURVE, "response_length"), "one wall, without --walls")
-        _of_walls(walls, release, output, as_json)
+        _of_walls(walls, release, options["output"], as_json)
         return
     refuse_unused(("output",), "--walls")
     if restitution is None:
@@ -205,7 +198,7 @@ def equivalent_command(
         options["a3"],
         options["softening"],
         release,
-        DEFAULT_RESPONSE_LENGTH if response_length is None else response_length,
+        DEFAULT_RESPONSE_LENGTH if options["response_length"] is None else options["response_length"],
     )
     if as_json:
         print_json(rows)
@@ -214,28 +207,24 @@ def equivalent_command(
     if any(row["damping_ratio_fit"] is None for row in rows):
         click.echo("\n-: outside the range of the polynomials (a1 or e)", err=True)
     if curve.strength_ratio != SHIPPED_PLATEAU_RATIO:
-        told = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.strength_ratio):g}"
-        click.echo(f"\n{told}", err=True)
+        stated = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.strength_ratio):g}"
+        click.echo(f"\n{stated}", err=True)
 
 
 def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -> None:
     """Write or print the damping ratios of a table of walls."""
     from rockdamp.assessment.ratios import COLUMNS, ratios
-    from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
 
-    rows = read_walls(walls)
-    for doubt in (doubt for row in rows if not isinstance(row, BadRow) for doubt in row.doubts):
-        click.echo(f"warning: {walls}, {doubt}", err=True)
-    found = list(ratios(rows, release))
-    if all(row["damping_ratio"] is None for row in found):
-        raise InputError(f"{walls}: {found[0]['error'] if found else 'has no rows; a wall must stand in each'}")
+    rows = list(ratios(table_of_walls(walls), release))
+    if all(row["damping_ratio"] is None for row in rows):
+        raise InputError(f"{walls}: {rows[0]['error']}")
     if output is not None:
-        write_table(found, output, COLUMNS)
+        write_table(rows, output, COLUMNS)
     if as_json:
-        print_json(found)
+        print_json(rows)
     elif output is None:
-        print_table(found)
+        print_table(rows)
 
 
 @click.command(cls=Command, examples=["rockdamp presets"])

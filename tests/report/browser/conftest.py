@@ -10,17 +10,8 @@ import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")
-QUIET = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--disable-dev-shm-usage",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
+QUIET = "headless no-sandbox disable-gpu disable-quic disable-dev-shm-usage no-first-run"
+QUIET += " disable-background-networking disable-component-update disable-sync window-size=1280,900"
 
 
 @pytest.fixture(scope="session")
@@ -33,12 +24,8 @@ def chromium(tmp_path_factory):
             pytest.skip(f"{name} is absent: {why}")
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
-    for argument in (
-        *QUIET,
-        f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
-        "--window-size=1280,900",
-    ):
-        options.add_argument(argument)
+    for argument in (*QUIET.split(), f"user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(f"--{argument}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     try:
         browser = webdriver.Chrome(options=options, service=webdriver.chrome.service.Service(DRIVER))

@@ -1,9 +1,9 @@
 """A small config, made-up matches and the stage run on them."""
 
+import copy
+
 import pytest
-import yaml
 from accuracy_cases import made_up
-from repository import ROOT
 
 from rockdamp.config.walls import StudySettings
 from rockdamp.studies import damping_force
@@ -14,9 +14,9 @@ from rockdamp.vocabulary import STUDIES
 
 
 @pytest.fixture(scope="session")
-def config():
+def config(paper):
     """The paper's config with fewer values, a larger step and shorter responses."""
-    small = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    small = copy.deepcopy(paper)
     small["solver"]["step"] = 0.01
     small["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.05}
     small["studies"]["amplitude"]["release_amplitude"] = [0.3, 0.5]
@@ -38,8 +38,8 @@ def matches(config):
 
 @pytest.fixture(scope="session")
 def studies(config):
-    given = StudySettings.of(config)
-    return {name: given.study(name) for name in STUDIES}
+    settings = StudySettings.of(config)
+    return {name: settings.study(name) for name in STUDIES}
 
 
 @pytest.fixture(scope="session")
