@@ -16,18 +16,6 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
     """Return the damping ratio that minimises the sum of ``||u_CR| - |u_DAF||`` over a response, for each case.
 
     It is looked for within a factor `WIDEST` of the ratio of least squares; the fine grid is spaced by 0.06 %.
-
-    Parameters
-    ----------
-    cases : Cases
-    damping_model : str
-        Of `VISCOUS_MODELS`.
-    least_squares : ndarray, shape (cases,)
-        The ratios that minimise Eq. (17) as printed. [-]
-    steps : int
-        Of the solver, over which the sum goes.
-    scheme : str
-        Of `newmark.solve`.
     """
     found = np.empty_like(least_squares)
     for case, middle in enumerate(least_squares.tolist()):

@@ -28,29 +28,10 @@ MOVES = 50  # of the middle, before a minimum that no range holds is given up
 def integral_minima(
     cases: Cases, damping_model: str, steps: int, damping_ratio: Array, scheme: str = "newmark"
 ) -> Array:
-    """Find the damping ratios of the least integral of (|u_CR| - |u|)^2 next to those given, twice.
+    """Find the damping ratios of the least integral of (|u_CR| - |u|)^2 next to those given, shape (2, cases). [-]
 
-    Parameters
-    ----------
-    cases : Cases
-    damping_model : str
-        One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    steps : int
-        Length of the response, in steps of the cases.
-    damping_ratio : ndarray, shape (cases,)
-        Where to look; 0, which belongs to e = 1, stays. [-]
-    scheme : str
-        Of `newmark.solve`.
-
-    Returns
-    -------
-    ndarray, shape (2, cases)
-        xi by all damping ratios tried, then by the inner half of them. How far these differ says how well a cubic fits.
-
-    Raises
-    ------
-    InputError
-        If no minimum is found.
+    First by all damping ratios tried, then by the inner half of them: the difference says how well a cubic fits. A
+    ratio of 0, which belongs to e = 1, stays. It raises `InputError` where it finds no minimum.
     """
     width = min(HALF_WIDTH * cases.step, WIDEST)
     middle, least = damping_ratio.copy(), np.zeros((2, damping_ratio.size))

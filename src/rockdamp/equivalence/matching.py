@@ -72,7 +72,7 @@ def solve(
     scheme: str = "newmark",
     description: str = "",
 ) -> dict[str, Matched]:
-    """Match viscous models to decays under restitution.
+    """Match viscous models to decays under restitution: `Matched` by model, in the order of `damping_models`.
 
     Parameters
     ----------
@@ -82,19 +82,10 @@ def solve(
         Of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
     steps : int
         Length of the response over which Eq. (17) is summed, in the solver's steps.
-    scan : Scan
-        Damping ratios tried.
     refinement : int
         Steps of the last minimisation in place of each of the solver's.
-    scheme : str
-        Of `newmark.solve`.
     description : str
         Of the progress; without one none is shown.
-
-    Returns
-    -------
-    dict of Matched
-        By model, in the order given.
 
     Raises
     ------

@@ -61,13 +61,7 @@ class Polynomials:
         return _within(e, self.restitution) & _within(a1, self.yield_displacement_ratio)
 
     def require_cover(self, restitution: ArrayLike, yield_displacement_ratio: ArrayLike, a1_name: str) -> None:
-        """Raise unless e and a1, which errors call `a1_name`, lie within the range of the fits.
-
-        Raises
-        ------
-        InputError
-            With the value and the range.
-        """
+        """Raise `InputError` unless e and a1, which the message calls `a1_name`, lie within the range of the fits."""
         given = (
             ("restitution", restitution, self.restitution),
             (a1_name, yield_displacement_ratio, self.yield_displacement_ratio),
@@ -79,18 +73,7 @@ class Polynomials:
     def __call__(self, damping_model: str, restitution: ArrayLike, yield_displacement_ratio: float) -> Array:
         """Evaluate xi(e), the coefficients linear in a1 between the fits. [-]
 
-        Parameters
-        ----------
-        damping_model : str
-        restitution : float or ndarray
-            e. [-]
-        yield_displacement_ratio : float
-            a1. [-]
-
-        Returns
-        -------
-        ndarray, of the shape of `restitution`
-            NaN outside the range of the fits, and for a model without any.
+        NaN outside the range of the fits, and for a model without any.
         """
         e = np.asarray(restitution, dtype=float)
         if damping_model not in self.coefficient:

@@ -123,12 +123,9 @@ def shipped(model: str) -> Table:
 
 
 def walls_at(unit: Array) -> tuple[Array, ...]:
-    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, the curve of steeper softening.
+    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, shape (5, ...), for curves of steeper softening.
 
-    Parameters
-    ----------
-    unit : ndarray, shape (5, ...)
-        Each variable from 0 to 1 over its range; a1 in its logarithm. [-]
+    Each variable goes from 0 to 1 over its range; a1 in its logarithm.
     """
     e, b1, a3 = (
         low + (high - low) * part

@@ -41,28 +41,7 @@ def normalisation(order: ArrayLike) -> Array:
     .. math:: N_m = \frac{\pi/2}{\int_{-\pi/2}^{\pi/2} \cos^{2m+2}\varphi\,d\varphi}
               = \frac{\sqrt{\pi}}{2}\,\frac{\Gamma(m+2)}{\Gamma(m+3/2)}
 
-    It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2.
-
-    Parameters
-    ----------
-    order : float or ndarray
-        m >= 0, any real number. [-]
-
-    Returns
-    -------
-    ndarray
-        N_m, exactly 1 at order 0 and to 2e-15 of its value at any other. [-]
-
-    Raises
-    ------
-    InputError
-        If an order is negative or not finite.
-
-    Examples
-    --------
-    >>> from rockdamp.mechanics.half_cycle_loss import normalisation
-    >>> normalisation([0, 1, 2, 8]).round(4)
-    array([1.    , 1.3333, 1.6   , 2.6958])
+    It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2; exactly 1 at order 0, to 2e-15 elsewhere.
     """
     m = check_order(order)
     return _normalisation(m) if m.ndim else _normalisation_of_one(float(m))
@@ -122,29 +101,8 @@ def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
     .. math:: \delta = \int_{-\pi/2}^{\pi/2} \frac{A \cos^{2m+2}\varphi}
               {1 - (A \sin\varphi \cos^{2m+1}\varphi)^2}\,d\varphi , \qquad A = 2 \xi N_m
 
-    Parameters
-    ----------
-    damping_ratio : float or ndarray
-        xi, at least 0 and so far below `critical_damping_ratio` that delta is at most 13.8 (e = 1e-6). [-]
-    order : float or ndarray
-        m >= 0, broadcasts. [-]
-
-    Returns
-    -------
-    ndarray
-        The decrement, to 1e-14 of its value up to order 1000. [-]
-
-    Raises
-    ------
-    InputError
-        If a damping ratio is negative, not below the critical one or loses more than e = 1e-6, or an order is negative.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from rockdamp.mechanics.half_cycle_loss import log_decrement
-    >>> np.exp(-log_decrement(0.05, [0, 4, 8])).round(4)  # e of 5 % damping
-    array([0.8545, 0.8545, 0.8545])
+    To 1e-14 of its value up to order 1000. It raises `InputError` for a damping ratio that is not below the critical
+    one, or that keeps less than e = 1e-6.
     """
     xi, m = _check_damping_ratio(damping_ratio), check_order(order)
     critical = critical_damping_ratio(m)
@@ -156,7 +114,7 @@ def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
 
 
 def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    r"""xi with which ECD of order m loses delta = -ln e in every half cycle: the inverse of `log_decrement`. [-]
+    r"""Damping ratio with which ECD of order m loses delta = -ln e in every half cycle: inverts `log_decrement`. [-]
 
     On the branch that begins at xi = 0 and ends at `critical_damping_ratio`, on which delta grows from 0 without bound.
     At order 0 it is delta/sqrt(pi^2 + delta^2). In W = 1/xi^2 the curve of 1/delta^2 is a straight line at order 0 and
@@ -164,22 +122,7 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
 
     .. math:: \frac{\delta}{\sqrt{\pi^2+\delta^2}} \le \xi \le \min\left(\frac{\delta}{\pi}, \xi_c\right) .
 
-    Parameters
-    ----------
-    log_decrement : float or ndarray
-        delta, from 0 to 13.8 (e from 1 down to 1e-6). [-]
-    order : float or ndarray
-        m >= 0, broadcasts. [-]
-
-    Returns
-    -------
-    ndarray
-        The damping ratio, to 1e-14 of its value up to order 1000. [-]
-
-    Raises
-    ------
-    InputError
-        If a decrement lies outside [0, 13.8], or an order is negative.
+    To 1e-14 of its value up to order 1000, for delta from 0 to 13.8 (e from 1 down to 1e-6).
 
     Examples
     --------

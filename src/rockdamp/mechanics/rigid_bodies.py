@@ -31,21 +31,7 @@ TOLERANCE = 1e-12  # relative, of DOP853
 def slender_decay(times: ArrayLike, wall: Wall, restitution: float, release_amplitude: float) -> Array:
     """Return u/u_ins of the rigid bi-linear law x'' = -sgn(x) (1 - |x|) after a release from rest. [-]
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        tau = p t, ascending from 0 or later. [-]
-    wall : Wall
-        Only its p and u_ins matter, and those are in tau and u/u_ins already: the answer is the same for all walls.
-    restitution : float
-        e, in (0, 1]. [-]
-    release_amplitude : float
-        u0/u_ins, in (0, 1). [-]
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range.
+    At `times` tau = p t, ascending from 0 or later. All walls have the same decay in tau and u/u_ins.
     """
     times = _check(times, wall, restitution, release_amplitude)
     energy = release_amplitude * (2 - release_amplitude)  # 2 V, from 1 - (1 - x)^2
@@ -63,17 +49,7 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
     """Return u/u_ins of the two rigid bodies rocking at rotations of any size, after a release from rest. [-]
 
     Solves M(u) u'' + 1/2 M'(u) u'^2 + U'(u) = 0 for |u| (see `TwoBodies`) by DOP853. The scales of u and t are those of
-    the slender limit, u_ins and p of the wall, so the answer compares directly with `slender_decay`.
-
-    Parameters
-    ----------
-    times, wall, restitution, release_amplitude
-        As for `slender_decay`; here the wall's shape matters. A single wall: no array parameters.
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range, or the release is so far that the wall falls.
+    the slender limit, u_ins and p of the wall, so the result compares directly with `slender_decay`.
     """
     times = _check(times, wall, restitution, release_amplitude)
     bodies = TwoBodies(wall)
@@ -143,7 +119,7 @@ def _decay(times: Array, half_cycle: Callable[[int], tuple[float, float, Fall]])
 
 
 class TwoBodies:
-    """Inertia and potential of the two bodies of a wall (Fig. 1) in u > 0, without a limit on the rotations.
+    """Inertia and potential of the two bodies of one wall (Fig. 1) in u > 0, without a limit on the rotations.
 
     For u > 0 the lower body turns about its bottom right corner A' and touches the upper one at the hinge B, on the
     left face; the upper body's top right corner C' is held sideways by the support and free to rise. B is then at the
@@ -154,11 +130,6 @@ class TwoBodies:
 
     In the slender limit M tends to m/3 and U' to f_bi/2: the coordinate u carries half of the mass and of the force of
     Eq. (1), where m_eff is 2m/3.
-
-    Parameters
-    ----------
-    wall : Wall
-        A single wall: no array parameters.
     """
 
     def __init__(self, wall: Wall) -> None:

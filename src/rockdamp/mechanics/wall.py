@@ -189,15 +189,7 @@ class _Mechanism(ByValue):
 
 
 def angular_momentum_restitution(thickness: Quantity, height: Quantity, hinge_ratio: Quantity) -> Array:
-    """Return e by Eq. (7), for sizes of which there may be no wall too: it falls to -1 with the hinge's height. [-]
-
-    Parameters
-    ----------
-    thickness, height : float or ndarray
-        t and h. [m]
-    hinge_ratio : float or ndarray
-        r = h1/h. [-]
-    """
+    """Return e by Eq. (7), for sizes of which there may be no wall too: it falls to -1 with the hinge's height. [-]"""
     lower = np.multiply(hinge_ratio, height)
     product = lower * (lower + height)
     return (product - 3 * np.square(thickness)) / (product + 3 * np.square(thickness))

@@ -69,26 +69,20 @@ def history(
     load: ArrayLike = (),
     load_step: float | None = None,
 ) -> ExactHistory:
-    """Solve x'' + C(x) x' + f(x) = load from tau = 0, with Eq. (8) at each impact for CR.
+    """Solve x'' + C(x) x' + f(x) = load from tau = 0 for one wall and one damper, with Eq. (8) at each impact for CR.
 
     Parameters
     ----------
-    curve, damping : TrilinearCurve, Damping
-        One wall and one damper: no array parameters.
     times : ndarray, shape (n,)
         tau at which the history is wanted, ascending from 0 or later; the last is the end of the run. [-]
     release_amplitude, release_velocity : float
         x and x' at tau = 0. [-]
-    load : ndarray, shape (samples,)
-        Dimensionless load, `Wall.load_factor` times the ground acceleration: linear between its samples, the first of
-        them at tau = 0, and zero after the last. [-]
-    load_step : float
-        Spacing of the samples in tau; needed where there is a load. [-]
+    load, load_step : ndarray, shape (samples,), and float
+        Dimensionless load, `Wall.load_factor` times the ground acceleration, at this spacing in tau: linear between its
+        samples, the first of them at tau = 0, and zero after the last. [-]
 
     Raises
     ------
-    InputError
-        If a value lies outside its range.
     ArithmeticError
         If the motion makes no progress, or no step keeps its tolerance; it says where.
     """
@@ -128,13 +122,7 @@ def history(
 
 
 def cr_peaks(curve: TrilinearCurve, restitution: float, release_amplitude: float, count: int) -> Array:
-    """Return the first `count` peaks |x_n| of a free CR decay after a release from rest: V(x_n) = e^(2n) V(x0). [-]
-
-    Raises
-    ------
-    InputError
-        If e is outside (0, 1] or the release is at or beyond a3.
-    """
+    """Return the first `count` peaks |x_n| of a free CR decay after a release from rest: V(x_n) = e^(2n) V(x0). [-]"""
     Damping.cr(restitution)
     x0 = np.abs(np.asarray(release_amplitude, dtype=float))
     require(x0 < curve.ultimate_displacement_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")

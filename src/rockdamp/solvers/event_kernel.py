@@ -309,33 +309,22 @@ def run(
 ):
     """Move from tau = 0 to the last of `times`, or to the collapse.
 
+    Returns how it ended, tau, x, and the impacts and turns, each of shape (count, 2).
+
     Parameters
     ----------
     branches : ndarray, shape (branches, DESCRIPTION)
-        From the left to the right.
+        From the left to the right; `at` is the one of the start.
     parameters : tuple of float
-        What the law has besides the state.
-    restitution : float
-        What times the velocity at x = 0, Eq. (8).
-    at : int
-        The branch of the start.
-    x, v : float
-        The start.
+        The values that the law reads besides the state.
     load, load_step : ndarray and float
         Samples, linear between them and zero after the last, and their spacing.
-    times : ndarray, shape (n,)
-        Ascending.
+    times, displacement, velocity : ndarray, shape (n,)
+        Ascending moments, and room for the state at each that is reached.
     patience : int
         Pieces without progress before the run gives up.
-    displacement, velocity : ndarray, shape (n,)
-        Filled at each of `times` that is reached.
     impacts, turns : ndarray, shape (room, 2)
         Room for tau and v of each crossing of x = 0, and for tau and x of each change of direction.
-
-    Returns
-    -------
-    tuple
-        How it ended, tau, x, the impacts and the turns, each of shape (count, 2).
     """
     rates = np.zeros((2, STAGES + 1))
     crossings, changes, reached = 0, 0, 0

@@ -242,10 +242,8 @@ def march(
 
     Parameters
     ----------
-    blocks : ndarray, shape (blocks, ROWS * LANES)
-        State, observations and parameters, laid out as the constants above say.
-    width : int
-        Lanes of each block, of `WIDTHS`; the rest of its rows is idle.
+    blocks, width : ndarray, shape (blocks, ROWS * LANES), and int
+        State, observations and parameters, laid out as the constants above say; lanes of each block, of `WIDTHS`.
     ground : ndarray, shape (motions, samples)
         Shared accelerations, linear between samples; empty for a free decay. Of one motion, rows G and G_BEFORE
         hold each lane's factor on it.
@@ -256,7 +254,7 @@ def march(
         Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
     reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, width)
         Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
-    checkpoints, error : ndarray, shape (response_lengths,) and (blocks, response_lengths, width)
+    checkpoints, error : ndarray, shape (checkpoints,) and (blocks, checkpoints, width)
         Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
         lane of the block stands; those of a collapsed lane mean nothing.
     every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
@@ -267,9 +265,9 @@ def march(
     store = displacement.shape[0] > 0
     for b in range(blocks.shape[0]):
         w = blocks[b]
-        response_length = 0
-        while response_length < checkpoints.size - 1 and checkpoints[response_length] < first:
-            response_length += 1
+        mark = 0
+        while mark < checkpoints.size - 1 and checkpoints[mark] < first:
+            mark += 1
         p1 = ground[0, (first - 1) // substeps] if forced else 0.0
         if store and first == 1:
             for i in range(width):
@@ -295,10 +293,10 @@ def march(
             advance(w, width, p0, p1, step)
             if compare:
                 compare_with(w, width, reference, row[b], step)
-                if step == checkpoints[response_length]:
+                if step == checkpoints[mark]:
                     for i in range(width):
-                        error[b, response_length, i] = w[ERROR + i]
-                    response_length = min(response_length + 1, checkpoints.size - 1)
+                        error[b, mark, i] = w[ERROR + i]
+                    mark = min(mark + 1, checkpoints.size - 1)
             if store and step % every == 0:
                 for i in range(width):
                     if w[ALIVE + i] > 0.0:

@@ -43,30 +43,18 @@ def derivatives(
 ) -> tuple[Array, Array]:
     """Return derivatives of a wall's displacement at the samples of a record: by the record, and by parameters.
 
+    Over u_ins, shape (directions, samples) [-] and (parameters, samples).
+
     Parameters
     ----------
-    wall : tuple of TrilinearCurve and Damping
-        One wall.
     directions : ndarray, shape (directions, samples)
         Changes of the ground acceleration at the samples, a cubic spline between them. [m s-2]
     sides : sequence
         Of each parameter: the wall with a little more of it, with a little less, and the difference.
-    step, load_factor : float
-        As of `solve`, in tau [-] and [s2 m-1].
     substeps : int
         Steps of the solver between two samples.
     ground_acceleration : ndarray, shape (steps + 1,)
         At the solver's steps. [m s-2]
-
-    Returns
-    -------
-    tuple of ndarray
-        Over u_ins, shape (directions, samples) [-] and (parameters, samples).
-
-    Raises
-    ------
-    InputError
-        If the wall collapses.
     """
     ran = solve(
         *wall,
