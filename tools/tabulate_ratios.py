@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.equivalence import matching, one_curve, tabulated
+from rockdamp.equivalence import equivalent, matching, tabulated
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.equivalence.minima import SCAN, Cases
 from rockdamp.equivalence.scan import Scan
@@ -172,7 +172,7 @@ def search(model: str, starts: Array, off: Array, rng: np.random.Generator) -> t
 
 def differences(unit: Array, models: Sequence[str], description: str) -> Array:
     """Return |xi of the table/xi - 1|, shape (models, walls), NaN where the table does not answer."""
-    exact, _ = matched(unit, one_curve.STEP, matching.REFINEMENT, SCAN, description, models)
+    exact, _ = matched(unit, equivalent.STEP, matching.REFINEMENT, SCAN, description, models)
     read = np.stack([tabulated.shipped(model).read(unit) for model in models])
     refused = np.stack([tabulated.shipped(model).refuses(unit) for model in models])
     return np.where(refused, np.nan, np.abs(np.expm1(read - exact)))

@@ -69,14 +69,6 @@ def test_the_factor_of_a_general_exponent_equals_adaptive_quadrature():
     )
 
 
-def test_named_models_are_the_general_exponent_at_0_1_and_2():
-    x0 = np.array([0.1, 0.5, 0.9])
-    for model, n in (("CDC", 0.0), ("CDR", 1.0), ("SDR", 2.0)):
-        named = equivalence_factor(CURVES[0], Damping(model, 1.0), x0)
-        general = equivalence_factor(CURVES[0], Damping.power(n, 1.0), x0)
-        np.testing.assert_allclose(named, general, rtol=1e-13)
-
-
 @settings(max_examples=50, deadline=None)
 @given(
     a1=st.floats(0.005, 0.14),
@@ -114,11 +106,6 @@ def test_the_closed_form_is_proportional_to_the_logarithm_of_restitution():
     e = np.array([0.7, 0.8, 0.9])
     ratio = damping_ratio_energy(CURVES[0], "CDR", e, 0.5) / -np.log(e)
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-14)
-
-
-def test_no_loss_needs_no_damping():
-    for model in VISCOUS_MODELS:
-        assert float(damping_ratio_energy(CURVES[0], model, 1.0, 0.5)) == 0.0
 
 
 def test_giannini_and_masiani_agree_with_the_exact_ratio_where_the_loss_is_small():

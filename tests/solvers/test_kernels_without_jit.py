@@ -169,21 +169,6 @@ def test_every_kind_of_step_is_its_textbook_scheme(monkeypatch, model, scheme, w
     np.testing.assert_allclose(response.peak_tau[:4], np.abs(x[:4]).argmax(axis=1) * STEP, rtol=1e-15)
 
 
-@each_kind
-def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, scheme):
-    if config.DISABLE_JIT:
-        pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
-    compiled = run(model, scheme)
-    monkeypatch.setattr(kernel, "compiled_march", kernel.plain_march)
-    interpreted = run(model, scheme)
-    for name in ("outcome", "outcome_tau", "peak_tau", "impacts"):
-        np.testing.assert_array_equal(getattr(compiled, name), getattr(interpreted, name))
-    # fastmath may sum and divide in another order.
-    for name in ("displacement", "velocity", "peak"):
-        np.testing.assert_allclose(getattr(compiled, name), getattr(interpreted, name), atol=1e-12)
-    np.testing.assert_allclose(compiled.error, interpreted.error, rtol=1e-10)
-
-
 @pytest.mark.parametrize("model", ["CR", "CDC", "POWER"])
 def test_a_free_decay_without_reference_or_history_takes_the_short_way(monkeypatch, model):
     # On the first branch explicit Newmark without damping is x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2.

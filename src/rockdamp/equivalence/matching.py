@@ -33,28 +33,14 @@ COARSER = (2.0, 1.6, 1.0)  # steps of the last three minimisations, over the fin
 
 @dataclass(frozen=True)
 class Matched:
-    """Damping ratios of least Err; every array has the shape (cases,).
+    """Damping ratios of least Err; every array has the shape (cases,)."""
 
-    Attributes
-    ----------
-    damping_ratio, uncertainty : ndarray
-        xi of the least integral of (|u_CR| - |u|)^2, and the bound of its error. [-]
-    error : ndarray
-        Err, Eq. (17), over the `steps` at xi. [-]
-    local_minima : ndarray of int
-        Number of local minima of Err over the damping ratios tried.
-    step : float
-        The finest one, at which xi is the minimum, in tau.
-    steps : int
-        k, over which Err sums.
-    """
-
-    damping_ratio: Array
-    uncertainty: Array
-    error: Array
-    local_minima: NDArray[np.int64]
-    step: float
-    steps: int
+    damping_ratio: Array  # xi of the least integral of (|u_CR| - |u|)^2 [-]
+    uncertainty: Array  # bound of its error [-]
+    error: Array  # Err, Eq. (17), over the `steps` at xi [-]
+    local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
+    step: float  # the finest one, at which xi is the minimum, in tau
+    steps: int  # k, over which Err sums
 
     @property
     def rms_error(self) -> Array:

@@ -27,27 +27,14 @@ RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
 
 @dataclass(frozen=True)
 class Cases:
-    """Decays to be matched, one per row.
+    """Decays to be matched, one per row."""
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        With parameters of shape (cases,).
-    release_amplitude, restitution : ndarray, shape (cases,)
-    displacement : ndarray, shape (cases, steps + 1)
-        Of the reference, at each step of the solver. [-]
-    step : float
-        In tau.
-    exponent : float or ndarray, shape (cases,)
-        n of the general exponent, for the model ``"POWER"`` alone. [-]
-    """
-
-    curve: TrilinearCurve
-    release_amplitude: Array
+    curve: TrilinearCurve  # with parameters of shape (cases,)
+    release_amplitude: Array  # shape (cases,)
     restitution: Array
-    displacement: Array
-    step: float
-    exponent: Quantity = 0.0
+    displacement: Array  # of the reference, at each step of the solver, shape (cases, steps + 1) [-]
+    step: float  # in tau
+    exponent: Quantity = 0.0  # n of the general exponent, for the model "POWER" alone [-]
 
     @classmethod
     def released(
@@ -129,21 +116,11 @@ class Cases:
 
 @dataclass(frozen=True)
 class Minima:
-    """Global minima of Err; every array has the shape (response lengths, cases).
+    """Global minima of Err; every array has the shape (response lengths, cases)."""
 
-    Attributes
-    ----------
-    damping_ratio : ndarray
-        xi at the minimum. [-]
-    error : ndarray
-        Err, Eq. (17), over the steps 1 to k of the response length. [-]
-    local_minima : ndarray of int
-        Number of local minima of Err over the damping ratios tried.
-    """
-
-    damping_ratio: Array
-    error: Array
-    local_minima: NDArray[np.int64]
+    damping_ratio: Array  # xi at the minimum [-]
+    error: Array  # Err, Eq. (17), over the steps 1 to k of the response length [-]
+    local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
 
 
 def global_minima(

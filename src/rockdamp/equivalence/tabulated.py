@@ -62,18 +62,10 @@ AT_ONCE = 2**18  # walls that are looked up together
 
 @dataclass(frozen=True)
 class Table:
-    """The table of one model.
+    """The table of one model."""
 
-    Attributes
-    ----------
-    log_ratio : ndarray, shape NODES[model]
-        ln(xi/xi_E) at the nodes. [-]
-    refused : ndarray of bool, shape NODES[model] - 1
-        Whether a cell between nodes must not be used.
-    """
-
-    log_ratio: Array
-    refused: NDArray[np.bool_]
+    log_ratio: Array  # ln(xi/xi_E) at the nodes, shape NODES[model] [-]
+    refused: NDArray[np.bool_]  # which cells between nodes must not be used, shape NODES[model] - 1
 
     @cached_property
     def _spline(self) -> NdBSpline:
