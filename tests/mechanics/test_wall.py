@@ -61,14 +61,6 @@ def test_the_squatter_the_wall_the_lower_the_restitution_by_either_principle():
     assert np.all(walls.restitution_impulsive < walls.restitution)
 
 
-def test_properties_broadcast_over_arrays_of_walls():
-    wall = Wall(np.array([[0.2], [0.3]]), 4.5, overburden_ratio=np.array([0.0, 1.0, 4.0]))
-    assert wall.rigid_strength.shape == wall.load_factor.shape == wall.rigid_force(0.1).shape == (2, 3)
-    alone = Wall(0.3, 4.5, overburden_ratio=4.0)
-    for name in ("rigid_strength", "rigid_stiffness", "frequency_parameter", "load_factor"):
-        assert getattr(wall, name)[1, 2] == pytest.approx(getattr(alone, name), rel=1e-15)
-
-
 BAD = [
     ("thickness", 0.0, "greater than 0"),
     ("height", -4.0, "greater than 0"),

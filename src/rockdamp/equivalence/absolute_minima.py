@@ -1,4 +1,4 @@
-"""The damping ratio of least sum of absolute differences: what the text under Eq. (17) says, not its formula."""
+"""The damping ratio of least sum of absolute differences, by the text under Eq. (17) and not by its formula."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
 
 
 def _sums(cases: Cases, case: int, damping_model: str, ratios: Array, steps: int, scheme: str) -> Array:
-    """Sum of the absolute differences for each of some damping ratios. [-]"""
+    """Return the sum of the absolute differences for each of some damping ratios. [-]"""
     history = solve(
         cases.curve_of(case),
         cases.damping_of(damping_model, ratios, case),

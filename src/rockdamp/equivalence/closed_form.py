@@ -174,7 +174,7 @@ def damping_ratio_middle(
 
 
 def _exact(damping: Damping, e: Array, g: Array) -> Array:
-    """The exact damping ratio, where there is one, in the shape of e and g."""
+    """Return the exact damping ratio, where there is one, in the shape of e and g."""
     ratio = Damping.of_restitution(e, damping.model).damping_ratio
     return np.broadcast_to(ratio, np.broadcast_shapes(e.shape, g.shape)).copy()
 

@@ -60,14 +60,14 @@ def error_at(cases: Cases, damping_model: str, steps: int, damping_ratio: Array,
 def _integral(
     cases: Cases, model: str, steps: int, damping_ratio: Array, case: NDArray[np.int64], scheme: str
 ) -> Array:
-    """The trapezoidal integral, over the step; its last sample counts half, and the first is 0."""
+    """Return the trapezoidal integral, over the step; its last sample counts half, and the first is 0."""
     return _errors(cases, model, [steps - 1, steps], damping_ratio, case, scheme).mean(axis=0)
 
 
 def _errors(
     cases: Cases, model: str, checkpoints: list[int], damping_ratio: Array, case: NDArray[np.int64], scheme: str
 ) -> Array:
-    """Err at the checkpoints, shape (checkpoints, cases, damping ratios)."""
+    """Return Err at the checkpoints, shape (checkpoints, cases, damping ratios)."""
     row = case[:, None]
     response = solve(
         cases.curve_of(row),
@@ -82,7 +82,7 @@ def _errors(
 
 
 def _least_of_cubic(nodes: Array, values: Array) -> Array:
-    """Where the cubic fitted to each row of `values` is least within [-1, 1]: its minimum, or the end downhill."""
+    """Return the place in [-1, 1] where the cubic fitted to each row is least: its minimum, or the end downhill."""
     fit = np.linalg.pinv(np.vander(nodes, 4, increasing=True))[1:]
     # Node by node: a product of matrices rounds otherwise with another number of rows, and a wall has one xi.
     slope, curvature, third = sum(np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size))

@@ -58,25 +58,11 @@ def solve(
     scheme: str = "newmark",
     description: str = "",
 ) -> dict[str, Matched]:
-    """Match viscous models to decays under restitution: `Matched` by model, in the order of `damping_models`.
+    """Match viscous models to decays under restitution over `steps` of the solver; returned by model, in their order.
 
-    Parameters
-    ----------
-    cases : Cases
-        Decays at the solver's step, over `steps` or more; those that are equal are matched once.
-    damping_models : sequence of str
-        Of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    steps : int
-        Length of the response over which Eq. (17) is summed, in the solver's steps.
-    refinement : int
-        Steps of the last minimisation in place of each of the solver's.
-    description : str
-        Of the progress; without one none is shown.
-
-    Raises
-    ------
-    InputError
-        If a minimum lies at the edge of the scan, or the response ends before the first impact.
+    Cases that are equal are matched once. The last minimisation takes `refinement` steps in place of each of the
+    solver's. Without a `description` no progress is shown. It raises `InputError` where a minimum lies at the edge of
+    the scan, or the response ends before the first impact.
     """
     first, which = cases.unlike()
     unlike = cases.take(first)

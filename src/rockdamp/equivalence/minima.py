@@ -207,7 +207,7 @@ def _require_interior(cases: Cases, model: str, lengths: NDArray[np.int64], coar
 
 
 def _scan(cases: Cases, model: str, trial: Array, lengths: NDArray[np.int64], scheme: str) -> Array:
-    """Err on the grid of damping ratios, shape (response lengths, cases, points), at a coarser step."""
+    """Return Err on the grid of damping ratios, shape (response lengths, cases, points), at a coarser step."""
     stable = float(stable_step(cases.curve).min())
     every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
     marks = np.maximum(lengths // every, 1)
@@ -233,7 +233,7 @@ def _refine(
     around: list[Array],
     scheme: str,
 ) -> tuple[Array, Array]:
-    """Damping ratio and Err at the minimum next to each bracket of the scan."""
+    """Return damping ratio and Err at the minimum next to each bracket of the scan."""
 
     def err(xi: Array, length_: Array, case_: Array) -> Array:
         length, case = length_.astype(np.int64), case_.astype(np.int64)

@@ -1,4 +1,4 @@
-"""Where the minimum of Err is looked for before it is refined."""
+"""Damping ratios among which the minimum of Err is looked for before it is refined."""
 
 from __future__ import annotations
 

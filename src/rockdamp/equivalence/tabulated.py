@@ -236,7 +236,7 @@ def table_refusal(
 def _checked(
     curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike
 ) -> tuple[str, tuple[int, ...], tuple[Array, ...]]:
-    """The model, the shape, and e, a1, b1, a3 and the release, those of a curve of steeper softening."""
+    """Return the model, the shape, and e, a1, b1, a3 and the release, those of a curve of steeper softening."""
     of = instance("curve", curve, TrilinearCurve)
     model = one_of("damping_model", damping_model, VISCOUS_MODELS)
     e, x0 = check_restitution(restitution), numbers("release_amplitude", release_amplitude)

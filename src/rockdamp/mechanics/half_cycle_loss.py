@@ -1,4 +1,4 @@
-r"""What a half cycle loses under the energy-consistent damper of order m, and which damping ratio loses as much as e.
+r"""The loss of a half cycle under the energy-consistent damper of order m, and the damping ratio that loses as e does.
 
 The damper is C = w_E D(phi), w_E = abs(f)/sqrt(2V), D = A cos^(2m) phi, with sin^2 phi = V/(T+V) the stored fraction of
 the energy and cos^2 phi = T/(T+V) the kinetic one; A = 2 xi N_m. Whatever the curve and the amplitude, a half cycle
@@ -36,7 +36,7 @@ STEPS, CLOSE = 12, 1e-11  # of Newton, whose last step squares what the one befo
 
 
 def normalisation(order: ArrayLike) -> Array:
-    r"""N_m, which makes xi the damping ratio of small losses at every order: xi = delta/pi to first order. [-]
+    r"""Return N_m, which makes xi the damping ratio of small losses at every order: xi = delta/pi to first order. [-]
 
     .. math:: N_m = \frac{\pi/2}{\int_{-\pi/2}^{\pi/2} \cos^{2m+2}\varphi\,d\varphi}
               = \frac{\sqrt{\pi}}{2}\,\frac{\Gamma(m+2)}{\Gamma(m+3/2)}
@@ -60,7 +60,7 @@ def _normalisation(m: Array) -> Array:
 
 
 def critical_damping_ratio(order: ArrayLike) -> Array:
-    r"""Damping ratio from which a half cycle does not end: the motion creeps to the origin and never crosses it. [-]
+    r"""Return xi from which a half cycle does not end: the motion creeps to the origin and never crosses it. [-]
 
     The denominator of the integral vanishes where A sin phi cos^(2m+1) phi = 1 at its largest, tan^2 phi = 1/(2m+1):
 
@@ -75,7 +75,7 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
 
 
 def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    r"""delta = -ln e of a half cycle under ECD of order m, of any odd curve and from any amplitude, exact. [-]
+    r"""Return delta = -ln e of a half cycle under ECD of order m, of any odd curve and from any amplitude, exact. [-]
 
     .. math:: \delta = \int_{-\pi/2}^{\pi/2} \frac{A \cos^{2m+2}\varphi}
               {1 - (A \sin\varphi \cos^{2m+1}\varphi)^2}\,d\varphi , \qquad A = 2 \xi N_m
@@ -86,7 +86,7 @@ def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
 
 
 def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    r"""Damping ratio with which ECD of order m loses delta = -ln e in every half cycle: inverts `log_decrement`. [-]
+    r"""Return xi with which ECD of order m loses delta = -ln e in every half cycle, the inverse of `log_decrement`. [-]
 
     On the branch that begins at xi = 0 and ends at `critical_damping_ratio`, on which delta grows from 0 without bound.
     At order 0 it is delta/sqrt(pi^2 + delta^2). In W = 1/xi^2 the curve of 1/delta^2 is a straight line at order 0 and

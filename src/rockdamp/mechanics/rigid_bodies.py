@@ -136,19 +136,19 @@ class TwoBodies:
         self._overburden, self._arm = overburden, t / 2 - eccentricity
 
     def _parts(self, u: float) -> tuple[float, float, float]:
-        """s, D1 and D2. [m]"""
+        """Return s, D1 and D2. [m]"""
         s = u - self._thickness
         square = self._thickness**2 - s**2
         return s, math.sqrt(self._lower**2 + square), math.sqrt(self._upper**2 + square)
 
     def inertia(self, u: float) -> float:
-        """M(u) for u >= 0. [kg]"""
+        """Return M(u) for u >= 0. [kg]"""
         s, d1, d2 = self._parts(u)
         m1, m2 = self._masses
         return (m1 + m2) / 3 + s**2 * ((m1 / 3 + m2) / d1**2 + m2 / (d1 * d2) + m2 / (3 * d2**2))
 
     def inertia_slope(self, u: float) -> float:
-        """dM/du. [kg m-1]"""
+        """Return dM/du. [kg m-1]"""
         s, d1, d2 = self._parts(u)
         m1, m2 = self._masses
         # M is quadratic in y_i = s/D_i, and dy_i/ds = R_i^2/D_i^3.
@@ -157,14 +157,14 @@ class TwoBodies:
         return 2 * (m1 / 3 + m2) * y1 * slope1 + m2 * (y1 * slope2 + y2 * slope1) + 2 * m2 * y2 * slope2 / 3
 
     def potential(self, u: float) -> float:
-        """U(u) for u >= 0, of the weights and the overburden. [J]"""
+        """Return U(u) for u >= 0, of the weights and the overburden. [J]"""
         s, d1, d2 = self._parts(u)
         w1, w2 = self._weights
         sine = (self._upper * s + self._thickness * d2) / (self._upper**2 + self._thickness**2)  # of theta_2
         return w1 * d1 / 2 + w2 * (d1 + d2 / 2) + self._overburden * (d1 + d2 - self._arm * sine)
 
     def potential_slope(self, u: float) -> float:
-        """dU/du: half of the force at the hinge, as Eq. (1) counts it. [N]"""
+        """Return dU/du: half of the force at the hinge, as Eq. (1) counts it. [N]"""
         s, d1, d2 = self._parts(u)
         w1, w2 = self._weights
         y1, y2 = s / d1, s / d2

@@ -32,7 +32,7 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
 
 
 class _Mechanism(ByValue):
-    """What a wall and a parapet share: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
+    """Base of a wall and a parapet: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
 
     thickness: Quantity
     height: Quantity
@@ -362,5 +362,5 @@ class Parapet(_Mechanism):
 
     @property
     def restitution_impulsive(self) -> Array:
-        """The same as `restitution`: with one body and one contact the two principles coincide. [-]"""
+        """Restitution with the impulse of every support, equal to `restitution`: with one body and one contact the two principles coincide. [-]"""
         return self.restitution

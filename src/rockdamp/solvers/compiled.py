@@ -1,4 +1,4 @@
-"""What both solvers' compiled loops share: one compilation for each damper, and a cache that notices every edit.
+"""Compilation of both solvers' loops: one for each damper, and a cache that notices every edit.
 
 Numba keeps machine code under the name of the function, its file and that file's content. It does not notice an edit of
 a function in another file. So the name of each loop ends with a digest of all compiled sources and of Numba's version:

@@ -53,20 +53,10 @@ def history(
 ) -> ExactHistory:
     """Solve x'' + C(x) x' + f(x) = load from tau = 0 for one wall and one damper, with Eq. (8) at each impact for CR.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        tau at which the history is wanted, ascending from 0 or later; the last is the end of the run. [-]
-    release_amplitude, release_velocity : float
-        x and x' at tau = 0. [-]
-    load, load_step : ndarray, shape (samples,), and float
-        Dimensionless load, `Wall.load_factor` times the ground acceleration, at this spacing in tau: linear between its
-        samples, the first of them at tau = 0, and zero after the last. [-]
-
-    Raises
-    ------
-    ArithmeticError
-        If the motion makes no progress, or no step keeps its tolerance; it says where.
+    The history is given at `times` in tau, ascending from 0 or later; the last is the end of the run. The dimensionless
+    load, `Wall.load_factor` times the ground acceleration, is linear between its samples, which are `load_step` apart
+    in tau from 0 on, and zero after the last. It raises `ArithmeticError`, and says where, if the motion makes no
+    progress or no step keeps its tolerance.
     """
     times, load = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(load, dtype=float)
     described = branches(curve, damping)
@@ -119,7 +109,7 @@ def branches(curve: TrilinearCurve, damping: Damping) -> Array:
 
 
 def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -> float:
-    """C on the branch of number `index` from x = 0 where it is constant, else -1."""
+    """Return C on the branch of number `index` from x = 0 where it is constant, else -1."""
     if damping.is_impact:
         return 0.0
     k1 = float(curve.initial_stiffness)

@@ -59,20 +59,20 @@ def newmark_end(v, a, h, p, restoring, c):
 
 @register_jitable
 def linear_acceleration(v, a, h, dp, k, c):
-    """Increments of displacement and velocity by linear acceleration, stiffness and damping frozen over the step."""
+    """Return increments of displacement and velocity by linear acceleration, stiffness and damping frozen in a step."""
     dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
     return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
 
 
 @register_jitable(fastmath=False)
 def product(one, other):
-    """A product that is rounded: no sum that it is part of takes it whole, in a vector of lanes or in a lane alone."""
+    """Round a product before it enters a sum, alike in a vector of lanes and in a lane alone."""
     return one * other
 
 
 @register_jitable
 def impact_within(x, v, a, h):
-    """Time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
+    """Return the time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
     away = v if x > 0.0 else -v
     root = np.sqrt(np.maximum(v * v - 2.0 * a * x, 0.0))
     return np.minimum(2.0 * np.abs(x) / np.maximum(root - away, TINY), h)
@@ -80,13 +80,13 @@ def impact_within(x, v, a, h):
 
 @register_jitable
 def crossed(before, after):
-    """Whether a step has reached or passed x = 0. Signs, not the product, which underflows late in a decay."""
+    """Tell if a step has reached or passed x = 0. By signs, as the product underflows late in a decay."""
     return ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
 
 
 @register_jitable
 def odd(x, f):
-    """The force f(|x|) with the sign of x."""
+    """Return the force f(|x|) with the sign of x."""
     return -f if x < 0.0 else f
 
 
@@ -210,7 +210,7 @@ def compare_with(w, width, reference, row, step):
 
 @register_jitable
 def any_alive(w, width):
-    """Whether any lane of a block has not collapsed."""
+    """Tell if any lane of a block has not collapsed."""
     alive = 0.0
     for i in range(width):
         alive += w[ALIVE + i]

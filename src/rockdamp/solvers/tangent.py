@@ -88,7 +88,7 @@ def derivatives(
 
 
 def _force(curve: TrilinearCurve, damping: Damping, x: Array, v: Array) -> Array:
-    """Of curve and damper. [-]"""
+    """Return the force of curve and damper. [-]"""
     return np.asarray(curve.force(x) + damping.coefficient(curve, x, v) * v)
 
 
@@ -99,10 +99,7 @@ def _restitution(wall: Walled) -> float:
 def _over_steps(
     curve: TrilinearCurve, damping: Damping, x: Array, v: Array, step: float, load: Array
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Matrices that take a small change of displacement and velocity over each step, shape (steps, 2, 2).
-
-    Beside them the steps with an impact.
-    """
+    """Return matrices that take a small change of the state over each step, shape (steps, 2, 2), and the impacts."""
     rise, mean_x, mean_v = np.diff(x), (x[1:] + x[:-1]) / 2, (v[1:] + v[:-1]) / 2
     flat = np.abs(rise) < APART
     # The slope between the two ends holds a corner of the curve at its part of the step.
@@ -128,7 +125,7 @@ def _over_steps(
 
 
 def _exponentials(stiffness: Array, damping: Array, step: float) -> Array:
-    """Exponentials of step times [[0, 1], [-stiffness, -damping]], shape (steps, 2, 2)."""
+    """Return exponentials of step times [[0, 1], [-stiffness, -damping]], shape (steps, 2, 2)."""
     half = damping / 2
     root = np.sqrt((half**2 - stiffness).astype(complex)) * step
     small = np.abs(root) < 1e-8
@@ -141,10 +138,10 @@ def _exponentials(stiffness: Array, damping: Array, step: float) -> Array:
 def _between_samples(
     over: Array, impulse: float, pushes: Array, jumps: Array, substeps: int
 ) -> tuple[Array, Array, Array]:
-    """What happens between samples: to a change, shape (samples - 1, 2, 2), and by changes of what acts on the wall.
+    """Return the change from sample to sample by the state before, by the samples around, and by the parameters.
 
-    By the samples around, shape (samples - 1, 2, 2 REACH), and by parameters, shape (samples - 1, 2, parameters):
-    `pushes`, shape (parameters, steps + 1), act at steps, and `jumps`, shape (parameters, steps), at impacts.
+    Shapes (samples - 1, 2, 2), (samples - 1, 2, 2 REACH) and (samples - 1, 2, parameters). `pushes`, shape (parameters,
+    steps + 1), act at steps, and `jumps`, shape (parameters, steps), at impacts.
     """
     around = np.arange(-3 * REACH, 3 * REACH + 1)
     cardinal = CubicSpline(around, (around == 0).astype(float))
