@@ -362,5 +362,5 @@ class Parapet(_Mechanism):
 
     @property
     def restitution_impulsive(self) -> Array:
-        """Restitution with the impulse of every support, equal to `restitution`: with one body and one contact the two principles coincide. [-]"""
+        """Equal to `restitution`: with one body and one contact the two principles coincide. [-]"""
         return self.restitution
