@@ -41,20 +41,12 @@ def derivatives(
     load_factor: float,
     ground_acceleration: Array,
 ) -> tuple[Array, Array]:
-    """Return derivatives of a wall's displacement at the samples of a record: by the record, and by parameters.
+    """Return derivatives of a displacement over u_ins at the samples of a record: by the record, and by parameters.
 
-    Over u_ins, shape (directions, samples) [-] and (parameters, samples).
-
-    Parameters
-    ----------
-    directions : ndarray, shape (directions, samples)
-        Changes of the ground acceleration at the samples, a cubic spline between them. [m s-2]
-    sides : sequence
-        Of each parameter: the wall with a little more of it, with a little less, and the difference.
-    substeps : int
-        Steps of the solver between two samples.
-    ground_acceleration : ndarray, shape (steps + 1,)
-        At the solver's steps. [m s-2]
+    Shapes (directions, samples) and (parameters, samples). `directions`, shape (directions, samples), are changes of
+    the ground acceleration [m s-2] at the samples, with a cubic spline between them. `sides` has of each parameter the
+    wall with a little more of it, with a little less, and the difference. `substeps` are the solver's steps between two
+    samples, and `ground_acceleration` [m s-2] is given at each of them. A wall that collapses raises `InputError`.
     """
     ran = solve(
         *wall,
