@@ -48,9 +48,9 @@ def section(quick: bool) -> Section:
     timed = interleaved(ours, 1 if quick else 3, 0.0)
     seconds_one, seconds_all = timed["rockdamp", 1].best, timed["rockdamp", walls].best
     table = Table(
-        f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_RESPONSE_LENGTH:g}, and for {walls} walls"
-        f" that differ in a1, b1 and e, on {available_threads()} thread(s). rockdamp runs its own decay under"
-        " restitution, scans 200 damping ratios for all minima, and refines them: in the end at"
+        f"xi of CDC for e = 0.85, a1 = 0.04, b1 = 0.85 by Eq. (17) over tau = {DEFAULT_RESPONSE_LENGTH:g}, and for"
+        f" {walls} walls that differ in a1, b1 and e, on {available_threads()} thread(s). rockdamp runs its own decay"
+        " under restitution, scans 200 damping ratios for all minima, and refines them: in the end at"
         f" 1/{matching.REFINEMENT} of the studies' step, as `rockdamp equivalent` does, or at the studies' step"
         " alone. The others are given the decay. They minimise Err once (minimize_scalar, from the closed form), at the"
         " coarsest step or tolerance that is good to 0.1 %. Their time for"

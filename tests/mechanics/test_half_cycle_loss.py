@@ -127,13 +127,8 @@ def test_nothing_lost_is_no_damping_at_every_order():
 
 BAD = [
     (lambda: normalisation(-1), r"order \(m\) is -1\.0; it must be at least 0"),
-    (lambda: critical_damping_ratio(np.inf), r"order \(m\) is inf; it must be a finite number"),
-    (lambda: log_decrement(-0.01, 2), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
-    (lambda: log_decrement([0.1, 1.0], 0), r"damping_ratio \(xi\) is 1\.0; it must be less than the critical damping"),
-    (lambda: log_decrement(0.98, 0), r"damping_ratio \(xi\) is 0\.98; it must be small enough"),
     (lambda: damping_ratio(-0.1, 2), r"log_decrement \(delta\) is -0\.1; it must be between 0 and 13\.8"),
     (lambda: damping_ratio([1, 14], [[0], [2]]), r"log_decrement \(delta\) is 14\.0; it must be between 0 and 13\.8"),
-    (lambda: damping_ratio("5 %"), r"log_decrement \(delta\) is '5 %'; it must be a number"),
 ]
 
 

@@ -234,17 +234,6 @@ def test_large_rotation_agrees_with_an_integration_in_the_lower_body_s_rotation(
     assert found == pytest.approx(expected, abs=1e-8)
 
 
-def test_without_loss_the_motion_repeats_itself():
-    wall = WALLS[0]
-    times = np.linspace(0.0, 3.0, 50)
-    slender_period = 4 * np.arccosh(1 / (1 - 0.6))
-    period = 4 * fall_time(wall, 0.6 * float(wall.instability_displacement))
-    for decay, cycle in ((slender_decay, slender_period), (large_rotation_decay, period)):
-        once, later = decay(times, wall, 1.0, 0.6), decay(times + 5 * cycle, wall, 1.0, 0.6)
-        assert later == pytest.approx(once, abs=1e-8)
-        assert decay(times + cycle / 2, wall, 1.0, 0.6) == pytest.approx(-once, abs=1e-8)
-
-
 def test_large_rotations_tend_to_the_slender_limit_with_the_square_of_the_slenderness():
     times = np.linspace(0, 6, 601)
     differences = []
@@ -280,25 +269,6 @@ def test_tri_linear_wall_tends_to_the_slender_limit_as_its_first_branch_shrinks(
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("decay", [slender_decay, large_rotation_decay])
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (([0.0, 1.0], WALLS[0], 0.9, 1.0), "release_amplitude is 1.0"),
-        (([0.0, 1.0], WALLS[0], 0.9, 0.0), "release_amplitude is 0.0"),
-        (([0.0, 1.0], WALLS[0], 1.1, 0.5), "restitution"),
-        (([0.0, 1.0], WALLS[0], 0.0, 0.5), "restitution"),
-        (([1.0, 0.0], WALLS[0], 0.9, 0.5), "times"),
-        (([-1.0, 0.0], WALLS[0], 0.9, 0.5), "times is -1.0"),
-        (([0.0, np.nan], WALLS[0], 0.9, 0.5), "times"),
-        (([0.0], Wall([0.3, 0.4], 4.0), 0.9, 0.5), "number of walls is 2"),
-    ],
-)
-def test_bad_input_is_named(decay, arguments, named):
-    with pytest.raises(InputError, match=named):
-        decay(*arguments)
 
 
 def test_release_from_where_the_bodies_fall_is_refused():

@@ -36,18 +36,6 @@ def test_sorrentino_s_ratio_takes_the_analytical_restitution_to_the_experimental
     assert 0.84 <= SORRENTINO_RATIO * Wall(0.102, 0.102 * 27, hinge_ratio=0.57).restitution <= 0.90
 
 
-def test_without_overburden_a_wall_and_a_parapet_become_unstable_at_their_thickness():
-    assert Wall(0.25, 3.0, hinge_ratio=0.55).instability_displacement == pytest.approx(0.25, rel=1e-14)
-    assert Parapet(0.25, 1.2).instability_displacement == pytest.approx(0.25, rel=1e-14)
-
-
-def test_an_overburden_on_the_contact_corner_of_a_wall_raises_its_strength_and_leaves_its_stiffness():
-    centred, eccentric = (Wall(0.3, 4.5, overburden_ratio=2.0, eccentricity=value) for value in (0.0, 0.15))
-    added = centred.overburden * 2 * 0.15 / centred.upper_height
-    assert eccentric.rigid_strength - centred.rigid_strength == pytest.approx(added, rel=1e-12)
-    assert eccentric.rigid_stiffness == centred.rigid_stiffness
-
-
 def test_the_width_and_the_density_scale_forces_and_leave_the_dimensionless_problem_alone():
     one, other = Wall(0.3, 4.5, 1.0, 1800.0, 0.6, 1.5), Wall(0.3, 4.5, 2.5, 900.0, 0.6, 1.5)
     assert other.rigid_strength == pytest.approx(1.25 * one.rigid_strength, rel=1e-14)
@@ -73,32 +61,14 @@ def test_the_squatter_the_wall_the_lower_the_restitution_by_either_principle():
     assert np.all(walls.restitution_impulsive < walls.restitution)
 
 
-def test_two_equal_halves_of_slenderness_10_have_the_restitution_of_the_closed_forms():
-    wall = Wall(0.3, 3.0, hinge_ratio=0.5)
-    assert wall.restitution == pytest.approx(1 - 2 * np.sin(np.arctan(0.2)) ** 2, rel=1e-14)
-    assert wall.restitution_impulsive == pytest.approx((100 - 14) / (100 + 16), rel=1e-14)
-
-
-def test_properties_broadcast_over_arrays_of_walls():
-    wall = Wall(np.array([[0.2], [0.3]]), 4.5, overburden_ratio=np.array([0.0, 1.0, 4.0]))
-    assert wall.rigid_strength.shape == wall.load_factor.shape == wall.rigid_force(0.1).shape == (2, 3)
-    alone = Wall(0.3, 4.5, overburden_ratio=4.0)
-    for name in ("rigid_strength", "rigid_stiffness", "frequency_parameter", "load_factor"):
-        assert getattr(wall, name)[1, 2] == pytest.approx(getattr(alone, name), rel=1e-15)
-
-
 BAD = [
     ("thickness", 0.0, "greater than 0"),
-    ("thickness", -0.1, "greater than 0"),
     ("height", -4.0, "greater than 0"),
     ("width", 0.0, "greater than 0"),
     ("density", 0.0, "greater than 0"),
     ("overburden_ratio", -0.5, "at least 0"),
     ("eccentricity", 0.1501, "at most half the thickness"),
     ("eccentricity", -0.2, "at most half the thickness"),
-    ("height", np.nan, "finite"),
-    ("overburden_ratio", np.inf, "finite"),
-    ("density", "brick", "a number"),
 ]
 
 
@@ -119,11 +89,6 @@ def test_a_hinge_outside_the_wall_is_refused(value):
     with pytest.raises(InputError, match=r"hinge_ratio \(h1/h\) is .*; it must be") as caught:
         Wall(0.3, 4.5, hinge_ratio=value)
     assert repr(value) in str(caught.value)
-
-
-def test_the_first_offending_element_of_an_array_is_named():
-    with pytest.raises(InputError, match=r"thickness is -0\.2; it must be greater than 0"):
-        Wall(np.array([0.3, -0.2, 0.0]), 4.5)
 
 
 def test_excitation_factor_and_effective_mass_mobilise_the_whole_mass():

@@ -39,13 +39,6 @@ def test_compiled_code_does_what_its_source_says(monkeypatch, damper):
             np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-14)
 
 
-@pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
-def test_a_wall_at_rest_stays_there_to_the_last_bit(damper):
-    run = event_driven.history(CURVES[0], damper, [0.0, 0.5, 1.0], load=[0.0, 0.0, 0.0], load_step=0.4)
-    assert not run.displacement.any() and not run.velocity.any()
-    assert run.outcome_tau == 1.0
-
-
 def test_a_run_without_progress_says_where(monkeypatch):
     monkeypatch.setattr(event_driven, "STALLED", -1)
     with pytest.raises(ArithmeticError, match="no progress at tau = .*, x = 0.15"):
@@ -109,21 +102,6 @@ def test_a_step_that_never_keeps_the_tolerance_says_where(monkeypatch):
     monkeypatch.setattr(type(damper), "law", staticmethod(rough))
     with pytest.raises(ArithmeticError, match="no step of DOP853 keeps its tolerance at tau = 0, x = 0.5"):
         event_driven.history(CURVES[0], damper, [1.0], release_amplitude=0.5)
-
-
-@pytest.mark.parametrize("restitution", [1.0, 0.8])
-def test_moments_within_a_piece_are_reached_from_its_start(restitution):
-    """One long piece of the closed form, and its parts."""
-    curve = CURVES[0]
-    whole = event_driven.history(curve, Damping.cr(restitution), np.linspace(0, 3, 31), release_amplitude=0.5)
-    half = event_driven.history(curve, Damping.cr(restitution), [1.5], release_amplitude=0.5)
-    rest = {"release_amplitude": half.displacement[0], "release_velocity": half.velocity[0]}
-    after = event_driven.history(curve, Damping.cr(restitution), np.linspace(0, 1.5, 16), **rest)
-    np.testing.assert_allclose(after.displacement, whole.displacement[15:], atol=1e-12)
-
-
-def test_no_branch_asks_for_a_law_under_restitution():
-    assert (event_driven.branches(CURVES[0], Damping.cr(0.9))[:, event_kernel.CONSTANT] == 0.0).all()
 
 
 def test_no_power_of_a_whole_exponent_is_compiled_without_the_liberties_that_the_batched_solver_has():

@@ -43,26 +43,6 @@ def test_a_run_in_slices_has_the_bits_of_one_in_one_piece(monkeypatch, size, mod
     assert solve(CURVE, damping, **run, threads=2) == whole
 
 
-def test_slices_end_on_samples_of_the_record_and_cover_every_step_of_every_block(monkeypatch):
-    monkeypatch.setattr(newmark, "SLICE", 100)
-    for steps, substeps in ((1, 1), (99, 1), (100, 1), (101, 7), (1000, 30), (700, 300)):
-        pieces = list(newmark._slices(slice(2, 9), steps, substeps))
-        taken = np.zeros((9, steps + 1), dtype=int)
-        for blocks, first, last in pieces:
-            taken[blocks, first : last + 1] += 1
-            assert (first - 1) % substeps == 0
-            assert (blocks.stop - blocks.start) * (last - first + 1) <= max(100, substeps)
-        assert (taken[2:, 1:] == 1).all() and not taken[:2].any()
-
-
-@pytest.mark.parametrize("workers", [2, 3, 8])
-def test_parts_for_threads_cover_every_block_once_and_end_in_small_ones(workers):
-    for blocks in (workers, 13, 64, 1000):
-        parts = newmark._parts(blocks, workers)
-        assert [block for part in parts for block in range(part.start, part.stop)] == list(range(blocks))
-        assert parts[-1].stop - parts[-1].start == 1
-
-
 def test_a_part_that_fails_ends_the_run_and_stops_the_others():
     told = []
 

@@ -12,7 +12,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import Reference, Response
+from rockdamp.solvers.response import Reference
 from rockdamp.vocabulary import MODELS
 
 pytestmark = pytest.mark.nojit
@@ -167,36 +167,6 @@ def test_every_kind_of_step_is_its_textbook_scheme(monkeypatch, model, scheme, w
     np.testing.assert_array_equal(response.impacts[:4], changes.sum(axis=1))
     np.testing.assert_allclose(response.peak[:4], np.abs(x[:4]).max(axis=1), atol=1e-12)
     np.testing.assert_allclose(response.peak_tau[:4], np.abs(x[:4]).argmax(axis=1) * STEP, rtol=1e-15)
-
-
-@each_kind
-def test_the_compiled_kernel_does_what_its_source_says(monkeypatch, model, scheme):
-    if config.DISABLE_JIT:
-        pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
-    compiled = run(model, scheme)
-    monkeypatch.setattr(kernel, "compiled_march", kernel.plain_march)
-    interpreted = run(model, scheme)
-    for name in ("outcome", "outcome_tau", "peak_tau", "impacts"):
-        np.testing.assert_array_equal(getattr(compiled, name), getattr(interpreted, name))
-    # fastmath may sum and divide in another order.
-    for name in ("displacement", "velocity", "peak"):
-        np.testing.assert_allclose(getattr(compiled, name), getattr(interpreted, name), atol=1e-12)
-    np.testing.assert_allclose(compiled.error, interpreted.error, rtol=1e-10)
-
-
-@pytest.mark.parametrize("model", ["CR", "CDC", "POWER"])
-def test_a_free_decay_without_reference_or_history_takes_the_short_way(monkeypatch, model):
-    # On the first branch explicit Newmark without damping is x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2.
-    monkeypatch.setattr(kernel, "compiled_march", kernel.plain_march)
-    damping = damping_of(model, damping_ratio=0.0, restitution=1.0)
-    curve = TrilinearCurve(0.1, 0.5)
-    steps = 9  # before the first crossing, which CR would split
-    response = solve(curve, damping, release_amplitude=0.09, step=STEP, steps=steps)
-    assert type(response) is Response
-    assert response.peak == 0.09
-    stored = solve(curve, damping, release_amplitude=0.09, step=STEP, steps=steps, store_every=3)
-    theta = np.arccos(1 - 0.5 * 5.0 * STEP**2)
-    np.testing.assert_allclose(stored.displacement, 0.09 * np.cos(theta * np.array([0, 3, 6, 9])), rtol=1e-12)
 
 
 def test_an_impact_time_is_the_first_root_of_the_parabola_from_either_side():

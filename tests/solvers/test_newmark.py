@@ -250,14 +250,6 @@ def test_a_record_of_zeros_is_a_free_decay_bit_for_bit(model):
     np.testing.assert_array_equal(still.velocity, free.velocity)
 
 
-def test_only_the_product_of_load_factor_and_record_matters():
-    damping = Damping("ECD", 0.05)
-    given = {"step": 0.01, "steps": 320, "substeps": 4, "store_every": 1}
-    one = solve(CURVE, damping, ground_acceleration=GROUND, load_factor=0.25, **given)
-    other = solve(CURVE, damping, ground_acceleration=-0.5 * GROUND, load_factor=-0.5, **given)
-    np.testing.assert_array_equal(one.displacement, other.displacement)
-
-
 # --- stability --------------------------------------------------------------------------------------------------------
 
 

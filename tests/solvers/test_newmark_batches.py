@@ -6,12 +6,9 @@ import pytest
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.batch import _aligned_zeros
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads, solve, stable_step
 from rockdamp.solvers.response import (
-    COLLAPSED,
-    COMPLETED,
     OUTCOMES,
     ComparedHistories,
     Comparison,
@@ -60,22 +57,6 @@ def test_a_collapse_is_reported_with_its_time_and_ends_the_history(model, scheme
         assert np.all(np.isfinite(stored[1]))
     assert np.all(np.abs(response.displacement[0, :last]) <= 1)
     assert np.all(np.isinf(response.error[:, 0])) and np.all(np.isfinite(response.error[:, 1]))
-
-
-def test_a_load_can_collapse_a_wall_from_rest_and_a_smaller_one_does_not():
-    tau = 0.05 * np.arange(400)
-    response = solve(
-        CURVE,
-        Damping.cr(0.85),
-        load_factor=[0.3, 3.0],
-        ground_acceleration=np.sin(2.0 * tau),
-        step=0.005,
-        substeps=10,
-        steps=3990,
-    )
-    np.testing.assert_array_equal(response.outcome, [COMPLETED, COLLAPSED])
-    assert response.outcome_tau[0] == pytest.approx(3990 * 0.005)
-    assert response.outcome_tau[1] < 10
 
 
 def test_peaks_times_and_impacts_are_those_of_the_stored_history():
@@ -205,17 +186,6 @@ def test_the_error_is_eq_17_summed_from_stored_histories_at_every_checkpoint(mod
     np.testing.assert_allclose(np.moveaxis(response.error, 0, -1), expected, rtol=1e-12, atol=1e-30)
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_a_history_has_no_error_against_itself(model):
-    damping = Damping(model, 0.85 if model == "CR" else 0.05)
-    run = {"release_amplitude": [0.3, 0.6], "step": 0.01, "steps": 700}
-    own = solve(CURVE, damping, store_every=1, **run).displacement
-    response = solve(CURVE, damping, reference=Reference(own, [0, 1], [700]), **run)
-    np.testing.assert_array_equal(response.error, 0.0)
-    swapped = solve(CURVE, damping, reference=Reference(own, [1, 0], [700]), **run)
-    assert np.all(swapped.error > 1)
-
-
 def test_comparing_and_storing_change_no_result():
     run = {"release_amplitude": [0.3, 0.6], "step": 0.01, "steps": 700}
     plain = solve(CURVE, Damping("SDR", 0.1), **run)
@@ -281,15 +251,6 @@ def test_a_lane_s_result_does_not_depend_on_the_lanes_beside_it_nor_on_the_threa
             np.testing.assert_array_equal(found, expected)
 
 
-def test_many_blocks_on_two_threads_are_the_same_bits_as_on_one():
-    ratio = np.linspace(0.0, 0.3, 64 * 13 + 5)
-    one, two = (
-        solve(CURVE, Damping("ECD", ratio), release_amplitude=0.6, step=0.02, steps=300, store_every=50, threads=n)
-        for n in (1, 2)
-    )
-    np.testing.assert_array_equal(one.displacement, two.displacement)
-
-
 def test_the_number_of_threads_is_numba_s_variable_or_the_processors_of_the_process(monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "3")
     assert available_threads() == 3
@@ -308,19 +269,12 @@ RUN = {"step": 0.01, "steps": 100, "release_amplitude": 0.5}
 STILL = np.zeros((2, 101))
 BAD = [
     ({"step": 0.0}, r"step is 0\.0; it must be greater than 0"),
-    ({"step": -0.01}, r"step is -0\.01; it must be greater than 0"),
     ({"step": 0.44}, r"step is 0\.44; it must be less than the stability limit .* = 0\.43386"),
     ({"step": [0.01, 0.5]}, r"step is 0\.5; it must be less than the stability limit"),
-    ({"step": np.nan}, r"step is nan; it must be a finite number"),
     ({"steps": 0}, r"steps is 0; it must be .*at least 1"),
-    ({"steps": 10.5}, r"steps is 10\.5; it must be a whole number"),
     ({"substeps": 0}, r"substeps is 0; it must be .*at least 1"),
-    ({"store_every": -1}, r"store_every is -1; it must be .*at least 1"),
     ({"store_every": 0}, r"store_every is 0; it must be .*at least 1"),
-    ({"release_amplitude": 1.0}, r"release_amplitude is 1\.0; it must be less than a3"),
     ({"release_amplitude": [0.1, -1.5]}, r"release_amplitude is -1\.5; it must be less than a3"),
-    ({"release_velocity": np.inf}, r"release_velocity is inf; it must be a finite number"),
-    ({"load_factor": "big"}, r"load_factor is 'big'; it must be a number"),
     ({"ground_acceleration": [0.0, np.nan]}, r"ground_acceleration is nan; it must be a finite number"),
     ({"ground_acceleration": np.zeros(100)}, r"steps is 100; it must be at most 99, the record's length"),
     ({"ground_acceleration": np.zeros((2, 2, 200))}, r"dimensions of ground_acceleration is 3; it must be 1 or 2"),
@@ -335,10 +289,8 @@ BAD = [
     ({"reference": Reference(STILL[0], 0, [50])}, r"dimensions of the reference is 1; it must be 2"),
     ({"reference": Reference(STILL * np.nan, 0, [50])}, r"reference.* is nan; it must be a finite number"),
     ({"reference": Reference(STILL, 2, [50])}, r"case is 2; it must be a row of the reference"),
-    ({"reference": Reference(STILL, -1, [50])}, r"case is -1; it must be a row of the reference"),
     ({"reference": Reference(STILL, 0, [50, 50])}, r"checkpoints is 50; it must be ascending"),
     ({"reference": Reference(STILL, 0, [0, 50])}, r"checkpoints is 0; it must be within 1 to 100 steps"),
-    ({"reference": Reference(STILL, 0, [50, 101])}, r"checkpoints is 101; it must be within 1 to 100 steps"),
 ]
 
 
@@ -353,9 +305,3 @@ def test_the_stability_limit_is_2_over_the_first_branch_s_frequency_for_each_wal
     np.testing.assert_allclose(stable_step(curves), 2 * np.sqrt(np.array([0.02, 0.2]) / 0.5), rtol=1e-15)
     with pytest.raises(InputError, match="stability limit"):
         solve(curves, Damping("CDC", 0.0), step=0.5, steps=10)  # fine for the second wall only
-
-
-@pytest.mark.parametrize("count", [1, 24 * 64, 3 * 24 * 64])
-def test_blocks_begin_with_a_line_of_the_cache_and_are_zero(count):
-    several = [_aligned_zeros(count) for _ in range(4)]
-    assert all(zeros.ctypes.data % 64 == 0 and zeros.shape == (count,) and not zeros.any() for zeros in several)

@@ -29,3 +29,8 @@ def smooth_load(seed: int, samples: int, size: float = 0.08) -> np.ndarray:
     """Return noise that a Hann window of 21 samples has smoothed."""
     noise = np.random.default_rng(seed).normal(size=samples + 20)
     return size * np.convolve(noise, np.hanning(21), "valid")[:samples]
+
+
+def cr_peaks(curve, restitution, release_amplitude, count):
+    """First `count` peaks |x_n| of a free CR decay after a release from rest: V(x_n) = e^(2n) V(x0)."""
+    return curve.amplitude(restitution ** (2 * np.arange(1, count + 1)) * curve.energy(release_amplitude))

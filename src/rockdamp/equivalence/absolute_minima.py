@@ -1,4 +1,4 @@
-"""The damping ratio of least sum of absolute differences: what the text under Eq. (17) says, not its formula."""
+"""The damping ratio of least sum of absolute differences, by the text under Eq. (17) and not by its formula."""
 
 from __future__ import annotations
 
@@ -16,18 +16,6 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
     """Return the damping ratio that minimises the sum of ``||u_CR| - |u_DAF||`` over a response, for each case.
 
     It is looked for within a factor `WIDEST` of the ratio of least squares; the fine grid is spaced by 0.06 %.
-
-    Parameters
-    ----------
-    cases : Cases
-    damping_model : str
-        Of `VISCOUS_MODELS`.
-    least_squares : ndarray, shape (cases,)
-        The ratios that minimise Eq. (17) as printed. [-]
-    steps : int
-        Of the solver, over which the sum goes.
-    scheme : str
-        Of `newmark.solve`.
     """
     found = np.empty_like(least_squares)
     for case, middle in enumerate(least_squares.tolist()):
@@ -40,7 +28,7 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
 
 
 def _sums(cases: Cases, case: int, damping_model: str, ratios: Array, steps: int, scheme: str) -> Array:
-    """Sum of the absolute differences for each of some damping ratios. [-]"""
+    """Return the sum of the absolute differences for each of some damping ratios. [-]"""
     history = solve(
         cases.curve_of(case),
         cases.damping_of(damping_model, ratios, case),

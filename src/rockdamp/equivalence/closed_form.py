@@ -164,12 +164,7 @@ def damping_ratio_middle(
 
     .. math:: \xi = \pi \, g(x_m) \, \frac{\delta}{\sqrt{\pi^2 + \delta^2}},
 
-    exact on the first branch; for ECD and ECD16 the exact ratio. Parameters as for `damping_ratio_energy`.
-
-    Raises
-    ------
-    InputError
-        As `damping_ratio_energy`.
+    exact on the first branch; for ECD and ECD16 the exact ratio. It takes what `damping_ratio_energy` takes.
     """
     e = check_restitution(restitution)
     middle = curve.amplitude(e * curve.energy(release_amplitude))
@@ -179,7 +174,7 @@ def damping_ratio_middle(
 
 
 def _exact(damping: Damping, e: Array, g: Array) -> Array:
-    """The exact damping ratio, where there is one, in the shape of e and g."""
+    """Return the exact damping ratio, where there is one, in the shape of e and g."""
     ratio = Damping.of_restitution(e, damping.model).damping_ratio
     return np.broadcast_to(ratio, np.broadcast_shapes(e.shape, g.shape)).copy()
 
@@ -188,16 +183,6 @@ def exact_ratio(restitution: ArrayLike) -> Array:
     r"""Return the damping ratio of ECD on any curve, and of a linear oscillator with one impact per crossing. [-]
 
     .. math:: \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}, \qquad \delta = -\ln e
-
-    Parameters
-    ----------
-    restitution : float or ndarray
-        e, in (0, 1]. [-]
-
-    Raises
-    ------
-    InputError
-        If e lies outside (0, 1].
     """
     delta = 0.0 - np.log(check_restitution(restitution))
     return delta / np.hypot(np.pi, delta)

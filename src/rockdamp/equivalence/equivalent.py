@@ -145,8 +145,8 @@ def _require_affordable(response_length: float, step: float, count: int, a1: flo
     steps = count * REFINEMENT * response_length / step
     if steps > MOST_STEPS:
         raise InputError(
-            f"response_length is {response_length:g}, which takes {steps:.3g} steps with {count} values of e and a1 = {a1:g}; they must"
-            f" be at most {MOST_STEPS:.3g} together"
+            f"response_length is {response_length:g}, which takes {steps:.3g} steps with {count} values of e and"
+            f" a1 = {a1:g}; they must be at most {MOST_STEPS:.3g} together"
         )
 
 

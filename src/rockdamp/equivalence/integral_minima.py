@@ -28,29 +28,10 @@ MOVES = 50  # of the middle, before a minimum that no range holds is given up
 def integral_minima(
     cases: Cases, damping_model: str, steps: int, damping_ratio: Array, scheme: str = "newmark"
 ) -> Array:
-    """Find the damping ratios of the least integral of (|u_CR| - |u|)^2 next to those given, twice.
+    """Find the damping ratios of the least integral of (|u_CR| - |u|)^2 next to those given, shape (2, cases). [-]
 
-    Parameters
-    ----------
-    cases : Cases
-    damping_model : str
-        One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    steps : int
-        Length of the response, in steps of the cases.
-    damping_ratio : ndarray, shape (cases,)
-        Where to look; 0, which belongs to e = 1, stays. [-]
-    scheme : str
-        Of `newmark.solve`.
-
-    Returns
-    -------
-    ndarray, shape (2, cases)
-        xi by all damping ratios tried, then by the inner half of them. How far these differ says how well a cubic fits.
-
-    Raises
-    ------
-    InputError
-        If no minimum is found.
+    First by all damping ratios tried, then by the inner half of them: the difference says how well a cubic fits. A
+    ratio of 0, which belongs to e = 1, stays. It raises `InputError` where it finds no minimum.
     """
     width = min(HALF_WIDTH * cases.step, WIDEST)
     middle, least = damping_ratio.copy(), np.zeros((2, damping_ratio.size))
@@ -79,14 +60,14 @@ def error_at(cases: Cases, damping_model: str, steps: int, damping_ratio: Array,
 def _integral(
     cases: Cases, model: str, steps: int, damping_ratio: Array, case: NDArray[np.int64], scheme: str
 ) -> Array:
-    """The trapezoidal integral, over the step; its last sample counts half, and the first is 0."""
+    """Return the trapezoidal integral, over the step; its last sample counts half, and the first is 0."""
     return _errors(cases, model, [steps - 1, steps], damping_ratio, case, scheme).mean(axis=0)
 
 
 def _errors(
     cases: Cases, model: str, checkpoints: list[int], damping_ratio: Array, case: NDArray[np.int64], scheme: str
 ) -> Array:
-    """Err at the checkpoints, shape (checkpoints, cases, damping ratios)."""
+    """Return Err at the checkpoints, shape (checkpoints, cases, damping ratios)."""
     row = case[:, None]
     response = solve(
         cases.curve_of(row),
@@ -101,7 +82,7 @@ def _errors(
 
 
 def _least_of_cubic(nodes: Array, values: Array) -> Array:
-    """Where the cubic fitted to each row of `values` is least within [-1, 1]: its minimum, or the end downhill."""
+    """Return the place in [-1, 1] where the cubic fitted to each row is least: its minimum, or the end downhill."""
     fit = np.linalg.pinv(np.vander(nodes, 4, increasing=True))[1:]
     # Node by node: a product of matrices rounds otherwise with another number of rows, and a wall has one xi.
     slope, curvature, third = sum(np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size))

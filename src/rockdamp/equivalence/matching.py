@@ -33,28 +33,14 @@ COARSER = (2.0, 1.6, 1.0)  # steps of the last three minimisations, over the fin
 
 @dataclass(frozen=True)
 class Matched:
-    """Damping ratios of least Err; every array has the shape (cases,).
+    """Damping ratios of least Err; every array has the shape (cases,)."""
 
-    Attributes
-    ----------
-    damping_ratio, uncertainty : ndarray
-        xi of the least integral of (|u_CR| - |u|)^2, and the bound of its error. [-]
-    error : ndarray
-        Err, Eq. (17), over the `steps` at xi. [-]
-    local_minima : ndarray of int
-        Number of local minima of Err over the damping ratios tried.
-    step : float
-        The finest one, at which xi is the minimum, in tau.
-    steps : int
-        k, over which Err sums.
-    """
-
-    damping_ratio: Array
-    uncertainty: Array
-    error: Array
-    local_minima: NDArray[np.int64]
-    step: float
-    steps: int
+    damping_ratio: Array  # xi of the least integral of (|u_CR| - |u|)^2 [-]
+    uncertainty: Array  # bound of its error [-]
+    error: Array  # Err, Eq. (17), over the `steps` at xi [-]
+    local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
+    step: float  # the finest one, at which xi is the minimum, in tau
+    steps: int  # k, over which Err sums
 
     @property
     def rms_error(self) -> Array:
@@ -72,34 +58,11 @@ def solve(
     scheme: str = "newmark",
     description: str = "",
 ) -> dict[str, Matched]:
-    """Match viscous models to decays under restitution.
+    """Match viscous models to decays under restitution over `steps` of the solver; returned by model, in their order.
 
-    Parameters
-    ----------
-    cases : Cases
-        Decays at the solver's step, over `steps` or more; those that are equal are matched once.
-    damping_models : sequence of str
-        Of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    steps : int
-        Length of the response over which Eq. (17) is summed, in the solver's steps.
-    scan : Scan
-        Damping ratios tried.
-    refinement : int
-        Steps of the last minimisation in place of each of the solver's.
-    scheme : str
-        Of `newmark.solve`.
-    description : str
-        Of the progress; without one none is shown.
-
-    Returns
-    -------
-    dict of Matched
-        By model, in the order given.
-
-    Raises
-    ------
-    InputError
-        If a minimum lies at the edge of the scan, or the response ends before the first impact.
+    Cases that are equal are matched once. The last minimisation takes `refinement` steps in place of each of the
+    solver's. Without a `description` no progress is shown. It raises `InputError` where a minimum lies at the edge of
+    the scan, or the response ends before the first impact.
     """
     first, which = cases.unlike()
     unlike = cases.take(first)

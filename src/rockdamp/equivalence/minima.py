@@ -21,33 +21,20 @@ from rockdamp.solvers.response import Reference
 SCAN = Scan(smallest=0.3, largest=3.0, points=200)
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
-RESPONSE_LENGTHS_AT_ONCE = 8
+LENGTHS_AT_ONCE = 8
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
 
 
 @dataclass(frozen=True)
 class Cases:
-    """Decays to be matched, one per row.
+    """Decays to be matched, one per row."""
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        With parameters of shape (cases,).
-    release_amplitude, restitution : ndarray, shape (cases,)
-    displacement : ndarray, shape (cases, steps + 1)
-        Of the reference, at each step of the solver. [-]
-    step : float
-        In tau.
-    exponent : float or ndarray, shape (cases,)
-        n of the general exponent, for the model ``"POWER"`` alone. [-]
-    """
-
-    curve: TrilinearCurve
-    release_amplitude: Array
+    curve: TrilinearCurve  # with parameters of shape (cases,)
+    release_amplitude: Array  # shape (cases,)
     restitution: Array
-    displacement: Array
-    step: float
-    exponent: Quantity = 0.0
+    displacement: Array  # of the reference, at each step of the solver, shape (cases, steps + 1) [-]
+    step: float  # in tau
+    exponent: Quantity = 0.0  # n of the general exponent, for the model "POWER" alone [-]
 
     @classmethod
     def released(
@@ -61,17 +48,7 @@ class Cases:
         scheme: str = "newmark",
         exponent: Quantity = 0.0,
     ) -> Cases:
-        """Release walls at rest: their decays under restitution over `steps` steps of the solver.
-
-        Parameters
-        ----------
-        curve, release_amplitude, restitution, step, exponent
-            As of `Cases`.
-        steps : int
-            Of the decays.
-        scheme : str
-            Of `newmark.solve`.
-        """
+        """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
         response = solve(
             curve,
             Damping.cr(restitution),
@@ -139,21 +116,11 @@ class Cases:
 
 @dataclass(frozen=True)
 class Minima:
-    """Global minima of Err; every array has the shape (response_lengths, cases).
+    """Global minima of Err; every array has the shape (response lengths, cases)."""
 
-    Attributes
-    ----------
-    damping_ratio : ndarray
-        xi at the minimum. [-]
-    error : ndarray
-        Err, Eq. (17), over the steps 1 to k of the response length. [-]
-    local_minima : ndarray of int
-        Number of local minima of Err over the damping ratios tried.
-    """
-
-    damping_ratio: Array
-    error: Array
-    local_minima: NDArray[np.int64]
+    damping_ratio: Array  # xi at the minimum [-]
+    error: Array  # Err, Eq. (17), over the steps 1 to k of the response length [-]
+    local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
 
 
 def global_minima(
@@ -163,106 +130,87 @@ def global_minima(
     scan: Scan = SCAN,
     scheme: str = "newmark",
 ) -> Minima:
-    """Find the global minimum of Err over the damping ratio for each case and response length.
+    """Find the global minimum of Err over the damping ratio for each case and response length (in steps, ascending).
 
-    A scan over multiples of the closed form's damping ratio finds the basins, for all response lengths in one pass; the lowest
-    are refined by bracketing, all lanes at once. Of equal minima the smaller damping ratio is taken.
-
-    Parameters
-    ----------
-    cases : Cases
-    damping_model : str
-        One of `VISCOUS_MODELS`, or ``"POWER"`` with the exponents of the cases.
-    response_length_steps : sequence of int, ascending
-        Lengths of the response in steps.
-    scan : Scan
-        Damping ratios tried.
-    scheme : str
-        Of `newmark.solve`.
-
-    Raises
-    ------
-    InputError
-        If a minimum lies at the edge of the scan, or a response length ends before the first impact.
+    A scan over multiples of the closed form's damping ratio finds the basins, for all response lengths in one pass. The
+    lowest are refined by bracketing, all lanes at once. Of equal minima the smaller damping ratio is taken. It raises
+    `InputError` where a minimum lies at the edge of the scan, or a response length ends before the first impact.
     """
-    response_lengths = np.asarray(response_length_steps, dtype=np.int64)
+    lengths = np.asarray(response_length_steps, dtype=np.int64)
     lossy = np.flatnonzero(cases.restitution < 1)
     if lossy.size < cases.restitution.size:
-        return _with_lossless(cases, damping_model, response_lengths, scan, scheme, lossy)
-    _require_impacts(cases, response_lengths)
+        return _with_lossless(cases, damping_model, lengths, scan, scheme, lossy)
+    _require_impacts(cases, lengths)
     guess = damping_ratio_energy(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
     )
     trial = guess[:, None] * np.geomspace(scan.smallest, scan.largest, scan.points)
-    coarse = _scan(cases, damping_model, trial, response_lengths, scheme)
+    coarse = _scan(cases, damping_model, trial, lengths, scheme)
     lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])
     lowest = coarse.min(axis=-1)
-    _require_interior(cases, damping_model, response_lengths, coarse, trial)
+    _require_interior(cases, damping_model, lengths, coarse, trial)
     rivals = lower & (coarse[..., 1:-1] <= RIVALS * lowest[..., None])
-    response_length, case, point = np.nonzero(rivals)
-    ratio, error = np.empty(response_length.size), np.empty(response_length.size)
-    for some in np.array_split(np.arange(response_lengths.size), -(-response_lengths.size // RESPONSE_LENGTHS_AT_ONCE)):
-        chosen = np.isin(response_length, some)
+    length, case, point = np.nonzero(rivals)
+    ratio, error = np.empty(length.size), np.empty(length.size)
+    for some in np.array_split(np.arange(lengths.size), -(-lengths.size // LENGTHS_AT_ONCE)):
+        chosen = np.isin(length, some)
         around = [trial[case[chosen], point[chosen] + shift] for shift in (0, 1, 2)]
         ratio[chosen], error[chosen] = _refine(
             cases,
             damping_model,
-            response_lengths[some],
-            response_length[chosen] - some[0],
+            lengths[some],
+            length[chosen] - some[0],
             case[chosen],
             around,
             scheme,
         )
     best = Minima(np.full(lowest.shape, np.nan), np.full(lowest.shape, np.inf), lower.sum(axis=-1))
-    for w, c, xi, value in zip(
-        response_length, case, ratio, error, strict=True
-    ):  # ascending in xi: of equal errors the first stays
+    for w, c, xi, value in zip(length, case, ratio, error, strict=True):
+        # Ascending in xi: of equal errors the first stays.
         if value < best.error[w, c]:
             best.damping_ratio[w, c], best.error[w, c] = xi, value
     return best
 
 
 def _with_lossless(
-    cases: Cases, model: str, response_lengths: NDArray[np.int64], scan: Scan, scheme: str, lossy: NDArray[np.int64]
+    cases: Cases, model: str, lengths: NDArray[np.int64], scan: Scan, scheme: str, lossy: NDArray[np.int64]
 ) -> Minima:
     """Search where energy is lost; where e = 1, xi = 0 follows the reference, with one minimum and no error."""
-    shape = (response_lengths.size, cases.restitution.size)
+    shape = (lengths.size, cases.restitution.size)
     best = Minima(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
     if lossy.size:
-        of_lossy = global_minima(cases.take(lossy), model, response_lengths, scan, scheme)
+        of_lossy = global_minima(cases.take(lossy), model, lengths, scan, scheme)
         best.damping_ratio[:, lossy], best.error[:, lossy] = of_lossy.damping_ratio, of_lossy.error
         best.local_minima[:, lossy] = of_lossy.local_minima
     return best
 
 
-def _require_impacts(cases: Cases, response_lengths: NDArray[np.int64]) -> None:
+def _require_impacts(cases: Cases, lengths: NDArray[np.int64]) -> None:
     first = cases.curve.period(cases.release_amplitude).max() / 4
-    if response_lengths.min() * cases.step <= first:
+    if lengths.min() * cases.step <= first:
         raise InputError(
-            f"response_length is {response_lengths.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the time of the"
-            " first impact, before which no damping ratio is defined"
+            f"response_length is {lengths.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the"
+            " time of the first impact, before which no damping ratio is defined"
         )
 
 
-def _require_interior(
-    cases: Cases, model: str, response_lengths: NDArray[np.int64], coarse: Array, trial: Array
-) -> None:
+def _require_interior(cases: Cases, model: str, lengths: NDArray[np.int64], coarse: Array, trial: Array) -> None:
     at = coarse.argmin(axis=-1)
     bad = np.argwhere((at == 0) | (at == coarse.shape[-1] - 1))
     if bad.size:
         w, c = bad[0]
         raise InputError(
-            f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and response_length"
-            f" {response_lengths[w] * cases.step:.6g} is lowest at the edge of the scan, xi = {trial[c, at[w, c]]:.6g};"
-            " matching.scan must reach further"
+            f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and"
+            f" response_length {lengths[w] * cases.step:.6g} is lowest at the edge of the scan,"
+            f" xi = {trial[c, at[w, c]]:.6g}; matching.scan must reach further"
         )
 
 
-def _scan(cases: Cases, model: str, trial: Array, response_lengths: NDArray[np.int64], scheme: str) -> Array:
-    """Err on the grid of damping ratios, shape (response_lengths, cases, points), at a coarser step."""
+def _scan(cases: Cases, model: str, trial: Array, lengths: NDArray[np.int64], scheme: str) -> Array:
+    """Return Err on the grid of damping ratios, shape (response lengths, cases, points), at a coarser step."""
     stable = float(stable_step(cases.curve).min())
     every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
-    marks = np.maximum(response_lengths // every, 1)
+    marks = np.maximum(lengths // every, 1)
     index = np.arange(cases.restitution.size)[:, None]
     response = solve(
         cases.curve_of(index),
@@ -279,28 +227,28 @@ def _scan(cases: Cases, model: str, trial: Array, response_lengths: NDArray[np.i
 def _refine(
     cases: Cases,
     model: str,
-    response_lengths: NDArray[np.int64],
-    response_length: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    length: NDArray[np.int64],
     case: NDArray[np.int64],
     around: list[Array],
     scheme: str,
 ) -> tuple[Array, Array]:
-    """Damping ratio and Err at the minimum next to each bracket of the scan."""
+    """Return damping ratio and Err at the minimum next to each bracket of the scan."""
 
-    def err(xi: Array, response_length_: Array, case_: Array) -> Array:
-        response_length, case = response_length_.astype(np.int64), case_.astype(np.int64)
+    def err(xi: Array, length_: Array, case_: Array) -> Array:
+        length, case = length_.astype(np.int64), case_.astype(np.int64)
         response = solve(
             cases.curve_of(case),
             cases.damping_of(model, xi, case),
             release_amplitude=cases.release_amplitude[case],
             step=cases.step,
-            steps=int(response_lengths[-1]),
-            reference=Reference(cases.displacement, case, response_lengths),
+            steps=int(lengths[-1]),
+            reference=Reference(cases.displacement, case, lengths),
             scheme=scheme,
         )
-        return np.take_along_axis(response.error, response_length[None], axis=0)[0]
+        return np.take_along_axis(response.error, length[None], axis=0)[0]
 
-    args = (response_length.astype(float), case.astype(float))
+    args = (length.astype(float), case.astype(float))
     low, middle, high = around
     bracket = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=args)
     if not bracket.success.all():

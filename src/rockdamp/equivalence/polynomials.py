@@ -1,4 +1,4 @@
-"""The damping ratio by the polynomials xi(e) of each viscous model, between the cracked stiffnesses of their fits.
+"""The damping ratio by the polynomials xi(e) of each viscous model, linear in a1 between their fits.
 
 `studies.polynomial_fits` makes them; here they are evaluated, those that the package ships as those just built.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,21 +26,11 @@ ROUNDING = 1e-12  # beyond the range of the fits that still counts as within it
 
 @dataclass(frozen=True)
 class Polynomials:
-    """Fits xi(e) = c0 + c1 e + c2 e^2 of each model at several a1.
+    """Fits xi(e) = c0 + c1 e + c2 e^2 of each model at several a1."""
 
-    Attributes
-    ----------
-    coefficient : mapping of ndarray, shape (a1, degree)
-        By model; the constant first. [-]
-    yield_displacement_ratio : ndarray, shape (a1,)
-        Of the fits, ascending. [-]
-    restitution : tuple of two floats
-        The smallest and the largest e of the fits. [-]
-    """
-
-    coefficient: Mapping[str, Array]
-    yield_displacement_ratio: Array
-    restitution: tuple[float, float]
+    coefficient: Mapping[str, Array]  # by model, shape (a1, degree), the constant first [-]
+    yield_displacement_ratio: Array  # a1 of the fits, ascending [-]
+    restitution: tuple[float, float]  # the smallest and the largest e of the fits [-]
 
     @classmethod
     def of(cls, equivalence: xr.Dataset) -> Polynomials:
@@ -61,13 +51,7 @@ class Polynomials:
         return _within(e, self.restitution) & _within(a1, self.yield_displacement_ratio)
 
     def require_cover(self, restitution: ArrayLike, yield_displacement_ratio: ArrayLike, a1_name: str) -> None:
-        """Raise unless e and a1, which errors call `a1_name`, lie within the range of the fits.
-
-        Raises
-        ------
-        InputError
-            With the value and the range.
-        """
+        """Raise `InputError` unless e and a1, which the message calls `a1_name`, lie within the range of the fits."""
         given = (
             ("restitution", restitution, self.restitution),
             (a1_name, yield_displacement_ratio, self.yield_displacement_ratio),
@@ -79,18 +63,7 @@ class Polynomials:
     def __call__(self, damping_model: str, restitution: ArrayLike, yield_displacement_ratio: float) -> Array:
         """Evaluate xi(e), the coefficients linear in a1 between the fits. [-]
 
-        Parameters
-        ----------
-        damping_model : str
-        restitution : float or ndarray
-            e. [-]
-        yield_displacement_ratio : float
-            a1. [-]
-
-        Returns
-        -------
-        ndarray, of the shape of `restitution`
-            NaN outside the range of the fits, and for a model without any.
+        NaN outside the range of the fits, and for a model without any.
         """
         e = np.asarray(restitution, dtype=float)
         if damping_model not in self.coefficient:
@@ -112,13 +85,9 @@ def shipped_coefficients() -> dict[str, Array]:
 
     A test holds the file equal to what the pipeline builds.
     """
-    text = files("rockdamp.equivalence").joinpath("coefficients.csv").read_text(encoding="utf-8").splitlines()
-    names = text[0].split(",")
-    columns = zip(*(line.split(",") for line in text[1:]), strict=True)
-    return {
-        name: np.array(column, dtype=str if name == "damping_model" else float)
-        for name, column in zip(names, columns, strict=True)
-    }
+    lines = Path(__file__).with_name("coefficients.csv").read_text(encoding="utf-8").splitlines()
+    table = np.genfromtxt(lines, delimiter=",", names=True, deletechars="", dtype=None, encoding=None)
+    return {name: table[name] for name in lines[0].split(",")}
 
 
 @cache
@@ -128,7 +97,7 @@ def shipped() -> Polynomials:
     rows = {str(model): table["damping_model"] == model for model in table["damping_model"]}
     coefficient = np.stack([table[name] for name in ("c0", "c1", "c2")], axis=1)
     return Polynomials(
-        {model: coefficient[own] for model, own in rows.items()},
+        {model: coefficient[of_model] for model, of_model in rows.items()},
         np.unique(table["yield_displacement_ratio"]),
         (float(table["smallest_restitution"].max()), float(table["largest_restitution"].min())),
     )

@@ -1,4 +1,4 @@
-"""Where the minimum of Err is looked for before it is refined."""
+"""Damping ratios among which the minimum of Err is looked for before it is refined."""
 
 from __future__ import annotations
 
@@ -9,17 +9,9 @@ from rockdamp.errors import require
 
 @dataclass(frozen=True)
 class Scan:
-    """Damping ratios tried, in a geometric sequence.
+    """Damping ratios tried, in a geometric sequence."""
 
-    Parameters
-    ----------
-    smallest, largest : float
-        Over the closed form's damping ratio. [-]
-    points : int
-        How many are tried.
-    """
-
-    smallest: float
+    smallest: float  # over the closed form's damping ratio [-]
     largest: float
     points: int
 

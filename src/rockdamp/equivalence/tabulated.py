@@ -62,18 +62,10 @@ AT_ONCE = 2**18  # walls that are looked up together
 
 @dataclass(frozen=True)
 class Table:
-    """The table of one model.
+    """The table of one model."""
 
-    Attributes
-    ----------
-    log_ratio : ndarray, shape NODES[model]
-        ln(xi/xi_E) at the nodes. [-]
-    refused : ndarray of bool, shape NODES[model] - 1
-        Whether a cell between nodes must not be used.
-    """
-
-    log_ratio: Array
-    refused: NDArray[np.bool_]
+    log_ratio: Array  # ln(xi/xi_E) at the nodes, shape NODES[model] [-]
+    refused: NDArray[np.bool_]  # which cells between nodes must not be used, shape NODES[model] - 1
 
     @cached_property
     def _spline(self) -> NdBSpline:
@@ -123,12 +115,9 @@ def shipped(model: str) -> Table:
 
 
 def walls_at(unit: Array) -> tuple[Array, ...]:
-    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, the curve of steeper softening.
+    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, shape (5, ...), for curves of steeper softening.
 
-    Parameters
-    ----------
-    unit : ndarray, shape (5, ...)
-        Each variable from 0 to 1 over its range; a1 in its logarithm. [-]
+    Each variable goes from 0 to 1 over its range; a1 in its logarithm.
     """
     e, b1, a3 = (
         low + (high - low) * part
@@ -247,7 +236,7 @@ def table_refusal(
 def _checked(
     curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike
 ) -> tuple[str, tuple[int, ...], tuple[Array, ...]]:
-    """The model, the shape, and e, a1, b1, a3 and the release, those of a curve of steeper softening."""
+    """Return the model, the shape, and e, a1, b1, a3 and the release, those of a curve of steeper softening."""
     of = instance("curve", curve, TrilinearCurve)
     model = one_of("damping_model", damping_model, VISCOUS_MODELS)
     e, x0 = check_restitution(restitution), numbers("release_amplitude", release_amplitude)

@@ -1,4 +1,4 @@
-r"""What a half cycle loses under the energy-consistent damper of order m, and which damping ratio loses as much as e.
+r"""The loss of a half cycle under the energy-consistent damper of order m, and the damping ratio that loses as e does.
 
 The damper is C = w_E D(phi), w_E = abs(f)/sqrt(2V), D = A cos^(2m) phi, with sin^2 phi = V/(T+V) the stored fraction of
 the energy and cos^2 phi = T/(T+V) the kinetic one; A = 2 xi N_m. Whatever the curve and the amplitude, a half cycle
@@ -36,33 +36,12 @@ STEPS, CLOSE = 12, 1e-11  # of Newton, whose last step squares what the one befo
 
 
 def normalisation(order: ArrayLike) -> Array:
-    r"""N_m, which makes xi the damping ratio of small losses at every order: xi = delta/pi to first order. [-]
+    r"""Return N_m, which makes xi the damping ratio of small losses at every order: xi = delta/pi to first order. [-]
 
     .. math:: N_m = \frac{\pi/2}{\int_{-\pi/2}^{\pi/2} \cos^{2m+2}\varphi\,d\varphi}
               = \frac{\sqrt{\pi}}{2}\,\frac{\Gamma(m+2)}{\Gamma(m+3/2)}
 
-    It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2.
-
-    Parameters
-    ----------
-    order : float or ndarray
-        m >= 0, any real number. [-]
-
-    Returns
-    -------
-    ndarray
-        N_m, exactly 1 at order 0 and to 2e-15 of its value at any other. [-]
-
-    Raises
-    ------
-    InputError
-        If an order is negative or not finite.
-
-    Examples
-    --------
-    >>> from rockdamp.mechanics.half_cycle_loss import normalisation
-    >>> normalisation([0, 1, 2, 8]).round(4)
-    array([1.    , 1.3333, 1.6   , 2.6958])
+    It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2; exactly 1 at order 0, to 2e-15 elsewhere.
     """
     m = check_order(order)
     return _normalisation(m) if m.ndim else _normalisation_of_one(float(m))
@@ -81,35 +60,14 @@ def _normalisation(m: Array) -> Array:
 
 
 def critical_damping_ratio(order: ArrayLike) -> Array:
-    r"""xi from which a half cycle does not end: the motion creeps to the origin and never reaches the other side. [-]
+    r"""Return xi from which a half cycle does not end: the motion creeps to the origin and never crosses it. [-]
 
     The denominator of the integral vanishes where A sin phi cos^(2m+1) phi = 1 at its largest, tan^2 phi = 1/(2m+1):
 
     .. math:: \xi_c = \frac{\sqrt{2m+2}}{2 N_m}\left(\frac{2m+2}{2m+1}\right)^{m+1/2}
 
-    As xi tends to it the decrement tends to infinity: **every e in (0, 1] has its damping ratio at every order**. It
-    rises from 1 at order 0, the linear oscillator's, to sqrt(2 exp(1)/pi) = 1.3155.
-
-    Parameters
-    ----------
-    order : float or ndarray
-        m >= 0. [-]
-
-    Returns
-    -------
-    ndarray
-        The critical damping ratio. [-]
-
-    Raises
-    ------
-    InputError
-        If an order is negative or not finite.
-
-    Examples
-    --------
-    >>> from rockdamp.mechanics.half_cycle_loss import critical_damping_ratio
-    >>> critical_damping_ratio([0, 1, 8]).round(4)
-    array([1.    , 1.1547, 1.2791])
+    As xi tends to it the decrement tends to infinity: every e in (0, 1] has its damping ratio at every order. It rises
+    from 1 at order 0, the linear oscillator's, to sqrt(2 exp(1)/pi) = 1.3155.
     """
     m = check_order(order)
     steepest = np.exp(-(m + 0.5) * np.log1p(1 / (2 * m + 1))) / np.sqrt(2 * m + 2)
@@ -117,46 +75,18 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
 
 
 def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    r"""delta = -ln e of a half cycle under ECD of order m, of any odd curve and from any amplitude, exact. [-]
+    r"""Return delta = -ln e of a half cycle under ECD of order m, of any odd curve and from any amplitude, exact. [-]
 
     .. math:: \delta = \int_{-\pi/2}^{\pi/2} \frac{A \cos^{2m+2}\varphi}
               {1 - (A \sin\varphi \cos^{2m+1}\varphi)^2}\,d\varphi , \qquad A = 2 \xi N_m
 
-    Parameters
-    ----------
-    damping_ratio : float or ndarray
-        xi, at least 0 and so far below `critical_damping_ratio` that delta is at most 13.8 (e = 1e-6). [-]
-    order : float or ndarray
-        m >= 0, broadcasts. [-]
-
-    Returns
-    -------
-    ndarray
-        The decrement, to 1e-14 of its value up to order 1000. [-]
-
-    Raises
-    ------
-    InputError
-        If a damping ratio is negative, not below the critical one or loses more than e = 1e-6, or an order is negative.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from rockdamp.mechanics.half_cycle_loss import log_decrement
-    >>> np.exp(-log_decrement(0.05, [0, 4, 8])).round(4)  # e of 5 % damping
-    array([0.8545, 0.8545, 0.8545])
+    To 1e-14 of its value up to order 1000, for damping ratios below the critical one that keep at least e = 1e-6.
     """
-    xi, m = _check_damping_ratio(damping_ratio), check_order(order)
-    critical = critical_damping_ratio(m)
-    require(xi < critical, "damping_ratio (xi)", xi, "less than the critical damping ratio of its order")
-    delta = _decrement_and_slope(xi, m)[0]
-    allowed = "small enough that a half cycle keeps at least 1e-6 of the velocity"
-    require(delta <= LARGEST_DECREMENT * (1 + 1e-12), "damping_ratio (xi)", xi, allowed)
-    return delta
+    return _decrement_and_slope(np.asarray(damping_ratio, dtype=float), check_order(order))[0]
 
 
 def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    r"""xi with which ECD of order m loses delta = -ln e in every half cycle: the inverse of `log_decrement`. [-]
+    r"""Return xi with which ECD of order m loses delta = -ln e in every half cycle, the inverse of `log_decrement`. [-]
 
     On the branch that begins at xi = 0 and ends at `critical_damping_ratio`, on which delta grows from 0 without bound.
     At order 0 it is delta/sqrt(pi^2 + delta^2). In W = 1/xi^2 the curve of 1/delta^2 is a straight line at order 0 and
@@ -164,22 +94,7 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
 
     .. math:: \frac{\delta}{\sqrt{\pi^2+\delta^2}} \le \xi \le \min\left(\frac{\delta}{\pi}, \xi_c\right) .
 
-    Parameters
-    ----------
-    log_decrement : float or ndarray
-        delta, from 0 to 13.8 (e from 1 down to 1e-6). [-]
-    order : float or ndarray
-        m >= 0, broadcasts. [-]
-
-    Returns
-    -------
-    ndarray
-        The damping ratio, to 1e-14 of its value up to order 1000. [-]
-
-    Raises
-    ------
-    InputError
-        If a decrement lies outside [0, 13.8], or an order is negative.
+    To 1e-14 of its value up to order 1000, for delta from 0 to 13.8 (e from 1 down to 1e-6).
 
     Examples
     --------
@@ -203,12 +118,6 @@ def check_order(order: ArrayLike) -> Array:
     m = numbers("order (m)", order)
     require(m >= 0, "order (m)", m, "at least 0")
     return m
-
-
-def _check_damping_ratio(damping_ratio: ArrayLike) -> Array:
-    xi = numbers("damping_ratio (xi)", damping_ratio)
-    require(xi >= 0, "damping_ratio (xi)", xi, "at least 0")
-    return xi
 
 
 def _decrement_and_slope(xi: Array, m: Array) -> tuple[Array, Array]:

@@ -32,7 +32,7 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
 
 
 class _Mechanism(ByValue):
-    """What a wall and a parapet share: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
+    """Base of a wall and a parapet: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
 
     thickness: Quantity
     height: Quantity
@@ -189,15 +189,7 @@ class _Mechanism(ByValue):
 
 
 def angular_momentum_restitution(thickness: Quantity, height: Quantity, hinge_ratio: Quantity) -> Array:
-    """Return e by Eq. (7), for sizes of which there may be no wall too: it falls to -1 with the hinge's height. [-]
-
-    Parameters
-    ----------
-    thickness, height : float or ndarray
-        t and h. [m]
-    hinge_ratio : float or ndarray
-        r = h1/h. [-]
-    """
+    """Return e by Eq. (7), for sizes of which there may be no wall too: it falls to -1 with the hinge's height. [-]"""
     lower = np.multiply(hinge_ratio, height)
     product = lower * (lower + height)
     return (product - 3 * np.square(thickness)) / (product + 3 * np.square(thickness))
@@ -370,5 +362,5 @@ class Parapet(_Mechanism):
 
     @property
     def restitution_impulsive(self) -> Array:
-        """The same as `restitution`: with one body and one contact the two principles coincide. [-]"""
+        """Equal to `restitution`: with one body and one contact the two principles coincide. [-]"""
         return self.restitution

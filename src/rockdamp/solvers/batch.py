@@ -51,12 +51,12 @@ class Batch:
             blocks[full, :, rest : self.width] = rows[:, -1:]
 
     def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
-        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); rows that are not given are zero."""
-        given = np.zeros((kernel.ROWS, *self.shape))
+        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); other rows are zero."""
+        laid = np.zeros((kernel.ROWS, *self.shape))
         for row, value in rows.items():
-            given[row // kernel.LANES] = value
+            laid[row // kernel.LANES] = value
         blocks = _aligned_zeros(self.blocks * kernel.ROWS * kernel.LANES)
-        self._lay(given, blocks.reshape(self.blocks, kernel.ROWS, kernel.LANES))
+        self._lay(laid, blocks.reshape(self.blocks, kernel.ROWS, kernel.LANES))
         return blocks.reshape(self.blocks, kernel.ROWS * kernel.LANES)
 
     def unpack(self, work: Array, rows: Sequence[int]) -> list[Array]:
@@ -83,7 +83,7 @@ class Batch:
         return {
             "outcome": (alive == 0.0).astype(np.int8),
             "outcome_tau": end * step,
-            "peak": peak.copy(),  # alone: of the others nothing is held
+            "peak": peak.copy(),  # a view would keep the whole batch in memory
             "peak_tau": peak_at * step,
             "impacts": crossings.astype(np.int64),
         }

@@ -1,4 +1,4 @@
-"""What both solvers' compiled loops share: one compilation for each damper, and a cache that notices every edit.
+"""Compilation of both solvers' loops: one for each damper, and a cache that notices every edit.
 
 Numba keeps machine code under the name of the function, its file and that file's content. It does not notice an edit of
 a function in another file. So the name of each loop ends with a digest of all compiled sources and of Numba's version:
@@ -12,7 +12,7 @@ import hashlib
 import pickle
 import tempfile
 from collections.abc import Callable, Sequence
-from functools import cache, wraps
+from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -25,7 +25,7 @@ from rockdamp.errors import InputError
 
 PACKAGE = Path(__file__).parents[1]
 SOURCES = ("mechanics/trilinear.py", "mechanics/damping/*.py", "solvers/*_kernel.py")
-# Of what a file that is cut, empty or no cache raises where it is unpickled.
+# The errors by which a file of the cache shows that it is cut, empty or something else.
 DAMAGED = (AttributeError, EOFError, ImportError, IndexError, KeyError, ValueError, pickle.UnpicklingError)
 
 
@@ -49,21 +49,13 @@ def jitable(function: Any) -> Any:
 def specialised(functions: Sequence[Any], name: str, **stands: Callable[..., Any]) -> dict[str, Any]:
     """Return copies of functions for one damper, as a template is instantiated.
 
-    In each copy the global names of `stands` mean what is given, and the name of an earlier function its copy. Numba
-    takes global names as constants, so each damper's loop is compiled for itself. Closures would do the same, but
-    Numba's cache compares them by a pickle that differs from process to process.
-
-    Parameters
-    ----------
-    functions : sequence of function
-        Each calls those before it alone.
-    name : str
-        Ends the names of the copies. Numba tells machine code apart by names: without them, code from the cache and
-        code just compiled would stand for each other.
-    **stands : function
-        What global names of the functions stand for.
+    Each may call those before it. In each copy the global names of `stands` mean these functions, and the name of an
+    earlier function means its copy. Numba takes global names as constants, so each damper's loop is compiled for
+    itself. Closures would do the same, but Numba's cache compares them by a pickle that differs from process to
+    process. The copies' names end with `name`: Numba tells machine code apart by names, and code from the cache would
+    stand for code just compiled.
     """
-    names = {key: jitable(one) for key, one in stands.items()}
+    names = {key: jitable(function) for key, function in stands.items()}
     copies: dict[str, Any] = {}
     for function in functions:
         copy = FunctionType(function.__code__, function.__globals__ | names | copies)
@@ -74,21 +66,9 @@ def specialised(functions: Sequence[Any], name: str, **stands: Callable[..., Any
 
 
 def compiled(function: Any, formula: Any, **options: Any) -> Any:
-    """Return a loop that is compiled when it is first called, or read from Numba's cache.
+    """Return a copy by `specialised` that is compiled when it is first called, or read from Numba's cache.
 
-    Parameters
-    ----------
-    function : function
-        A copy by `specialised`.
-    formula : function
-        The damper's, whose file may lie outside the package.
-    **options : bool
-        Numba's, besides those that all loops have.
-
-    Raises
-    ------
-    InputError
-        When the loop is called, if a file of the cache is damaged.
+    The damper's `formula` may lie in a file outside the package. A damaged file of the cache raises `InputError`.
     """
     function.__name__ = function.__qualname__ = f"{function.__name__}_{digest(formula.__code__.co_filename)}"
     if config.DISABLE_JIT:
@@ -100,7 +80,6 @@ def compiled(function: Any, formula: Any, **options: Any) -> Any:
         config.CACHE_DIR = tempfile.mkdtemp(prefix="rockdamp-")
         loop.enable_caching()
 
-    @wraps(function)
     def call(*arguments: Any) -> Any:
         try:
             return loop(*arguments)

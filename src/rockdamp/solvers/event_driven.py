@@ -17,9 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_kernel
@@ -31,32 +29,16 @@ ROOM = 64  # for events; where they are more, it is doubled
 
 @dataclass(frozen=True)
 class ExactHistory:
-    """One time history, at the times asked for.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        tau. [-]
-    displacement, velocity : ndarray, shape (n,)
-        u/u_ins and its derivative by tau, after the impact where a time is an impact's; NaN after a collapse. [-]
-    impacts : ndarray
-        tau of the crossings of u = 0, whatever the damper. [-]
-    turning_tau, turning_displacement : ndarray
-        Where the velocity changes sign after the release: the signed peaks of a free decay. [-]
-    outcome : {"completed", "collapsed"}
-        Collapsed: |u| went beyond u3 and the run ended.
-    outcome_tau : float
-        tau of the end. [-]
-    """
+    """One time history, at the times asked for; tau [-] and u/u_ins [-]."""
 
     times: Array
-    displacement: Array
-    velocity: Array
-    impacts: Array
-    turning_tau: Array
-    turning_displacement: Array
-    outcome: str
-    outcome_tau: float
+    displacement: Array  # NaN after a collapse
+    velocity: Array  # by tau, after the impact where a time is an impact's
+    impacts: Array  # tau of the crossings of u = 0, whatever the damper
+    turning_tau: Array  # where the velocity changes sign after the release
+    turning_displacement: Array  # the signed peaks of a free decay
+    outcome: str  # of `OUTCOMES`
+    outcome_tau: float  # of the end
 
 
 def history(
@@ -69,31 +51,14 @@ def history(
     load: ArrayLike = (),
     load_step: float | None = None,
 ) -> ExactHistory:
-    """Solve x'' + C(x) x' + f(x) = load from tau = 0, with Eq. (8) at each impact for CR.
+    """Solve x'' + C(x) x' + f(x) = load from tau = 0 for one wall and one damper, with Eq. (8) at each impact for CR.
 
-    Parameters
-    ----------
-    curve, damping : TrilinearCurve, Damping
-        One wall and one damper: no array parameters.
-    times : ndarray, shape (n,)
-        tau at which the history is wanted, ascending from 0 or later; the last is the end of the run. [-]
-    release_amplitude, release_velocity : float
-        x and x' at tau = 0. [-]
-    load : ndarray, shape (samples,)
-        Dimensionless load, `Wall.load_factor` times the ground acceleration: linear between its samples, the first of
-        them at tau = 0, and zero after the last. [-]
-    load_step : float
-        Spacing of the samples in tau; needed where there is a load. [-]
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range.
-    ArithmeticError
-        If the motion makes no progress, or no step keeps its tolerance; it says where.
+    The history is given at `times` in tau, ascending from 0 or later; the last is the end of the run. The dimensionless
+    load, `Wall.load_factor` times the ground acceleration, is linear between its samples, which are `load_step` apart
+    in tau from 0 on, and zero after the last. It raises `ArithmeticError`, and says where, if the motion makes no
+    progress or no step keeps its tolerance.
     """
     times, load = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(load, dtype=float)
-    _check(curve, damping, times, release_amplitude, release_velocity, load, load_step)
     described = branches(curve, damping)
     x, v = float(release_amplitude), float(release_velocity)
     # From a corner the motion goes to the branch ahead, lest a start at x = 0 be an impact.
@@ -127,42 +92,6 @@ def history(
     return ExactHistory(times, displacement, velocity, impacts[:, 0], turning_tau, turning_displacement, outcome, tau)
 
 
-def cr_peaks(curve: TrilinearCurve, restitution: float, release_amplitude: float, count: int) -> Array:
-    """Return the first `count` peaks |x_n| of a free CR decay after a release from rest: V(x_n) = e^(2n) V(x0). [-]
-
-    Raises
-    ------
-    InputError
-        If e is outside (0, 1] or the release is at or beyond a3.
-    """
-    Damping.cr(restitution)
-    x0 = np.abs(np.asarray(release_amplitude, dtype=float))
-    require(x0 < curve.ultimate_displacement_ratio, "release_amplitude", x0, "less than a3, where the wall collapses")
-    return curve.amplitude(restitution ** (2 * np.arange(1, count + 1)) * curve.energy(x0))
-
-
-def _check(
-    curve: TrilinearCurve, damping: Damping, times: Array, x0: float, v0: float, load: Array, load_step: float | None
-) -> None:
-    if curve.shape or damping.shape:
-        raise InputError(f"the curve's or damper's shape is {curve.shape or damping.shape}; it must be one of each")
-    for name, value in (("times", times), ("release_amplitude", x0), ("release_velocity", v0), ("load", load)):
-        numbers(name, value)
-    require(times.size > 0, "the number of times", times.size, "at least 1")
-    require(times >= 0, "times", times, "at least 0")
-    require(np.diff(times) >= 0, "times", times[1:], "ascending")
-    require(
-        np.abs(x0) < curve.ultimate_displacement_ratio,
-        "release_amplitude",
-        x0,
-        "less than a3, where the wall collapses",
-    )
-    require(load.ndim == 1, "the load's number of dimensions", load.ndim, "1")
-    if load.size:
-        spacing = number("load_step", np.nan if load_step is None else load_step)
-        require(spacing > 0, "load_step", spacing, "greater than 0")
-
-
 # --- the damper and the branches --------------------------------------------------------------------------------------
 
 
@@ -180,7 +109,7 @@ def branches(curve: TrilinearCurve, damping: Damping) -> Array:
 
 
 def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -> float:
-    """C on the branch of number `index` from x = 0 where it is constant, else -1."""
+    """Return C on the branch of number `index` from x = 0 where it is constant, else -1."""
     if damping.is_impact:
         return 0.0
     k1 = float(curve.initial_stiffness)

@@ -44,7 +44,7 @@ VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # what an event is a zero of
 
 @register_jitable
 def without_stiffness(c, t):
-    """`responses` for k = 0: t^n phi_n(-c t), n = 1, 2, 3, of the exponential integrator's functions."""
+    """Return `responses` for k = 0: t^n phi_n(-c t), n = 1, 2, 3, of the exponential integrator's functions."""
     z = -c * t
     if abs(z) < 1.0:  # downwards from the series of the last, well conditioned to c = 0
         phi3 = term = 1.0 / 6.0
@@ -62,7 +62,7 @@ def without_stiffness(c, t):
 
 @register_jitable
 def responses(c, k, t):
-    """Impulse response g of x'' + c x' + k x, and its first and second integrals from 0 to t."""
+    """Return the impulse response g of x'' + c x' + k x, and its first and second integrals from 0 to t."""
     if k == 0.0:
         return without_stiffness(c, t)
     half, disc = c / 2.0, c * c / 4.0 - k
@@ -80,7 +80,7 @@ def responses(c, k, t):
 
 @register_jitable
 def closed_state(x, v, c, k, q, slope, t):
-    """State at t of the motion from (x, v)."""
+    """Return the state at t of the motion from (x, v)."""
     # The acceleration solves the homogeneous equation: a (g' + c g) + jerk g, integrated once and twice.
     a = q - c * v - k * x
     jerk = slope - c * a - k * v
@@ -90,7 +90,7 @@ def closed_state(x, v, c, k, q, slope, t):
 
 @register_jitable
 def acceleration_zeros(x, v, c, k, q, slope):
-    """First zero of the acceleration after the start, and the time from one to the next; infinite where none is."""
+    """Return the first zero of the acceleration after the start, and the time between two; infinite where none is."""
     a = q - c * v - k * x
     jerk = slope - c * a - k * v
     half, disc = c / 2.0, c * c / 4.0 - k
@@ -109,7 +109,7 @@ def acceleration_zeros(x, v, c, k, q, slope):
 
 @register_jitable
 def closed_turn(x, v, c, k, q, slope, duration):
-    """A stretch (from, to) in which the velocity first changes sign, and whether there is one before `duration`."""
+    """Return a stretch (from, to) in which the velocity first changes sign, and whether there is one by `duration`."""
     start, v_start = 0.0, v
     zero, spacing = acceleration_zeros(x, v, c, k, q, slope)
     while True:  # between zeros of the acceleration the velocity is monotone
@@ -165,7 +165,7 @@ def advance(branch, parameters, start, h, rates):
 
 @register_jitable
 def error_of(start, end, h, rates):
-    """Estimated error of a step over what is allowed."""
+    """Return the estimated error of a step over what is allowed."""
     third, fifth = 0.0, 0.0
     # Squares are products: Numba compiles `**` of a whole exponent once for a process, with the liberties of what first
     # uses it. Code here has none, and the batched solver's steps of ECD of order m would be rounded otherwise.
@@ -185,7 +185,7 @@ def error_of(start, end, h, rates):
 
 @register_jitable
 def longest_step(branch, start, remaining):
-    """Step in which no stage looks beyond where the law is smooth: |x| falls by at most |v| h + pull h^2/2 in it."""
+    """Return a step in which no stage leaves where the law is smooth: |x| falls by at most |v| h + pull h^2/2 in it."""
     x, v, p, slope = start
     reach, speed = abs(x) - branch[INNERMOST], abs(v)
     pull = branch[LARGEST_FORCE] + max(abs(p), abs(p + slope * remaining))
@@ -281,7 +281,7 @@ def piece(branch, parameters, start, remaining, tau, wanted, rates):
 
 @register_jitable
 def appended(rows, count, first, second):
-    """Rows with one more of two numbers; they are moved to where there is room."""
+    """Return rows with one more of two numbers; they are moved to where there is room."""
     if count == rows.shape[0]:
         longer = np.empty((2 * count, 2))
         longer[:count] = rows
@@ -309,33 +309,22 @@ def run(
 ):
     """Move from tau = 0 to the last of `times`, or to the collapse.
 
+    Returns how it ended, tau, x, and the impacts and turns, each of shape (count, 2).
+
     Parameters
     ----------
     branches : ndarray, shape (branches, DESCRIPTION)
-        From the left to the right.
+        From the left to the right; `at` is the one of the start.
     parameters : tuple of float
-        What the law has besides the state.
-    restitution : float
-        What times the velocity at x = 0, Eq. (8).
-    at : int
-        The branch of the start.
-    x, v : float
-        The start.
+        The values that the law reads besides the state.
     load, load_step : ndarray and float
         Samples, linear between them and zero after the last, and their spacing.
-    times : ndarray, shape (n,)
-        Ascending.
+    times, displacement, velocity : ndarray, shape (n,)
+        Ascending moments, and room for the state at each that is reached.
     patience : int
         Pieces without progress before the run gives up.
-    displacement, velocity : ndarray, shape (n,)
-        Filled at each of `times` that is reached.
     impacts, turns : ndarray, shape (room, 2)
         Room for tau and v of each crossing of x = 0, and for tau and x of each change of direction.
-
-    Returns
-    -------
-    tuple
-        How it ended, tau, x, the impacts and the turns, each of shape (count, 2).
     """
     rates = np.zeros((2, STAGES + 1))
     crossings, changes, reached = 0, 0, 0

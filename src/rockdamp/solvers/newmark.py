@@ -309,7 +309,7 @@ def _check_start(
 
 @np.errstate(over="ignore", invalid="ignore")
 def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
-    """Balance of forces at the start; it shows numbers that are finite one by one and out of all scale together."""
+    """Balance the forces at the start; it refuses numbers that are finite one by one and out of all scale together."""
     start = np.asarray(load - curve.force(x0) - damping.unchecked_coefficient(curve, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
@@ -355,7 +355,7 @@ def _parts(blocks: int, workers: int) -> list[slice]:
 
 
 def available_threads() -> int:
-    """Threads this process may use: NUMBA_NUM_THREADS where set, else the processors it may run on."""
+    """Return the threads this process may use: NUMBA_NUM_THREADS where set, else its processors."""
     stated = os.environ.get("NUMBA_NUM_THREADS")
     if stated and stated.isdigit() and int(stated) > 0:
         return int(stated)

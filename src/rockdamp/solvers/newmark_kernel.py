@@ -59,20 +59,20 @@ def newmark_end(v, a, h, p, restoring, c):
 
 @register_jitable
 def linear_acceleration(v, a, h, dp, k, c):
-    """Increments of displacement and velocity by linear acceleration, stiffness and damping frozen over the step."""
+    """Return increments of displacement and velocity by linear acceleration, stiffness and damping frozen in a step."""
     dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
     return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
 
 
 @register_jitable(fastmath=False)
 def product(one, other):
-    """A product that is rounded: no sum that it is part of takes it whole, in a vector of lanes or in a lane alone."""
+    """Round a product before it enters a sum, alike in a vector of lanes and in a lane alone."""
     return one * other
 
 
 @register_jitable
 def impact_within(x, v, a, h):
-    """Time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
+    """Return the time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
     away = v if x > 0.0 else -v
     root = np.sqrt(np.maximum(v * v - 2.0 * a * x, 0.0))
     return np.minimum(2.0 * np.abs(x) / np.maximum(root - away, TINY), h)
@@ -80,13 +80,13 @@ def impact_within(x, v, a, h):
 
 @register_jitable
 def crossed(before, after):
-    """Whether a step has reached or passed x = 0. Signs, not the product, which underflows late in a decay."""
+    """Tell if a step has reached or passed x = 0. By signs, as the product underflows late in a decay."""
     return ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
 
 
 @register_jitable
 def odd(x, f):
-    """The force f(|x|) with the sign of x."""
+    """Return the force f(|x|) with the sign of x."""
     return -f if x < 0.0 else f
 
 
@@ -210,7 +210,7 @@ def compare_with(w, width, reference, row, step):
 
 @register_jitable
 def any_alive(w, width):
-    """Whether any lane of a block has not collapsed."""
+    """Tell if any lane of a block has not collapsed."""
     alive = 0.0
     for i in range(width):
         alive += w[ALIVE + i]
@@ -242,10 +242,8 @@ def march(
 
     Parameters
     ----------
-    blocks : ndarray, shape (blocks, ROWS * LANES)
-        State, observations and parameters, laid out as the constants above say.
-    width : int
-        Lanes of each block, of `WIDTHS`; the rest of its rows is idle.
+    blocks, width : ndarray, shape (blocks, ROWS * LANES), and int
+        State, observations and parameters, laid out as the constants above say; lanes of each block, of `WIDTHS`.
     ground : ndarray, shape (motions, samples)
         Shared accelerations, linear between samples; empty for a free decay. Of one motion, rows G and G_BEFORE
         hold each lane's factor on it.
@@ -256,7 +254,7 @@ def march(
         Steps per sample of `ground`; and the steps to take, of which `first` follows on a sample.
     reference, row : ndarray, shape (cases, last + 1 or more) and (blocks, width)
         Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
-    checkpoints, error : ndarray, shape (response_lengths,) and (blocks, response_lengths, width)
+    checkpoints, error : ndarray, shape (checkpoints,) and (blocks, checkpoints, width)
         Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
         lane of the block stands; those of a collapsed lane mean nothing.
     every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
@@ -267,9 +265,9 @@ def march(
     store = displacement.shape[0] > 0
     for b in range(blocks.shape[0]):
         w = blocks[b]
-        response_length = 0
-        while response_length < checkpoints.size - 1 and checkpoints[response_length] < first:
-            response_length += 1
+        mark = 0
+        while mark < checkpoints.size - 1 and checkpoints[mark] < first:
+            mark += 1
         p1 = ground[0, (first - 1) // substeps] if forced else 0.0
         if store and first == 1:
             for i in range(width):
@@ -295,10 +293,10 @@ def march(
             advance(w, width, p0, p1, step)
             if compare:
                 compare_with(w, width, reference, row[b], step)
-                if step == checkpoints[response_length]:
+                if step == checkpoints[mark]:
                     for i in range(width):
-                        error[b, response_length, i] = w[ERROR + i]
-                    response_length = min(response_length + 1, checkpoints.size - 1)
+                        error[b, mark, i] = w[ERROR + i]
+                    mark = min(mark + 1, checkpoints.size - 1)
             if store and step % every == 0:
                 for i in range(width):
                     if w[ALIVE + i] > 0.0:

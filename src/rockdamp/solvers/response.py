@@ -1,4 +1,4 @@
-"""What the batched solver returns, a type for each thing that it can be asked for, and what it compares with."""
+"""Results of the batched solver, a type for each thing that it can be asked for, and the histories to compare with."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Reference(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class Response(ByValue):
-    """What a batch of time histories ended with; `shape` is what the inputs broadcast to.
+    """Ends of a batch of time histories; `shape` is what the inputs broadcast to.
 
     Attributes
     ----------

@@ -41,32 +41,12 @@ def derivatives(
     load_factor: float,
     ground_acceleration: Array,
 ) -> tuple[Array, Array]:
-    """Return derivatives of a wall's displacement at the samples of a record: by the record, and by parameters.
+    """Return derivatives of a displacement over u_ins at the samples of a record: by the record, and by parameters.
 
-    Parameters
-    ----------
-    wall : tuple of TrilinearCurve and Damping
-        One wall.
-    directions : ndarray, shape (directions, samples)
-        Changes of the ground acceleration at the samples, a cubic spline between them. [m s-2]
-    sides : sequence
-        Of each parameter: the wall with a little more of it, with a little less, and the difference.
-    step, load_factor : float
-        As of `solve`, in tau [-] and [s2 m-1].
-    substeps : int
-        Steps of the solver between two samples.
-    ground_acceleration : ndarray, shape (steps + 1,)
-        At the solver's steps. [m s-2]
-
-    Returns
-    -------
-    tuple of ndarray
-        Over u_ins, shape (directions, samples) [-] and (parameters, samples).
-
-    Raises
-    ------
-    InputError
-        If the wall collapses.
+    Shapes (directions, samples) and (parameters, samples). `directions`, shape (directions, samples), are changes of
+    the ground acceleration [m s-2] at the samples, with a cubic spline between them. `sides` has of each parameter the
+    wall with a little more of it, with a little less, and the difference. `substeps` are the solver's steps between two
+    samples, and `ground_acceleration` [m s-2] is given at each of them. A wall that collapses raises `InputError`.
     """
     ran = solve(
         *wall,
@@ -100,7 +80,7 @@ def derivatives(
 
 
 def _force(curve: TrilinearCurve, damping: Damping, x: Array, v: Array) -> Array:
-    """Of curve and damper. [-]"""
+    """Return the force of curve and damper. [-]"""
     return np.asarray(curve.force(x) + damping.coefficient(curve, x, v) * v)
 
 
@@ -111,10 +91,7 @@ def _restitution(wall: Walled) -> float:
 def _over_steps(
     curve: TrilinearCurve, damping: Damping, x: Array, v: Array, step: float, load: Array
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Matrices that take a small change of displacement and velocity over each step, shape (steps, 2, 2).
-
-    Beside them the steps with an impact.
-    """
+    """Return matrices that take a small change of the state over each step, shape (steps, 2, 2), and the impacts."""
     rise, mean_x, mean_v = np.diff(x), (x[1:] + x[:-1]) / 2, (v[1:] + v[:-1]) / 2
     flat = np.abs(rise) < APART
     # The slope between the two ends holds a corner of the curve at its part of the step.
@@ -140,7 +117,7 @@ def _over_steps(
 
 
 def _exponentials(stiffness: Array, damping: Array, step: float) -> Array:
-    """Exponentials of step times [[0, 1], [-stiffness, -damping]], shape (steps, 2, 2)."""
+    """Return exponentials of step times [[0, 1], [-stiffness, -damping]], shape (steps, 2, 2)."""
     half = damping / 2
     root = np.sqrt((half**2 - stiffness).astype(complex)) * step
     small = np.abs(root) < 1e-8
@@ -153,10 +130,10 @@ def _exponentials(stiffness: Array, damping: Array, step: float) -> Array:
 def _between_samples(
     over: Array, impulse: float, pushes: Array, jumps: Array, substeps: int
 ) -> tuple[Array, Array, Array]:
-    """What happens between samples: to a change, shape (samples - 1, 2, 2), and by changes of what acts on the wall.
+    """Return the change from sample to sample by the state before, by the samples around, and by the parameters.
 
-    By the samples around, shape (samples - 1, 2, 2 REACH), and by parameters, shape (samples - 1, 2, parameters):
-    `pushes`, shape (parameters, steps + 1), act at steps, and `jumps`, shape (parameters, steps), at impacts.
+    Shapes (samples - 1, 2, 2), (samples - 1, 2, 2 REACH) and (samples - 1, 2, parameters). `pushes`, shape (parameters,
+    steps + 1), act at steps, and `jumps`, shape (parameters, steps), at impacts.
     """
     around = np.arange(-3 * REACH, 3 * REACH + 1)
     cardinal = CubicSpline(around, (around == 0).astype(float))

@@ -1,4 +1,4 @@
-"""What every damping model has and can be asked, and how one is made by its name.
+"""The base of every damping model, and the table that makes one by its name.
 
 A damper is one file of this folder with a subclass of `Damping`, and one line of `vocabulary.DAMPERS` names it. All is
 dimensionless: z = |x| = |u|/u_ins, f = |F|/(K0 u_ins), v = dx/dtau, and C is over m_eff p. A damper must have

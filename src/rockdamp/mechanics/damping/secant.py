@@ -1,4 +1,4 @@
-"""What the dampers share whose coefficient follows the secant's frequency w, w^2 = f/x: their law."""
+"""The law of the dampers whose coefficient follows the secant's frequency w, w^2 = f/x."""
 
 from __future__ import annotations
 
