@@ -27,11 +27,13 @@ configfile: "config/default.yaml"
 # Bad input ends the run here, before anything is built or deleted; once, and not for every job.
 if workflow.is_main_process:
     from rockdamp.config.merging import refuse_other_readings
+    from rockdamp.config.schema import refuse_old_targets
     from rockdamp.config.validation import require_readable_motions, validate
 
     try:
         files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
         files = files[workflow.config_settings.replace_workflow_config :]
+        refuse_old_targets(workflow.dag_settings.targets)
         refuse_other_readings(config, files, workflow.config_settings.config)
         with warnings_as_lines():
             validate(config, Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files)

@@ -1,6 +1,7 @@
 """A config is checked once: by its schema, by what its stages' settings are made into, by the rules between keys."""
 
 import math
+import re
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -332,27 +333,46 @@ def test_every_problem_has_its_own_line(config):
     assert len(complaints(config)) == 2
 
 
-def test_a_key_that_was_renamed_is_told_its_new_name(config, monkeypatch):
-    monkeypatch.setattr(
-        schema, "RENAMED", {"response_lengths": "lengths", "lengths.start": "lengths.first", "width": "depth"}
-    )
-    config["response_lengths"] = {}
-    rules = validation.read_schema(SCHEMA)
-    rules["properties"]["lengths"] = rules["properties"].pop("response_lengths")
-    rules["required"][rules["required"].index("response_lengths")] = "lengths"
-    said = list(map(str, schema.schema_problems(config, rules)))
-    assert said == ["response_lengths is now called lengths"]
-    config["lengths"] = {"start": 1}
-    del config["response_lengths"], rules["properties"]["lengths"]["properties"]["start"]
-    rules["$defs"]["wall"]["properties"]["depth"] = rules["$defs"]["wall"]["properties"].pop("width")
-    said = list(map(str, schema.schema_problems(config, rules)))
-    assert {"lengths.start is now called lengths.first", "wall.width is now called depth"} <= set(said)
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("natural", "earthquakes"),
+        ("earthquakes.scale", "earthquakes.velocity_ratio"),
+        ("windows", "response_lengths"),
+        ("matching.window", "matching.response_length"),
+        ("loops", "damping_force"),
+        ("damping_force.window", "damping_force.response_length"),
+        ("dispersion", "amplitude_dependence"),
+        ("validation.ladder", "validation.test_series"),
+        ("identification.ladder", "identification.test_series"),
+        ("validation.fit_cracked_stiffness_ratios", "validation.fit_yield_displacement_ratios"),
+        ("curve.cracked_stiffness_ratio", "curve.yield_displacement_ratio"),
+        ("curve.plateau_ratio", "curve.strength_ratio"),
+        ("validation.curve.ultimate_ratio", "validation.curve.ultimate_displacement_ratio"),
+        ("studies.cracked_stiffness.cracked_stiffness_ratio", "studies.cracked_stiffness.yield_displacement_ratio"),
+        ("studies.cracked_stiffness.plateau_ratio_beyond", "studies.cracked_stiffness.strength_ratio_beyond"),
+        ("identification.prior.plateau_ratio", "identification.prior.strength_ratio"),
+        ("population.parameters.cracked_stiffness_ratio", "population.parameters.yield_displacement_ratio"),
+        ("population.correlations.plateau_ratio", "population.correlations.strength_ratio"),
+        ("earthquakes.walls[0].cracked_stiffness_ratio", "yield_displacement_ratio"),
+    ],
+)
+def test_an_old_key_ends_in_one_line_with_its_new_name(old, new, config):
+    *sections, last = path_of(old)
+    section = stated(config, tuple(sections))
+    section[last] = section.pop(path_of(new)[-1], {})
+    (line,) = complaints(config)
+    assert re.search(rf": {re.escape(old)} is now called (\S+\.)?{path_of(new)[-1]}$", line)
 
 
-@pytest.mark.parametrize("key", schema.RENAMED)
-def test_the_keys_that_were_renamed_are_no_more(key, config):
-    with pytest.raises(LookupError):
-        stated(config, key)
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("natural", "earthquakes"), ("orders", "convergence"), ("fig_natural_ratio", "fig_earthquakes_ratio")],
+)
+def test_an_old_target_ends_in_one_line_with_its_new_name(old, new):
+    schema.refuse_old_targets(["all", "fig1", new, "results/orders.nc"])
+    with pytest.raises(InputError, match=f"^{old} is now called {new}$"):
+        schema.refuse_old_targets(["fig1", old])
 
 
 # --- where it stands ------------------------------------------------------------------------------------------------

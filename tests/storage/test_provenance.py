@@ -15,7 +15,7 @@ STAGES = [
     "studies.decays",
     "equivalence.matching",
     "studies.matches",
-    "studies.response_length",
+    "studies.response_lengths",
     "studies.polynomial_fits",
     "studies.damping_force",
     "studies.force_curves",

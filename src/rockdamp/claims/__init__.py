@@ -56,7 +56,7 @@ def judge(claims: Sequence[Claim], datasets: Datasets) -> list[Verdict]:
     claims : sequence of dict
         As `read` returns them.
     datasets : dict of str to xarray.Dataset
-        By their names in the results, without suffix: ``loops``, ``match/amplitude``.
+        By their names in the results, without suffix: ``damping_force``, ``match/amplitude``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The sections ``earthquakes`` and ``population`` of the config, parsed: what each stage under earthquakes depends on."""
+"""The sections ``earthquakes`` and ``population`` of the config, parsed for each stage under earthquakes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""From values of the config to the fields of a frozen dataclass: a field's type says what its value must be.
+"""Parse values of the config into the fields of a frozen dataclass: a field's type says what its value must be.
 
-An annotation may add the dotted key that the value stands at, ``Annotated[float, "response_lengths.stop"]``, and a function that
-parses it, ``Annotated[Array, geometric]``; a field without the first is named after its key.
+An annotation may add the dotted key of the value, ``Annotated[float, "response_lengths.stop"]``, and a function that
+parses it, ``Annotated[Array, geometric]``. A field without the first is named after its key.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The config, parsed: a frozen dataclass for each section of it, and one for what each stage depends on.
 
-A stage's first line is ``given = PulseSettings.of(config)``; below it, functions take values by name. A stage may take
-the part of the config that has its keys, or more. A key that is missing is an error, and so is one that a section does
-not have. Meaning, unit and range of each key: workflow/schemas/config.schema.yaml.
+A stage begins with ``PulseSettings.of(config)``; the functions below it take values by name. `config` may be the part
+that has the stage's keys, or more. A missing key is an error, and so is one that a section does not know. Meaning, unit
+and range of each key stand in workflow/schemas/config.schema.yaml.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def _response_length(value: Any, key: str) -> float:
     return DEFAULT_RESPONSE_LENGTH if value == "default" else number(value, key)
 
 
-Window = Annotated[float, _response_length]  # in tau; "default" is the package's own
+ResponseLength = Annotated[float, _response_length]  # in tau; "default" is the package's own
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Solver:
 
 @dataclass(frozen=True)
 class Matching:
-    response_length: Window
+    response_length: ResponseLength
     refinement: int
     scan: Scan
 
@@ -148,7 +148,7 @@ class Accuracy:
 class DecaySettings(StudySettings):
     solver: Solver
     restitution: Annotated[Array, arithmetic]
-    response_length: Annotated[Window, "matching.response_length"]
+    response_length: Annotated[ResponseLength, "matching.response_length"]
     longest: Annotated[float, "response_lengths.stop"]
 
 
@@ -211,7 +211,7 @@ class AmplitudeDependenceSettings(Settings):
 
 @dataclass(frozen=True)
 class DamperOrderSettings(Settings):
-    """The reference curve and those of the dispersion, and the wall and record of a test."""
+    """The reference curve, those of the amplitude dependence, and the wall and record of a test."""
 
     solver: Solver
     curve: Curve

@@ -60,7 +60,8 @@ def validate(config: Config, schema: str | Path, files: Sequence[str | Path]) ->
 
 def _line(place: str, problem: Problem) -> str:
     """One line of the error; where the command line states what is nested, also how to state it."""
-    nested = len(problem.path) > 1 and "is not a key" not in problem.text or "a mapping" in problem.text
+    misnamed = problem.text.startswith(("is not a key", "is now called"))
+    nested = len(problem.path) > 1 and not misnamed or "a mapping" in problem.text
     hint = "; write nested values in a file and pass --configfile" if place == COMMAND_LINE and nested else ""
     return f"{place}: {problem}{hint}"
 

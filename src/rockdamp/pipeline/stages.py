@@ -78,7 +78,7 @@ STAGES = _read()
 
 
 def keys_of(*fields: str) -> list[str]:
-    """Return the keys of the config that stages name in some of their fields, such as ``record`` and ``test_series``."""
+    """Return the keys of the config that stages name in some fields, such as ``record`` and ``test_series``."""
     named = [getattr(stage, field) for stage in STAGES.values() for field in fields]
     return list(dict.fromkeys(key for key in named if key))
 

@@ -49,6 +49,13 @@ def test_a_value_on_the_command_line_is_named_by_its_key(tree):
     assert said in run.stdout + run.stderr  # a dry run tells on standard output
 
 
+@pytest.mark.parametrize(("old", "new"), [("windows", "response_lengths"), ("fig_orders", "fig_convergence")])
+def test_an_old_target_is_refused_with_its_new_name(tree, old, new):
+    run = tree.snakemake(old)
+    assert run.returncode != 0 and "Traceback" not in run.stdout + run.stderr
+    assert f"{old} is now called {new}\n" in run.stderr
+
+
 def test_what_snakemake_reads_otherwise_than_yaml_1_2_is_refused(tree):
     said = refused(tree, "convergence: {lanes: 1:30}\n")
     assert "overlay.yaml, line 1: convergence.lanes is '1:30' in YAML 1.2, and 90 in YAML 1.1, by which Snake" in said

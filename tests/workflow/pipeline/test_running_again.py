@@ -26,7 +26,7 @@ CHANGES = {
     "matching: {response_length: 9}": [
         "match/amplitude",
         "damping_force",
-        "dispersion",
+        "amplitude_dependence",
         "pulses",
         "earthquakes/walls",
         "accuracy",
