@@ -9,7 +9,7 @@ from importlib import import_module
 import pytest
 
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, each_study, keys_of, reported, writes
+from rockdamp.pipeline.stages import STAGES, each_study, reported, writes
 from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
@@ -62,15 +62,6 @@ def test_a_stage_runs_again_for_the_keys_that_its_settings_read_and_no_others(na
     told = ["studies" if key == study else key for key in STAGES[name].config]
     assert [key for key in read if not any(f"{key}.".startswith(f"{one}.") for one in told)] == []
     assert [one for one in told if not any(f"{key}.".startswith(f"{one}.") for key in read)] == []
-
-
-def test_the_keys_that_name_records_are_those_of_every_stage_each_once():
-    assert keys_of("record", "test_series") == [
-        "validation.record",
-        "validation.test_series",
-        "identification.test_series",
-    ]
-    assert keys_of("motions") == ["records", "population.records"]
 
 
 def test_what_only_joins_shares_runs_again_with_any_of_them():

@@ -48,6 +48,7 @@ _OLD_TARGET = re.compile(rf"(fig_|)({'|'.join(RENAMED_TARGETS)})(_ratio|)")
 
 ITEMS = {"minItems": "at least", "maxItems": "at most"}
 ODD_TEXT = "has a control character, or half a character; it must be one line of text"
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
@@ -129,19 +130,10 @@ def _misfit(error: ValidationError) -> str:
         return f"has {len(value)} of them; it must be {_allowed(error.schema)}"
     if error.validator == "contains":
         return f"is {shown(value)}; {error.validator_value['const']} must be among them"
-    if isinstance(value, str) and _is_number(value):
+    if isinstance(value, str) and _NUMBER.fullmatch(value):
         return f"is the text {value!r}; it must be {_allowed(error.schema)} (YAML's numbers have no quotes)"
     said = "a mapping of keys to values" if isinstance(value, Mapping) else shown(value)
     return f"is {said}; it must be {_allowed(error.schema)}"
-
-
-def _is_number(text: str) -> bool:
-    """Return whether a text would be a number without its quotes."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _allowed(schema: Mapping[str, Any]) -> str:

@@ -173,11 +173,17 @@ class PolynomialSettings(Settings):
 
 
 @dataclass(frozen=True)
-class DampingForceSettings(Settings):
+class MatchedSettings(Settings):
+    """The reference curve, and how damping ratios are matched on it."""
+
     solver: Solver
     curve: Curve
     release_amplitude: float
     matching: Matching
+
+
+@dataclass(frozen=True)
+class DampingForceSettings(MatchedSettings):
     damping_force: DampingForce
 
 
@@ -210,13 +216,9 @@ class AmplitudeDependenceSettings(Settings):
 
 
 @dataclass(frozen=True)
-class DamperOrderSettings(Settings):
+class DamperOrderSettings(MatchedSettings):
     """The reference curve, those of the amplitude dependence, and the wall and record of a test."""
 
-    solver: Solver
-    curve: Curve
-    release_amplitude: float
-    matching: Matching
     amplitude_dependence: AmplitudeDependence
     strength_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.strength_ratio_beyond"]
     damper_order: DamperOrder
@@ -228,11 +230,7 @@ class DamperOrderSettings(Settings):
 
 
 @dataclass(frozen=True)
-class PulseSettings(Settings):
-    solver: Solver
-    curve: Curve
-    release_amplitude: float
-    matching: Matching
+class PulseSettings(MatchedSettings):
     pulses: Pulses
 
 
