@@ -1,6 +1,7 @@
 """rockdamp: every dataset and figure of the paper, from a wall to Fig. 8. The config says with which values."""
 
 import os
+import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -33,7 +34,7 @@ if workflow.is_main_process:
     try:
         files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
         files = files[workflow.config_settings.replace_workflow_config :]
-        refuse_old_targets(workflow.dag_settings.targets)
+        refuse_old_targets(sys.argv[1:])  # Snakemake has not parsed its targets yet
         refuse_other_readings(config, files, workflow.config_settings.config)
         with warnings_as_lines():
             validate(config, Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files)
