@@ -1,6 +1,7 @@
 """rockdamp: every dataset and figure of the paper, from a wall to Fig. 8. The config says with which values."""
 
 import os
+import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -27,11 +28,13 @@ configfile: "config/default.yaml"
 # Bad input ends the run here, before anything is built or deleted; once, and not for every job.
 if workflow.is_main_process:
     from rockdamp.config.merging import refuse_other_readings
+    from rockdamp.config.schema import refuse_old_targets
     from rockdamp.config.validation import require_readable_motions, validate
 
     try:
         files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
         files = files[workflow.config_settings.replace_workflow_config :]
+        refuse_old_targets(sys.argv[1:])  # Snakemake has not parsed its targets yet
         refuse_other_readings(config, files, workflow.config_settings.config)
         with warnings_as_lines():
             validate(config, Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files)

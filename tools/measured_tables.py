@@ -306,8 +306,8 @@ def response_length(data: Data) -> str:
         )
     ]
     return (
-        f"It is {int(wrong.sel(response_length=inferred))} at {inferred:g} and at least {int(others.min())} at every other "
-        f"length from {lengths[0]:g} to {lengths[-1]:g} in steps of {lengths[1] - lengths[0]:g}.\n"
+        f"It is {int(wrong.sel(response_length=inferred))} at {inferred:g} and at least {int(others.min())} at every"
+        f" other length from {lengths[0]:g} to {lengths[-1]:g} in steps of {lengths[1] - lengths[0]:g}.\n"
         f"Between {ends[0]} and {ends[1]}, in tenths, it is {least} at {none} and at most {least + 2} at {few}.\n\n"
         f"{table(head, rows)}"
     )

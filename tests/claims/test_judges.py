@@ -7,7 +7,6 @@ from made_up_claims import (
     AT,
     CDR_A1,
     CDR_WIDE,
-    IDS,
     SECANT,
     STUDY,
     VISCOUS,
@@ -225,7 +224,7 @@ def test_a_judgement_gives_the_verdict_that_made_up_data_call_for(listed, data, 
 
 def test_every_claim_is_made_to_give_every_verdict_that_it_can():
     cannot = {name: {REPRODUCED} for name in ("a1-sign", "err-range", "best-cdr")}
-    for name in IDS:
+    for name in claims.JUDGES:
         given = {verdict for one, verdict, _, _ in CASES if one == name} - {NOT_JUDGED}
         assert given == {REPRODUCED, CONDITIONAL, NOT_REPRODUCED} - cannot.get(name, set()), name
 

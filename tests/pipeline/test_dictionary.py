@@ -3,7 +3,6 @@
 from repository import ROOT
 
 from rockdamp.pipeline import dictionary
-from rockdamp.storage import dataset
 
 
 def test_the_data_dictionary_is_in_step_with_the_tables():
@@ -17,9 +16,3 @@ def test_what_uses_a_dataset_is_computed():
     assert {"match", "response_lengths", "accuracy"} <= set(dictionary.used_by("decay"))
     assert not {"fig6", "damping_force", "report"} & set(dictionary.used_by("decay"))
     assert dictionary.used_by("earthquake_records") == ["earthquakes"]
-
-
-def test_every_kind_of_dataset_has_its_section():
-    text = "\n".join(dictionary.lines())
-    assert text.count("\n## `") == len(dataset.kinds())
-    assert "Not built: `rockdamp respond --output` writes such a file." in text

@@ -75,7 +75,7 @@ def test_a_result_of_another_config_or_of_other_sources_is_named(folder, expecte
     }
 
 
-@pytest.mark.parametrize("text", [None, "", "file\nloops.nc\n", "{", "\0"])
+@pytest.mark.parametrize("text", [None, "", "file\ndamping_force.nc\n", "{", "\0"])
 def test_without_a_list_that_can_be_read_no_result_is_verified(folder, expected, text):
     listed = folder / "checksums.csv"
     listed.unlink() if text is None else listed.write_text(text, encoding="utf-8")

@@ -68,13 +68,6 @@ def test_the_permissions_of_a_file_that_is_replaced_stay(tmp_path, mode):
     assert stat.S_IMODE(path.stat().st_mode) == mode
 
 
-def test_a_new_file_has_the_permissions_that_the_user_gives_to_files(tmp_path):
-    (tmp_path / "usual").touch()
-    with replacing(tmp_path / "result.txt"):
-        pass
-    assert (tmp_path / "result.txt").stat().st_mode == (tmp_path / "usual").stat().st_mode
-
-
 def test_no_temporary_name_is_used_twice_or_taken_over(tmp_path, monkeypatch):
     monkeypatch.setattr("secrets.token_hex", lambda count: "known")
     victim = tmp_path / "victim"
@@ -106,13 +99,6 @@ def test_file_and_folder_are_on_the_disk_before_and_after_the_file_takes_its_pla
     with replacing(path) as temporary:
         temporary.write_text("new", encoding="utf-8")
     assert seen == [("file", False), ("folder", True)]
-
-
-def test_a_name_as_long_as_the_disk_takes_is_written(tmp_path):
-    path = tmp_path / ("x" * 251 + ".csv")
-    with replacing(path) as temporary:
-        temporary.write_text("new", encoding="utf-8")
-    assert path.read_text(encoding="utf-8") == "new"
 
 
 def test_what_killed_processes_left_goes_away_and_nothing_else(tmp_path):

@@ -29,7 +29,7 @@ def test_mean_and_deviation_are_those_of_the_lognormal_in_openquakes_unit(measur
     assert (continuous.get("format"), continuous.get("shape")) == ("continuous", "logncdf")
     assert continuous.find(f"{IN}imls").get("imt") == measure
     stated = continuous.find(f"{IN}params")
-    law = lognorm(s=0.4, velocity_ratio=0.45 * factor)
+    law = lognorm(s=0.4, scale=0.45 * factor)
     assert float(stated.get("mean")) == pytest.approx(law.mean(), rel=1e-12)
     assert float(stated.get("stddev")) == pytest.approx(law.std(), rel=1e-12)
 
@@ -74,5 +74,5 @@ def test_openquake_reads_the_same_fragility(measure, tmp_path):
     (continuous,), (discrete,) = (
         model[measure, name].build(["collapse"]) for name in ("house_7__north-CR", "house_7__north-CR-discrete")
     )
-    np.testing.assert_allclose(continuous(level), lognorm(s=0.4, velocity_ratio=0.45 * factor).cdf(level), rtol=1e-9)
+    np.testing.assert_allclose(continuous(level), lognorm(s=0.4, scale=0.45 * factor).cdf(level), rtol=1e-9)
     np.testing.assert_allclose(discrete(factor * np.array([0.3, 0.9])), [0.25, 1.0], rtol=1e-9)

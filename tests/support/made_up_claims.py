@@ -7,33 +7,6 @@ from repository import ROOT
 from rockdamp import claims
 
 FILE, ERRATA = ROOT / "data/claims.yaml", ROOT / "data/errata.yaml"
-IDS = [
-    "ean-slender",
-    "fig3-energy",
-    "fig3-impact",
-    "fig4-rigid",
-    "fig4-smooth",
-    "amp-cdc",
-    "amp-cdr",
-    "amp-sign",
-    "amp-dispersion",
-    "slenderness",
-    "overburden",
-    "a1-most",
-    "a1-rank",
-    "a1-sign",
-    "err-secant",
-    "err-range",
-    "err-e",
-    "fit-order",
-    "fig8-sdr",
-    "low-amp",
-    "best-cdr",
-    "good-sdr",
-    "hinge-mass",
-    "bilinear-demand",
-    "e-measured",
-]
 VISCOUS = ["CDC", "CDR", "SDR", "ECD"]
 MODELS = ["CR", *VISCOUS]
 E = np.array([0.70, 0.75, 0.80, 0.85, 0.90, 0.95])

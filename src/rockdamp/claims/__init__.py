@@ -38,31 +38,16 @@ JUDGES: dict[str, Judge] = {**mechanics.JUDGES, **histories.JUDGES, **ratios.JUD
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """Read the data file of claims.
-
-    Raises
-    ------
-    InputError
-        With a line for each thing that does not fit, and where it stands.
-    """
+    """Read the data file of claims; an `InputError` has a line for each thing that does not fit."""
     return read_list(path, "claims", "claims.schema.yaml", _problems)
 
 
 def judge(claims: Sequence[Claim], datasets: Datasets) -> list[Verdict]:
     """Return the verdict on each claim, in their order.
 
-    Parameters
-    ----------
-    claims : sequence of dict
-        As `read` returns them.
-    datasets : dict of str to xarray.Dataset
-        By their names in the results, without suffix: ``loops``, ``match/amplitude``.
-
-    Raises
-    ------
-    InputError
-        If a claim has no judge or a judge no claim, a dataset is missing, or limits and parts are not those that the
-        judge uses.
+    `datasets` go by their names in the results, without suffix: ``damping_force``, ``match/amplitude``. A claim
+    without a judge, a judge without a claim, a missing dataset, or limits and parts that the judge does not use raise
+    `InputError`.
     """
     ids = [claim["id"] for claim in claims]
     for names, known, text in ((ids, JUDGES, "has no judge"), (JUDGES, ids, "is judged, but not in the data file")):

@@ -29,23 +29,14 @@ Evidence = Callable[[Datasets], dict[str, str]]
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """Read the data file of errata.
-
-    Raises
-    ------
-    InputError
-        With a line for each thing that does not fit, and where it stands.
-    """
+    """Read the data file of errata; an `InputError` has a line for each thing that does not fit."""
     return read_list(path, "errata", "errata.schema.yaml", lambda entries: [])
 
 
 def table(errata: Sequence[Mapping[str, str]], datasets: Datasets) -> pd.DataFrame:
     """Return the errata with their evidence, one row each, with the columns `COLUMNS`.
 
-    Raises
-    ------
-    InputError
-        If an erratum has no evidence here or the other way round, or its sentence has other gaps than are filled.
+    An erratum without evidence here, evidence without an erratum, or gaps that nothing fills raise `InputError`.
     """
     ids = [entry["id"] for entry in errata]
     for names, known, text in ((ids, EVIDENCE, "has no evidence"), (EVIDENCE, ids, "is not in the data file")):

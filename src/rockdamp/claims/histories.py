@@ -1,4 +1,4 @@
-"""Judge the claims on loops, histories and the measured test: sections 4, 5 and 7."""
+"""Judge the claims on damping forces, histories and the measured test: sections 4, 5 and 7."""
 
 from __future__ import annotations
 
@@ -28,43 +28,43 @@ from rockdamp.vocabulary import PAPER_MODELS
 # --- loops ---------------------------------------------------------------------------------------------------------
 
 
-def areas(loops: xr.Dataset, model: str, response_length: float, inner: float = 1.0) -> Array:
+def areas(histories: xr.Dataset, model: str, response_length: float, inner: float = 1.0) -> Array:
     """Return the work of the damping force in each half cycle that ends within `response_length`, over K0 u_ins^2.
 
     Only of displacements up to `inner` times the peak that the half cycle starts from.
     """
     u, v, force = (
-        loops[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
+        histories[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
     )
-    peaks = turning_points(v[loops["tau"].values <= response_length])
+    peaks = turning_points(v[histories["tau"].values <= response_length])
     work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
     middle = np.abs(0.5 * (u[1:] + u[:-1]))
     halves = pairwise(peaks)
     return np.array([work[i:j][middle[i:j] <= inner * abs(u[i])].sum() for i, j in halves])
 
 
-def impact_losses(loops: xr.Dataset, response_length: float) -> Array:
-    """Return the energy that CR loses at each impact in the half cycles that end within `response_length`, over K0 u_ins^2."""
-    history = loops.sel(damping_model="CR")
+def impact_losses(histories: xr.Dataset, response_length: float) -> Array:
+    """Return the energy over K0 u_ins^2 that CR loses at each impact within those half cycles."""
+    history = histories.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
-    last = turning_points(v[loops["tau"].values <= response_length])[-1]
+    last = turning_points(v[histories["tau"].values <= response_length])[-1]
     before = np.flatnonzero(passes_zero(u[: last + 1]))
-    return 0.5 * v[before] ** 2 * (1 - float(loops["restitution"]) ** 2)
+    return 0.5 * v[before] ** 2 * (1 - float(histories["restitution"]) ** 2)
 
 
 def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare the areas of the loops in total, over two lengths, and half cycle by half cycle."""
-    loops, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
+    histories, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
     parts = {}
-    for name, length in (("total", response_length), ("long", float(loops["tau"].values[-1]))):
-        totals = np.array([areas(loops, model, length).sum() for model in PAPER_MODELS])
+    for name, length in (("total", response_length), ("long", float(histories["tau"].values[-1]))):
+        totals = np.array([areas(histories, model, length).sum() for model in PAPER_MODELS])
         apart = totals / totals.mean() - 1
         each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
         totals_apart = measured(f"in total against their mean, up to tau {number(length)}", each)
         finding = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
         parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, finding)
-    losses = impact_losses(loops, response_length)
-    loop_areas = [areas(loops, model, response_length) for model in PAPER_MODELS]
+    losses = impact_losses(histories, response_length)
+    loop_areas = [areas(histories, model, response_length) for model in PAPER_MODELS]
     of_loss = np.array([values.sum() for values in loop_areas]) / losses.sum()
     each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, of_loss, strict=True))
     parts["decay"] = Part(
@@ -91,10 +91,10 @@ def by_half_cycle(held: NDArray[np.bool_]) -> xr.DataArray:
 
 def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compute the share of each loop's area near zero displacement."""
-    loops, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
+    histories, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
     parts = {}
     for model in PAPER_MODELS:
-        share = areas(loops, model, response_length, limits["inner"]) / areas(loops, model, response_length)
+        share = areas(histories, model, response_length, limits["inner"]) / areas(histories, model, response_length)
         concentrated = share > limits["concentrated"]
         held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
         ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
@@ -138,17 +138,17 @@ def peaks(displacement: Array, count: int) -> Array:
 
 def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare CDR with CR: velocity step by step, and differences of the histories."""
-    loops = data["damping_force"]
-    matched = loops["tau"].values <= float(data["match/amplitude"]["response_length"])
+    histories = data["damping_force"]
+    matched = histories["tau"].values <= float(data["match/amplitude"]["response_length"])
     u, v = (
-        {model: loops[name].sel(damping_model=model).values for model in ("CR", "CDR")}
+        {model: histories[name].sel(damping_model=model).values for model in ("CR", "CDR")}
         for name in ("displacement", "velocity")
     )
     changes = {model: float(np.abs(np.diff(v[model][matched])).max()) for model in v}
     jump = changes["CDR"] / changes["CR"]
     apart, apart_velocity = (rms((of["CDR"] - of["CR"])[matched]) / float(np.abs(of["CR"]).max()) for of in (u, v))
     beyond = rms(u["CDR"] - u["CR"]) / float(np.abs(u["CR"]).max())
-    length = number(loops["tau"].values[-1])
+    length = number(histories["tau"].values[-1])
     steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
     return {
         "smooth": Part(jump <= limits["jump"], measured(steps), {"step": brief(jump)}),

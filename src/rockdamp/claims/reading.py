@@ -18,22 +18,10 @@ Check = Callable[[Sequence[dict[str, Any]]], list[tuple[KeyPath, str]]]
 
 
 def read_list(path: str | os.PathLike[str], key: str, schema: str, check: Check) -> list[dict[str, Any]]:
-    """Read the list under `key` of a YAML file that fits `schema`, in which every ``id`` differs.
+    """Read the list under `key`, the one key of a YAML file, that fits `schema`; every ``id`` must differ.
 
-    Parameters
-    ----------
-    path : path
-    key : str
-        The file's one key.
-    schema : str
-        File of this package, JSON Schema as YAML.
-    check : callable
-        What it returns for the list, as paths of keys and texts, is wrong too.
-
-    Raises
-    ------
-    InputError
-        With a line for each thing that does not fit, and where it stands.
+    `schema` is a file of this package, JSON Schema as YAML. `check` may return more that is wrong with the list, as
+    paths of keys and texts. An `InputError` has a line for each thing that does not fit, and where it stands.
     """
     document = yaml_file.read(path)
     if not isinstance(document, dict):

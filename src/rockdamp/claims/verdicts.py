@@ -94,16 +94,7 @@ Judge = Callable[[Limits, Datasets], dict[str, Part]]
 
 
 def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> str:
-    """Return the verdict on a claim.
-
-    Parameters
-    ----------
-    claim : dict
-        With ``needed``.
-    parts : dict of str to Part
-    capped : bool
-        Nothing more than `CONDITIONAL` can be said, for the reason that the claim's ``condition`` gives.
-    """
+    """Return the verdict on a claim from its parts; `capped` allows no more than `CONDITIONAL`."""
     needed = claim["needed"]
     names, count = (needed["of"], needed["count"]) if isinstance(needed, Mapping) else (needed, len(needed))
     if sum(parts[name].holds or bool(parts[name].where) for name in names) < count:
@@ -126,10 +117,7 @@ def sorted_out(claim: Claim, parts: Mapping[str, Part]) -> dict[str, tuple[str, 
 def finding_of(claim: Claim, parts: Mapping[str, Part]) -> str:
     """Return the sentence of a claim's finding, its gaps filled from its parts and its limits.
 
-    Raises
-    ------
-    InputError
-        If it has a gap that nothing fills, or does not use what a part holds for it.
+    A gap that nothing fills, or a part's words that it does not use, raise `InputError`.
     """
     values = {name: words for part in parts.values() for name, words in part.finding.items()}
     gaps = {name for _, name, _, _ in string.Formatter().parse(claim["finding"]) if name is not None}

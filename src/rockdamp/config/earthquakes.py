@@ -1,4 +1,4 @@
-"""The sections ``earthquakes`` and ``population`` of the config, parsed: what each stage under earthquakes depends on."""
+"""The sections ``earthquakes`` and ``population`` of the config, parsed for each stage under earthquakes."""
 
 from __future__ import annotations
 
@@ -33,19 +33,17 @@ class Bootstrap:
 
 
 def _distributions(value: Any, key: str) -> dict[str, Distribution]:
-    """The distribution of each parameter of a population."""
-    given = members(value, key, PARAMETERS)
-    return {name: section(Distribution, entry, f"{key}.{name}") for name, entry in given.items()}
+    """Parse the distribution of each parameter of a population."""
+    parameters = members(value, key, PARAMETERS)
+    return {name: section(Distribution, entry, f"{key}.{name}") for name, entry in parameters.items()}
 
 
 def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
-    """The correlation of each pair of a population's parameters."""
-    given = members(value, key, (), PARAMETERS)
-    stated = {name: members(others, f"{key}.{name}", (), PARAMETERS) for name, others in given.items()}
+    """Parse the correlation of each pair of a population's parameters."""
     return {
         (name, other): number(correlation, f"{key}.{name}.{other}")
-        for name, others in stated.items()
-        for other, correlation in others.items()
+        for name, others in members(value, key, (), PARAMETERS).items()
+        for other, correlation in members(others, f"{key}.{name}", (), PARAMETERS).items()
     }
 
 
@@ -62,14 +60,20 @@ class EarthquakeWallSettings(Settings):
 
 
 @dataclass(frozen=True)
-class EarthquakeRecordSettings(Settings):
+class RecordSettings(Settings):
+    """The records that shake the walls, and how."""
+
     records: tuple[str, ...]
     walls: Annotated[NamedWalls, "earthquakes.walls"]
     restitution_change: Annotated[float, "earthquakes.restitution_change"]
     scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
-    step: Annotated[float, "earthquakes.step"]
     tail: Annotated[float, "earthquakes.tail"]
     records_per_job: Annotated[int, "earthquakes.records_per_job"]
+
+
+@dataclass(frozen=True)
+class EarthquakeRecordSettings(RecordSettings):
+    step: Annotated[float, "earthquakes.step"]
 
 
 @dataclass(frozen=True)
@@ -79,23 +83,15 @@ class ComparisonSettings(Settings):
 
 
 @dataclass(frozen=True)
-class OrderRecordSettings(Settings):
-    records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "earthquakes.walls"]
+class OrderRecordSettings(RecordSettings):
     restitution: Annotated[Ascending, "earthquakes.orders.restitution"]
-    restitution_change: Annotated[float, "earthquakes.restitution_change"]
     order: Annotated[Ascending, "earthquakes.orders.order"]
-    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
     step: Annotated[float, "earthquakes.orders.step"]
-    tail: Annotated[float, "earthquakes.tail"]
-    records_per_job: Annotated[int, "earthquakes.records_per_job"]
 
 
 @dataclass(frozen=True)
-class OrderComparisonSettings(Settings):
+class OrderComparisonSettings(ComparisonSettings):
     restitution_change: Annotated[float, "earthquakes.restitution_change"]
-    bands: Annotated[Ascending, "earthquakes.bands"]
-    bootstrap: Annotated[Bootstrap, "earthquakes.bootstrap"]
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,7 @@ COMMAND_LINE = "the command line"
 
 
 def merged(files: Iterable[str | Path], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the config of `files`, of which a later one replaces values of an earlier one, with `values` over all.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or does not have keys at its top.
-    """
+    """Return the config of `files`, of which a later one replaces values of an earlier one, with `values` over all."""
     config: dict[str, Any] = {}
     for document in (*map(_read, files), values):
         _update(config, document)
@@ -49,17 +43,8 @@ def _update(config: dict[str, Any], other: Mapping[str, Any]) -> None:
 def refuse_unreadable(arguments: Sequence[str]) -> None:
     """End the program with one line where Snakemake would end in a traceback on a config file, or not name it.
 
-    Snakemake reads the files of ``--configfile`` before the Snakefile. The profiles, which it reads first, call this.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-        Those of Snakemake's command line.
-
-    Raises
-    ------
-    SystemExit
-        With the reason, if a file cannot be read.
+    Snakemake reads the files of ``--configfile`` before the Snakefile. The profiles, which it reads first, call this
+    with the arguments of its command line.
     """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])
@@ -75,19 +60,7 @@ def refuse_unreadable(arguments: Sequence[str]) -> None:
 def refuse_other_readings(config: Config, files: Sequence[str | Path], values: Mapping[str, Any]) -> None:
     """Raise `InputError` where Snakemake, which reads YAML 1.1, took something else from the files than YAML 1.2 does.
 
-    Parameters
-    ----------
-    config : dict
-        As Snakemake read it.
-    files : sequence of paths
-        Of the config, in the order in which they were merged.
-    values : dict
-        What the command line states.
-
-    Raises
-    ------
-    InputError
-        With a line for each value, and where it stands.
+    `config` is as Snakemake read it from `files`, in their order, and from the `values` of the command line.
     """
     meant = merged(files, values)
     lines = [
@@ -112,20 +85,9 @@ def _differences(one: Any, other: Any, path: KeyPath) -> Iterable[tuple[KeyPath,
 
 
 def origin(path: KeyPath, config: Config, files: Sequence[str | Path]) -> str:
-    """Return the place that the value at `path` of the merged `config` is from.
+    """Return the file and line of the value at `path` of the merged `config`, or of its section without such a key.
 
-    Parameters
-    ----------
-    path : tuple
-        Keys and list indices. Where there is no such key, the place of its section is returned.
-    config : dict
-    files : sequence of paths
-        In the order in which they were merged: the last that has the key gives its value.
-
-    Returns
-    -------
-    str
-        ``config/default.yaml, line 9``; or ``the command line`` for a value that none of the files gives.
+    The last of the `files` that has the key gives its value; a value that none of them gives is of the command line.
     """
     there = _at(config, path) is not None
     for depth in [len(path)] if there else range(len(path) - 1, 0, -1):

@@ -1,7 +1,7 @@
-"""From values of the config to the fields of a frozen dataclass: a field's type says what its value must be.
+"""Parse values of the config into the fields of a frozen dataclass: a field's type says what its value must be.
 
-An annotation may add the dotted key that the value stands at, ``Annotated[float, "response_lengths.stop"]``, and a function that
-parses it, ``Annotated[Array, geometric]``; a field without the first is named after its key.
+An annotation may add the dotted key of the value, ``Annotated[float, "response_lengths.stop"]``, and a function that
+parses it, ``Annotated[Array, geometric]``. A field without the first is named after its key.
 """
 
 from __future__ import annotations
@@ -52,13 +52,7 @@ class Settings:
 
     @classmethod
     def of(cls, config: Config) -> Self:
-        """Parse the config, or a part of it that has the stage's keys.
-
-        Raises
-        ------
-        InputError
-            If a key is missing, a section has a key that is not known, or a value is of another kind.
-        """
+        """Parse the config, or a part of it that has the stage's keys."""
         return cls(**{name: parse(_at(config, key), key) for name, (key, parse) in _fields(cls).items()})
 
     @classmethod
@@ -68,13 +62,7 @@ class Settings:
 
 
 def section(kind: type[Any], value: Any, key: str) -> Any:
-    """Parse a whole section as the dataclass `kind`; only a field that may be None may be left out.
-
-    Raises
-    ------
-    ConfigError
-        If a value is of another kind, or the dataclass refuses it.
-    """
+    """Parse a whole section as the dataclass `kind`; only a field that may be None may be left out."""
     known = _fields(kind)
     hints = get_type_hints(kind)
     optional = [name for name in known if NoneType in get_args(hints[name])]

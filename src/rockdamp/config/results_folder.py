@@ -13,19 +13,9 @@ PARTS = ("src", "tests", "tools", "docs", "data", "config", "workflow", "profile
 
 
 def require_own_folder(folder: str | os.PathLike[str], tree: str | os.PathLike[str]) -> None:
-    """Check that results would overwrite neither the project nor anything else that git keeps.
+    """Raise `InputError` if results would overwrite the project in the folder `tree`, or files that git tracks.
 
-    Parameters
-    ----------
-    folder : path
-        Of the results, seen from the folder of the run; links are followed.
-    tree : path
-        Of the project.
-
-    Raises
-    ------
-    InputError
-        If the folder holds the project, lies in a part of it other than ``results``, or has files that git tracks.
+    The project's part ``results`` alone is allowed. Links are followed.
     """
     there, root = Path(folder).resolve(), Path(tree).resolve()
     allowed = "results need a folder of their own, such as results/my-wall"
@@ -62,21 +52,7 @@ def _tracked(folder: Path) -> list[str]:
 
 
 def require_folders(folder: str | os.PathLike[str], below: Iterable[str], what: str) -> None:
-    """Check that `folder` and those that it needs are folders, or can be made: that none is a file or a broken link.
-
-    Parameters
-    ----------
-    folder : path
-    below : iterable of str
-        The folders in it that are needed, whether they are there or not.
-    what : str
-        Is kept there, for errors.
-
-    Raises
-    ------
-    InputError
-        If one, or a folder above it, is something else.
-    """
+    """Raise `InputError` unless `folder` and the folders `below` it are folders, or can be made."""
     for name in ("", *below):
         place = _nearest(Path(folder, name))
         if not place.is_dir():
@@ -84,18 +60,7 @@ def require_folders(folder: str | os.PathLike[str], below: Iterable[str], what: 
 
 
 def require_writable(folder: str | os.PathLike[str], what: str) -> None:
-    """Check that files may be made in `folder` and in every folder below it, or that it can be made.
-
-    Parameters
-    ----------
-    folder, what
-        As for `require_folders`.
-
-    Raises
-    ------
-    InputError
-        If one cannot be written, as on a disk that is read-only.
-    """
+    """Raise `InputError` unless files can be made in `folder` and in every folder below it, as on a read-only disk."""
     top = Path(folder)
     for place in (_nearest(top), *(path for path in top.rglob("*") if path.is_dir())):
         if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):

@@ -49,7 +49,7 @@ def studies_of(config: Config) -> list[Study]:
 
 
 def amplitude_curves(config: Config) -> TrilinearCurve:
-    """Return the curves of the dispersion with a3 = 1, and those of the presets."""
+    """Return the curves of the study of amplitude dependence with a3 = 1, and those of the presets."""
     settings = AmplitudeDependenceSettings.of(config)
     a1 = settings.amplitude_dependence.yield_displacement_ratio
     b1 = settings.strength_ratio_beyond.at(a1, settings.strength_ratio)
@@ -72,7 +72,7 @@ def steps_are_stable(config: Config) -> Problems:
         "curve": solver.curve,
         **{f"studies.{study.name}": study.curve for study in studies_of(config)},
         "damping_force.rigid": DampingForceSettings.of(config).damping_force.rigid.curve,
-        "dispersion": amplitude_curves(config),
+        "amplitude_dependence": amplitude_curves(config),
         **{f"earthquakes.walls[{i}]": wall.curve for i, wall in enumerate(EarthquakeWallSettings.of(config).walls)},
     }
     for key, step, curves in (

@@ -5,13 +5,13 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
-from rockdamp.errors import shown
+from rockdamp.errors import InputError, shown
 from rockdamp.storage.dotted_keys import KeyPath, dotted
 
 NOUNS = {
@@ -28,9 +28,8 @@ BOUNDS = {
     "maximum": "at most",
 }
 
-
 # Old names of keys, whole or of their last part alone, and the names that they have now.
-RENAMED: dict[str, str] = {
+RENAMED = {
     "natural": "earthquakes",
     "earthquakes.scale": "earthquakes.velocity_ratio",
     "windows": "response_lengths",
@@ -44,9 +43,12 @@ RENAMED: dict[str, str] = {
     "plateau_ratio_beyond": "strength_ratio_beyond",
     "ultimate_ratio": "ultimate_displacement_ratio",
 }
+RENAMED_TARGETS = {**RENAMED, "orders": "convergence"}  # the stages were named as their sections of the config
+_OLD_TARGET = re.compile(rf"(fig_|)({'|'.join(RENAMED_TARGETS)})(_ratio|)")
 
 ITEMS = {"minItems": "at least", "maxItems": "at most"}
 ODD_TEXT = "has a control character, or half a character; it must be one line of text"
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
@@ -78,6 +80,9 @@ def schema_problems(config: Mapping[str, Any], schema: Mapping[str, Any]) -> lis
                 departures.append(Problem((*path, key), text))
         elif error.validator == "required":
             missing += [(*path, key) for key in error.validator_value if key not in error.instance]
+        elif "propertyNames" in error.absolute_schema_path:
+            name = (*path, error.instance)
+            departures.append(Problem(name, _unknown(name, error.validator_value)[1]))
         else:
             departures.append(Problem(path, _misfit(error)))
     departures += [Problem(path, "is missing") for path in missing if path not in meant]
@@ -93,6 +98,12 @@ def _unknown(path: KeyPath, known: list[str]) -> tuple[list[str], str]:
     near = difflib.get_close_matches(str(path[-1]), known, n=1)
     hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(known)}"
     return near, f"is not a key; {hint}"
+
+
+def refuse_old_targets(targets: Iterable[str]) -> None:
+    """Raise `InputError` for a target by its old name, such as ``natural`` or ``fig_natural_ratio``."""
+    for old in filter(None, map(_OLD_TARGET.fullmatch, targets)):
+        raise InputError(f"{old[0]} is now called {old[1]}{RENAMED_TARGETS[old[2]]}{old[3]}")
 
 
 def _odd(path: KeyPath, value: Any) -> Iterator[tuple[KeyPath, float | str]]:
@@ -119,19 +130,10 @@ def _misfit(error: ValidationError) -> str:
         return f"has {len(value)} of them; it must be {_allowed(error.schema)}"
     if error.validator == "contains":
         return f"is {shown(value)}; {error.validator_value['const']} must be among them"
-    if isinstance(value, str) and _is_number(value):
+    if isinstance(value, str) and _NUMBER.fullmatch(value):
         return f"is the text {value!r}; it must be {_allowed(error.schema)} (YAML's numbers have no quotes)"
     said = "a mapping of keys to values" if isinstance(value, Mapping) else shown(value)
     return f"is {said}; it must be {_allowed(error.schema)}"
-
-
-def _is_number(text: str) -> bool:
-    """Return whether a text would be a number without its quotes."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _allowed(schema: Mapping[str, Any]) -> str:

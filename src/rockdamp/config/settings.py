@@ -1,8 +1,8 @@
 """The config, parsed: a frozen dataclass for each section of it, and one for what each stage depends on.
 
-A stage's first line is ``given = PulseSettings.of(config)``; below it, functions take values by name. A stage may take
-the part of the config that has its keys, or more. A key that is missing is an error, and so is one that a section does
-not have. Meaning, unit and range of each key: workflow/schemas/config.schema.yaml.
+A stage begins with ``PulseSettings.of(config)``; the functions below it take values by name. `config` may be the part
+that has the stage's keys, or more. A missing key is an error, and so is one that a section does not know. Meaning, unit
+and range of each key stand in workflow/schemas/config.schema.yaml.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def _response_length(value: Any, key: str) -> float:
     return DEFAULT_RESPONSE_LENGTH if value == "default" else number(value, key)
 
 
-Window = Annotated[float, _response_length]  # in tau; "default" is the package's own
+ResponseLength = Annotated[float, _response_length]  # in tau; "default" is the package's own
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Solver:
 
 @dataclass(frozen=True)
 class Matching:
-    response_length: Window
+    response_length: ResponseLength
     refinement: int
     scan: Scan
 
@@ -148,7 +148,7 @@ class Accuracy:
 class DecaySettings(StudySettings):
     solver: Solver
     restitution: Annotated[Array, arithmetic]
-    response_length: Annotated[Window, "matching.response_length"]
+    response_length: Annotated[ResponseLength, "matching.response_length"]
     longest: Annotated[float, "response_lengths.stop"]
 
 
@@ -173,11 +173,17 @@ class PolynomialSettings(Settings):
 
 
 @dataclass(frozen=True)
-class DampingForceSettings(Settings):
+class MatchedSettings(Settings):
+    """The reference curve, and how damping ratios are matched on it."""
+
     solver: Solver
     curve: Curve
     release_amplitude: float
     matching: Matching
+
+
+@dataclass(frozen=True)
+class DampingForceSettings(MatchedSettings):
     damping_force: DampingForce
 
 
@@ -210,13 +216,9 @@ class AmplitudeDependenceSettings(Settings):
 
 
 @dataclass(frozen=True)
-class DamperOrderSettings(Settings):
-    """The reference curve and those of the dispersion, and the wall and record of a test."""
+class DamperOrderSettings(MatchedSettings):
+    """The reference curve, those of the amplitude dependence, and the wall and record of a test."""
 
-    solver: Solver
-    curve: Curve
-    release_amplitude: float
-    matching: Matching
     amplitude_dependence: AmplitudeDependence
     strength_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.strength_ratio_beyond"]
     damper_order: DamperOrder
@@ -228,11 +230,7 @@ class DamperOrderSettings(Settings):
 
 
 @dataclass(frozen=True)
-class PulseSettings(Settings):
-    solver: Solver
-    curve: Curve
-    release_amplitude: float
-    matching: Matching
+class PulseSettings(MatchedSettings):
     pulses: Pulses
 
 

@@ -34,21 +34,9 @@ SETTINGS = [
 
 
 def validate(config: Config, schema: str | Path, files: Sequence[str | Path]) -> None:
-    """Check a config, and warn of what it holds that is possible and unlikely.
+    """Check a config, merged from `files`, and warn of what it holds that is possible and unlikely.
 
-    Parameters
-    ----------
-    config : dict
-        As merged from all its files.
-    schema : path
-        JSON Schema, draft 2020-12, as YAML.
-    files : sequence of paths
-        Of the config, in the order in which they were merged.
-
-    Raises
-    ------
-    InputError
-        With a line for each thing that is wrong, and where it stands.
+    An `InputError` has a line for each thing that is wrong, and where it stands.
     """
     wrong = schema_problems(config, read_schema(schema)) or problems(config)
     if wrong:
@@ -60,7 +48,8 @@ def validate(config: Config, schema: str | Path, files: Sequence[str | Path]) ->
 
 def _line(place: str, problem: Problem) -> str:
     """One line of the error; where the command line states what is nested, also how to state it."""
-    nested = len(problem.path) > 1 and "is not a key" not in problem.text or "a mapping" in problem.text
+    misnamed = problem.text.startswith(("is not a key", "is now called"))
+    nested = len(problem.path) > 1 and not misnamed or "a mapping" in problem.text
     hint = "; write nested values in a file and pass --configfile" if place == COMMAND_LINE and nested else ""
     return f"{place}: {problem}{hint}"
 
@@ -98,13 +87,7 @@ def _identification(config: Config) -> None:
 
 
 def require_readable_motions(config: Config) -> None:
-    """Read the records of tests and the user's own ground motions that a config names.
-
-    Raises
-    ------
-    InputError
-        If one cannot be read, or a name has braces.
-    """
+    """Read the records of tests and the user's ground motions that a config names, or raise `InputError`."""
     tests = [stated(config, key) for key in keys_of("record")]
     tests += [path for key in keys_of("test_series") for path in stated(config, key)]
     lists = [stated(config, key) for key in keys_of("motions")]

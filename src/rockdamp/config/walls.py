@@ -107,22 +107,7 @@ def _varied(parameter: str, value: Any, key: str) -> Varied:
 
 @dataclass(frozen=True)
 class Study:
-    """The walls of one study; every array has the length of `values`.
-
-    Attributes
-    ----------
-    name, parameter : str
-        One of `STUDIES` and its dimension.
-    values : ndarray
-        Of the parameter.
-    curve : TrilinearCurve
-    release_amplitude : ndarray
-        u0/u_ins. [-]
-    frequency_parameter : ndarray
-        p. [rad s-1]
-    of_wall : bool
-        Whether the parameter is the wall's, on which p depends.
-    """
+    """The walls of one study: its `parameter` varies over `values`, and every array has one entry for each of them."""
 
     name: str
     parameter: str
@@ -143,13 +128,7 @@ class StudySettings(Settings):
     studies: Annotated[dict[str, Varied], _studies]
 
     def study(self, name: str) -> Study:
-        """Return the walls of study `name`.
-
-        Raises
-        ------
-        ConfigError
-            If the config, or the part of it that the stage was given, has no such study, or a wall cannot be.
-        """
+        """Return the walls of study `name`; a missing study, or a wall that cannot be, raises `ConfigError`."""
         if name not in self.studies:
             raise ConfigError(f"studies.{name}", "is missing")
         with made_of(f"studies.{name}", [STUDIES[name]]):

@@ -48,14 +48,7 @@ class Stage:
         return self.file.removesuffix(".nc") if self.file.endswith(".nc") else ""
 
     def shares(self, config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> range:
-        """Return the numbers that {share} stands for in its file; one where the file has none.
-
-        Parameters
-        ----------
-        config : dict
-        count : callable
-            Returns how many ground motions a list names.
-        """
+        """Return the numbers that {share} stands for in its file; `count` returns how many motions a list names."""
         if not self.shares_of:
             return range(1)
         whole = stated(config, self.shares_of)
@@ -78,7 +71,7 @@ STAGES = _read()
 
 
 def keys_of(*fields: str) -> list[str]:
-    """Return the keys of the config that stages name in some of their fields, such as ``record`` and ``test_series``."""
+    """Return the keys of the config that stages name in some fields, such as ``record`` and ``test_series``."""
     named = [getattr(stage, field) for stage in STAGES.values() for field in fields]
     return list(dict.fromkeys(key for key in named if key))
 

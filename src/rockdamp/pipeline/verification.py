@@ -37,14 +37,7 @@ class Origin(NamedTuple):
 
 
 def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> dict[str, Origin]:
-    """Return the origin of each result of a config, by its file in the folder of the results.
-
-    Parameters
-    ----------
-    config : dict
-    count : callable
-        Returns how many ground motions a list names.
-    """
+    """Return the origin of each result of a config, by its file; `count` returns how many motions a list names."""
     expected: dict[str, Origin] = {}
     for stage in STAGES.values():
         version = _version(*stage.modules)
@@ -63,10 +56,7 @@ def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) ->
 def write_checksums(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> None:
     """Write the list of a folder in which every result was just built or found up to date.
 
-    Raises
-    ------
-    DatasetError
-        If a dataset states another origin: it was put in the place of the result.
+    A dataset that states another origin was put in the place of the result, and raises `DatasetError`.
     """
     from rockdamp.storage import dataset  # slow to load, and the Snakefile imports this module at every start
 

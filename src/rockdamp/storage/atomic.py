@@ -18,14 +18,9 @@ TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part", flags=re.DOTALL)
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside `path`; what is written there takes its place at the end, if nothing failed.
 
-    The temporary name cannot be guessed and is made new, so that two that write the same file, processes or threads,
-    do not meet, and no link is followed. Permissions of a file that is replaced stay. A process that is killed leaves
-    the temporary file behind; nothing reads it, and `tidy` deletes it.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written or moved, as where the disk is full or its folder is missing. It names a file.
+    The temporary name cannot be guessed and is made new, so that two that write the same file, processes or threads, do
+    not meet, and no link is followed. Permissions of a file that is replaced stay. A process that is killed leaves the
+    temporary file behind; nothing reads it, and `tidy` deletes it. An `OSError`, as of a full disk, names the file.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name[:LONGEST]}.{secrets.token_hex(8)}.part")

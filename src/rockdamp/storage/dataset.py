@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from rockdamp.errors import printable
@@ -25,6 +23,7 @@ PAPER = (
 LARGE = 10_000  # values; smaller variables are not worth compressing
 COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 ATTRIBUTES = ("units", "long_name", "symbol")
+ADVICE = "; delete it and run again"
 
 Datasets = Mapping[str, xr.Dataset]  # by the name of their file
 
@@ -91,24 +90,10 @@ def write(
     config: Mapping[str, Any],
     code_version: str,
 ) -> None:
-    """Write a dataset as NetCDF-4 under CF-1.11, complete or not at all.
+    """Write a dataset of a `kind` of the registry as NetCDF-4 under CF-1.11, complete or not at all.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-    path : path
-        Replaced only when the new file is complete.
-    kind : str
-        Of the registry.
-    config : dict
-        The part of the config that the dataset depends on.
-    code_version : str
-        Version and digest of the modules that it depends on, `provenance.code_version`.
-
-    Raises
-    ------
-    DatasetError
-        If the dataset is not what the registry says, or the file cannot be written.
+    `config` is the part of the config that the dataset depends on, `code_version` that of `provenance`. A dataset that
+    is not what the registry says, or a file that cannot be written, raises `DatasetError`.
     """
     expected, registered = check(dataset, kind), registry()["datasets"][kind]
     dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
@@ -152,25 +137,16 @@ def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: b
 
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a result whole into memory.
-
-    Raises
-    ------
-    DatasetError
-        If the file is missing, truncated or no NetCDF.
-    """
-    with _opened(path) as dataset:
-        return dataset.load()
+    """Read a result whole into memory; a file that is missing, truncated or no NetCDF raises `DatasetError`."""
+    with connect(path) as dataset:
+        try:
+            return dataset.load()
+        except (OSError, ValueError, RuntimeError) as error:
+            raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error
 
 
-def connect(path: str | os.PathLike[str], advice: str = "; delete it and run again") -> xr.Dataset:
-    """Open a result without reading its values: each variable is read when it is first used.
-
-    Raises
-    ------
-    DatasetError
-        As `open`.
-    """
+def connect(path: str | os.PathLike[str], advice: str = ADVICE) -> xr.Dataset:
+    """Open a result without reading its values: each variable is read when it is first used. Raises as `open`."""
     if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
         reason = "it is no regular file" if os.path.lexists(path) else "there is no such file"
         raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){advice}")
@@ -180,36 +156,17 @@ def connect(path: str | os.PathLike[str], advice: str = "; delete it and run aga
         raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
 
 
-@contextmanager
-def _opened(path: str | os.PathLike[str], advice: str = "; delete it and run again") -> Iterator[xr.Dataset]:
-    try:
-        with connect(path, advice) as dataset:
-            yield dataset
-    except DatasetError:
-        raise
-    except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
-
-
 def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """Return the datasets below a folder, in order of their names: ``file``, ``title`` and the sizes of ``dimensions``.
 
-    Raises
-    ------
-    DatasetError
-        If there is no such folder, it holds no dataset, or a file in it cannot be read.
+    Without a dataset, or where a file cannot be read, it raises `DatasetError`.
     """
     datasets = []
     for path in sorted(Path(folder).rglob("[!.]*.nc")):
-        with _opened(path, advice="") as dataset:  # whose it is, is not known
+        with connect(path, advice="") as dataset:  # whose it is, is not known
             sizes = {str(dim): size for dim, size in dataset.sizes.items()}
             name = path.relative_to(folder).as_posix()
             datasets.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
     if not datasets:
         raise DatasetError(f"{os.fspath(folder)} has no dataset; it must be a folder with NetCDF files in it")
     return datasets
-
-
-def text_values(dataset: xr.Dataset, name: str) -> list[str]:
-    """Return a text coordinate as Python strings."""
-    return [str(value) for value in np.asarray(dataset[name].values)]

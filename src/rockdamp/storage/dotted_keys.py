@@ -22,13 +22,7 @@ def dotted(path: KeyPath) -> str:
 
 
 def stated(whole: Any, key: str | KeyPath) -> Any:
-    """Return the value at a dotted key.
-
-    Raises
-    ------
-    LookupError
-        If there is no such key.
-    """
+    """Return the value at a dotted key; without such a key it raises `LookupError`."""
     value: Any = whole
     for part in path_of(key) if isinstance(key, str) else key:
         if not isinstance(value, list if isinstance(part, int) else Mapping):

@@ -14,19 +14,10 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # all but tab and line 
 
 
 def content(path: str | os.PathLike[str], what: str) -> bytes:
-    """Return the bytes of a regular file or of a stream; a stream gives them once only.
+    """Return the bytes of a regular file or of a stream, which gives them once only.
 
-    Parameters
-    ----------
-    path : path-like
-    what : str
-        What it must be, for errors: ``a record as CSV or PEER AT2``.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, has more than `MOST_BYTES`, or is neither: a folder, a device, or a named pipe, which
-        may have nobody who writes to it.
+    `what` it must be goes into errors: ``a record as CSV or PEER AT2``. A folder, a device, more than `MOST_BYTES`, and
+    a named pipe, which may have nobody who writes to it, raise `InputError`.
     """
     shown, allowed = os.fspath(path), f"it must be {what}"
     try:
@@ -56,17 +47,13 @@ def content(path: str | os.PathLike[str], what: str) -> bytes:
 
 
 def text(read: bytes, path: str | os.PathLike[str]) -> str:
-    """Decode bytes as text with one kind of line end.
-
-    Raises
-    ------
-    InputError
-        If they are not UTF-8, or hold control characters.
-    """
+    """Decode UTF-8 as text with one kind of line end; other bytes and control characters raise `InputError`."""
     try:
         decoded = read.decode("utf-8-sig")  # spreadsheets put a byte order mark first
     except UnicodeDecodeError as error:
-        raise _no_text(path, read, error.start) from None
+        line = read.count(b"\n", 0, error.start) + 1
+        shown = f"{os.fspath(path)}: byte 0x{read[error.start]:02x} on line {line}"
+        raise InputError(f"{shown} is not text; it must be UTF-8") from None
     decoded = decoded.replace("\r\n", "\n").replace("\r", "\n")
     odd = _CONTROL.search(decoded)
     if odd is not None:
@@ -75,8 +62,3 @@ def text(read: bytes, path: str | os.PathLike[str]) -> str:
             f"{os.fspath(path)}: character 0x{code:02x} on line {line} is a control character; it must be text in UTF-8"
         )
     return decoded
-
-
-def _no_text(path: str | os.PathLike[str], read: bytes, place: int) -> InputError:
-    line = read.count(b"\n", 0, place) + 1
-    return InputError(f"{os.fspath(path)}: byte 0x{read[place]:02x} on line {line} is not text; it must be UTF-8")

@@ -19,16 +19,10 @@ LIMIT_STATE = "collapse"
 
 @dataclass(frozen=True)
 class Collapse:
-    """The fragility of one wall, or of a population.
+    """The fragility of one wall, or of a population: a lognormal function, and the share of collapses at each stripe.
 
-    Attributes
-    ----------
-    name : str
-        Becomes the functions' id, which OpenQuake's exposure calls a taxonomy.
-    median, dispersion : float
-        Of the lognormal function; NaN of a fragility that is not defined. [m s-1] or [m s-2], and [-]
-    intensity, share : sequence of float
-        Stripes, ascending, and what collapsed at each. [m s-1] or [m s-2], and [-]
+    The name becomes the functions' id, which OpenQuake's exposure calls a taxonomy. Median and intensity are in m s-1
+    or m s-2; median and dispersion are NaN where the function is not defined.
     """
 
     name: str
@@ -41,14 +35,7 @@ class Collapse:
 def text(collapses: Iterable[Collapse], measure: str, name: str, description: str) -> str:
     """Return a fragility model: of each collapse a continuous function and, with ``-discrete``, its stripes.
 
-    Parameters
-    ----------
-    collapses : iterable of Collapse
-        Of one whose lognormal function is not defined, the stripes alone.
-    measure : str
-        One of `UNITS`.
-    name, description : str
-        Of the model.
+    A collapse without a lognormal function has the stripes alone. `measure` is one of `UNITS`.
     """
     unit, factor = UNITS[measure]
     root = ElementTree.Element("nrml", {"xmlns": NAMESPACE})

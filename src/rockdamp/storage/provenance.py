@@ -10,7 +10,7 @@ import ast
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -23,24 +23,10 @@ FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
 
 
 def modules_of(*names: str) -> dict[str, Path]:
-    """Return the modules of the package that `names` import, directly or not, themselves included.
+    """Return the modules of the package that `names` import, directly or not, themselves included, with their files.
 
-    The ``__init__`` of the package itself only passes names on. It counts where a module takes such a name from it.
-
-    Parameters
-    ----------
-    *names : str
-        Full names, e.g. ``rockdamp.studies.decays``.
-
-    Returns
-    -------
-    dict of str to Path
-        Module name to its file, sorted by name.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        If the package has no such module.
+    The ``__init__`` of the package itself only passes names on. It counts where a module takes such a name from it. A
+    module that the package does not have raises `ModuleNotFoundError`.
     """
     modules: dict[str, Path] = {}
     waiting = list(names)
@@ -52,7 +38,8 @@ def modules_of(*names: str) -> dict[str, Path]:
         if path is None:
             raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
         modules[name] = path
-        waiting += [*_parents(name), *_imports(name, path)]  # the packages on the way to a module are run too
+        parts = name.split(".")  # the packages on the way to a module, but the outermost, are run too
+        waiting += [*(".".join(parts[:end]) for end in range(2, len(parts))), *_imports(name, path)]
     return dict(sorted(modules.items()))
 
 
@@ -84,10 +71,7 @@ def version_of(paths: Iterable[Path]) -> str:
 def config_digest(part: Mapping[str, Any]) -> str:
     """Return the SHA-256 of a part of the config; the order of its keys does not matter.
 
-    Raises
-    ------
-    ValueError
-        If the config holds what JSON cannot: NaN, an infinity, a date.
+    What JSON cannot hold, as NaN, an infinity or a date, raises `ValueError`.
     """
     try:
         text = json.dumps(part, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
@@ -97,13 +81,7 @@ def config_digest(part: Mapping[str, Any]) -> str:
 
 
 def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
-    """Return the part of the config that dotted `keys` name, nested as it was.
-
-    Raises
-    ------
-    KeyError
-        If the config has no such key.
-    """
+    """Return the part of the config that dotted `keys` name, nested as it was; an unknown key raises `KeyError`."""
     part: dict[str, Any] = {}
     for key in keys:
         *sections, last = key.split(".")
@@ -136,7 +114,8 @@ def _imports(name: str, path: Path) -> frozenset[str]:
             base = ".".join(here.split(".")[: len(here.split(".")) - node.level + 1]) if node.level else ""
             base = ".".join(part for part in (base, node.module) if part)
             # `from package import name` takes a module where there is one, else what the package's __init__ defines.
-            wanted = [_module_or_owner(base, alias.name) for alias in node.names]
+            modules = [f"{base}.{alias.name}" for alias in node.names]
+            wanted = [module if _file_of(module) else base for module in modules]
         else:
             continue
         for target in wanted:
@@ -147,26 +126,11 @@ def _imports(name: str, path: Path) -> frozenset[str]:
     return frozenset(imported)
 
 
-def _module_or_owner(base: str, name: str) -> str:
-    return f"{base}.{name}" if _file_of(f"{base}.{name}") else base
-
-
-def _parents(name: str) -> Iterator[str]:
-    """Yield the packages that are run on the way to a module, without the outermost."""
-    parts = name.split(".")
-    for end in range(2, len(parts)):
-        yield ".".join(parts[:end])
-
-
 @cache
 def _data_files(path: Path) -> frozenset[Path]:
     names = {match[2] for match in FILE_NAME.finditer(_text(path))}
-    named = {folder / name for folder in (ROOT, path.parent) for name in names}
-    return frozenset(file.resolve() for file in named if file.suffix != ".py" and _inside(file))
-
-
-def _inside(path: Path) -> bool:
-    return path.is_file() and path.resolve().is_relative_to(ROOT)
+    named = {(folder / name).resolve() for folder in (ROOT, path.parent) for name in names}
+    return frozenset(file for file in named if file.suffix != ".py" and file.is_relative_to(ROOT) and file.is_file())
 
 
 @cache

@@ -31,11 +31,7 @@ def load(text: str) -> Any:
 def read(path: str | os.PathLike[str]) -> Any:
     """Return what a user's YAML file holds.
 
-    Raises
-    ------
-    InputError
-        In one line, with the file and where possible the line, if it cannot be read, is not text in UTF-8 or not YAML,
-        or has a key twice.
+    What cannot be read, is not text in UTF-8 or not YAML, or has a key twice raises `InputError`, in one line.
     """
     return deepcopy(_parsed(path, "safe"))
 

@@ -20,16 +20,6 @@ def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):
     assert "Execute 1 jobs" not in run.stderr
 
 
-def test_logs_that_cannot_be_written_stop_the_run_before_any_job(tree):
-    (tree.place / "logs/results/folder").write_text("no folder", encoding="utf-8")
-    run = tree.snakemake("fig1", overlay="results: results/folder\n")
-    (tree.place / "logs/results/folder").unlink()
-    assert run.returncode != 0
-    assert "Traceback" not in run.stdout + run.stderr
-    assert "logs/results/folder cannot be written; the logs need a folder in which files can be made\n" in run.stderr
-    assert not (tree.place / "results/folder").exists()
-
-
 def test_a_truncated_dataset_is_refused_by_who_reads_it_and_built_again_once_it_is_deleted(tree):
     before = tree.digests(RESULTS)
     path = tree.place / RESULTS / "mechanism.nc"

@@ -20,26 +20,16 @@ def refused(tree, overlay):
 
 
 def test_bad_values_stop_the_run_with_a_line_each(tree):
-    said = refused(tree, "wall:\n  thickness: -0.3\n  hinge_ratio: 1\n")
+    said = refused(tree, "wall:\n  thickness: -0.3\nsolver: {stepp: 0.01}\n")
     assert (
         "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0 and at most 1000000\n" in said
     )
-    assert "overlay.yaml, line 3: wall.hinge_ratio is 1; it must be a number greater than 0 and less than 1\n" in said
-
-
-def test_a_misspelt_key_stops_the_run(tree):
-    said = refused(tree, "solver: {stepp: 0.01}\n")
-    assert "overlay.yaml, line 1: solver.stepp is not a key; did you mean 'step'?" in said
+    assert "overlay.yaml, line 3: solver.stepp is not a key; did you mean 'step'?" in said
 
 
 def test_a_section_that_stands_there_twice_stops_the_run(tree):
     said = refused(tree, "wall: {thickness: 0.4}\nwall: {width: 2.0}\n")
     assert 'Error: overlay.yaml, line 2: found duplicate key "wall"; it must be YAML' in said
-
-
-def test_a_config_that_is_nested_without_end_stops_the_run(tree):
-    said = refused(tree, f"wall: {'[' * 5000}{']' * 5000}\n")
-    assert "Error: overlay.yaml: is nested too deep; it must be YAML\n" in said
 
 
 def test_a_value_on_the_command_line_is_named_by_its_key(tree):
@@ -49,15 +39,16 @@ def test_a_value_on_the_command_line_is_named_by_its_key(tree):
     assert said in run.stdout + run.stderr  # a dry run tells on standard output
 
 
+@pytest.mark.parametrize(("old", "new"), [("windows", "response_lengths"), ("fig_orders", "fig_convergence")])
+def test_an_old_target_is_refused_with_its_new_name(tree, old, new):
+    run = tree.snakemake(old)
+    assert run.returncode != 0 and "Traceback" not in run.stdout + run.stderr
+    assert f"{old} is now called {new}\n" in run.stderr
+
+
 def test_what_snakemake_reads_otherwise_than_yaml_1_2_is_refused(tree):
     said = refused(tree, "convergence: {lanes: 1:30}\n")
     assert "overlay.yaml, line 1: convergence.lanes is '1:30' in YAML 1.2, and 90 in YAML 1.1, by which Snake" in said
-
-
-def test_a_job_that_no_computer_can_run_stops_the_run(tree):
-    said = refused(tree, "convergence:\n  lanes: 1000000000000\n")
-    allowed = "a whole number at least 1 and at most 100000"
-    assert f"overlay.yaml, line 2: convergence.lanes is 1000000000000; it must be {allowed}\n" in said
 
 
 def test_values_that_do_not_agree_stop_the_run(tree):
@@ -65,20 +56,10 @@ def test_values_that_do_not_agree_stop_the_run(tree):
     assert "overlay.yaml, line 1: solver.step is 0.2; it must be less than the stability limit" in said
 
 
-@pytest.mark.parametrize(
-    ("content", "expected"),
-    [
-        ("elapsed_s,ground_acceleration_m_s2\n0.0,0.1\n0.1,nan\n0.2,0.1\n", "nan"),
-        ("elapsed_s,acceleration\n0.0,0.1\n0.1,0.2\n", "ground_acceleration_m_s2"),
-        ("", "empty"),
-    ],
-    ids=["not finite", "wrong column", "empty"],
-)
-def test_a_bad_record_stops_the_run_before_anything_is_deleted(tree, content, expected):
-    (tree.place / "bad.csv").write_text(content, encoding="utf-8")
+def test_a_bad_record_stops_the_run_before_anything_is_deleted(tree):
+    (tree.place / "bad.csv").write_text("elapsed_s,acceleration\n0.0,0.1\n0.1,0.2\n", encoding="utf-8")
     said = refused(tree, "validation: {record: bad.csv}\n")
-    assert "bad.csv" in said
-    assert expected in said
+    assert "bad.csv" in said and "ground_acceleration_m_s2" in said
 
 
 AT2 = "PEER\nSomewhere\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 5, DT= .01 SEC\n0 {peak} 0 -{peak} 0\n"
