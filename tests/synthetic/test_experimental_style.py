@@ -37,7 +37,7 @@ def test_the_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_
     assert record.synthetic
     assert record.header["licence"] == "CC0-1.0"
     assert {"specimen", "source", "units"} <= set(record.header)
-    assert float(record.header["generator_strength_ratio"]) == experimental_style.PLATEAU_RATIO
+    assert float(record.header["generator_strength_ratio"]) == experimental_style.STRENGTH_RATIO
     assert record.step == 1 / 256
     assert "sin-03-00-synthetic.csv,The rockdamp developers,CC0-1.0,yes" in (ROOT / "data/sources.csv").read_text()
 

@@ -187,7 +187,7 @@ def equivalent_command(
     if restitution is None:
         raise click.UsageError("there must be --restitution and a curve, or --walls")
     from rockdamp.equivalence.equivalent import equivalent
-    from rockdamp.equivalence.polynomials import SHIPPED_PLATEAU_RATIO
+    from rockdamp.equivalence.polynomials import SHIPPED_STRENGTH_RATIO
     from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
     curve = make_curve(options)
@@ -206,8 +206,8 @@ def equivalent_command(
     print_table(rows)
     if any(row["damping_ratio_fit"] is None for row in rows):
         click.echo("\n-: outside the range of the polynomials (a1 or e)", err=True)
-    if curve.strength_ratio != SHIPPED_PLATEAU_RATIO:
-        stated = f"damping_ratio_fit is that of b1 = {SHIPPED_PLATEAU_RATIO:g}, not of {float(curve.strength_ratio):g}"
+    if curve.strength_ratio != SHIPPED_STRENGTH_RATIO:
+        stated = f"damping_ratio_fit is that of b1 = {SHIPPED_STRENGTH_RATIO:g}, not of {float(curve.strength_ratio):g}"
         click.echo(f"\n{stated}", err=True)
 
 

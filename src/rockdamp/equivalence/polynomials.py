@@ -20,7 +20,7 @@ from rockdamp.errors import require
 if TYPE_CHECKING:
     import xarray as xr
 
-SHIPPED_PLATEAU_RATIO = 0.85  # b1 of the reference curve, to whose decays the shipped polynomials are fitted
+SHIPPED_STRENGTH_RATIO = 0.85  # b1 of the reference curve, to whose decays the shipped polynomials are fitted
 ROUNDING = 1e-12  # beyond the range of the fits that still counts as within it
 
 
@@ -92,7 +92,7 @@ def shipped_coefficients() -> dict[str, Array]:
 
 @cache
 def shipped() -> Polynomials:
-    """Return the polynomials that the package ships: of b1 = `SHIPPED_PLATEAU_RATIO` and releases from 0.5 u_ins."""
+    """Return the polynomials that the package ships: of b1 = `SHIPPED_STRENGTH_RATIO` and releases from 0.5 u_ins."""
     table = shipped_coefficients()
     rows = {str(model): table["damping_model"] == model for model in table["damping_model"]}
     coefficient = np.stack([table[name] for name in ("c0", "c1", "c2")], axis=1)

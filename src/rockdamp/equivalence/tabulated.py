@@ -37,7 +37,7 @@ NODES = {  # of e, a1, b1, a3 and the release; under CDC xi ripples the most
     "CDR": (12, 9, 12, 4, 15),
     "SDR": (12, 9, 12, 4, 15),
 }
-RESTITUTION, PLATEAU_RATIO, ULTIMATE_RATIO = (0.70, 0.99), (0.4, 0.9), (0.7, 1.0)
+RESTITUTION, STRENGTH_RATIO, ULTIMATE_RATIO = (0.70, 0.99), (0.4, 0.9), (0.7, 1.0)
 LEAST_A1 = 0.02
 ROOM = 2.5  # 1/a1 is at least 1/a2 and this
 LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE = 0.1, 1.5, 0.8  # u0 from 0.1 + 1.5 a1 to 0.8 a3
@@ -47,7 +47,7 @@ ROUNDING = 1e-9  # beyond the range, over its width, that still counts as within
 SCALED = ", for the table; with translated softening displacements and forces count over a3"
 REFUSALS = (  # what is refused, and what it must be
     ("restitution (e)", f"between {RESTITUTION[0]:g} and {RESTITUTION[1]:g}, for the table"),
-    ("strength_ratio (b1)", f"between {PLATEAU_RATIO[0]:g} and {PLATEAU_RATIO[1]:g}{SCALED}"),
+    ("strength_ratio (b1)", f"between {STRENGTH_RATIO[0]:g} and {STRENGTH_RATIO[1]:g}{SCALED}"),
     ("ultimate_displacement_ratio (a3)", f"between {ULTIMATE_RATIO[0]:g} and {ULTIMATE_RATIO[1]:g}, for the table"),
     ("yield_displacement_ratio (a1)", f"between {LEAST_A1:g} and 1/(1/a2 + {ROOM:g}){SCALED}"),
     (
@@ -91,7 +91,7 @@ class Table:
 
 def protocol(**made_by: float) -> str:
     """Return in words what a table is of; the file says the same of itself."""
-    ranges = (RESTITUTION, (LEAST_A1, ROOM), PLATEAU_RATIO, ULTIMATE_RATIO)
+    ranges = (RESTITUTION, (LEAST_A1, ROOM), STRENGTH_RATIO, ULTIMATE_RATIO)
     release = (LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE)
     shared = {"response_length": DEFAULT_RESPONSE_LENGTH, "nodes": NODES, "unit": UNIT}
     return json.dumps({**shared, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
@@ -121,7 +121,7 @@ def walls_at(unit: Array) -> tuple[Array, ...]:
     """
     e, b1, a3 = (
         low + (high - low) * part
-        for part, (low, high) in zip(unit[[0, 2, 3]], (RESTITUTION, PLATEAU_RATIO, ULTIMATE_RATIO), strict=True)
+        for part, (low, high) in zip(unit[[0, 2, 3]], (RESTITUTION, STRENGTH_RATIO, ULTIMATE_RATIO), strict=True)
     )
     a1 = LEAST_A1 * (_largest_a1(b1) / LEAST_A1) ** unit[1]
     least = LEAST_RELEASE + BEYOND_A1 * a1
@@ -134,7 +134,7 @@ def unit_of(e: Array, a1: Array, b1: Array, a3: Array, x0: Array) -> Array:
     parts = (
         _part(e, RESTITUTION),
         np.log(a1 / LEAST_A1) / np.log(_largest_a1(b1) / LEAST_A1),
-        _part(b1, PLATEAU_RATIO),
+        _part(b1, STRENGTH_RATIO),
         _part(a3, ULTIMATE_RATIO),
         (x0 - least) / (LARGEST_RELEASE * a3 - least),
     )

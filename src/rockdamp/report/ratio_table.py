@@ -37,7 +37,7 @@ def data(response_length: float) -> dict[str, Any] | None:
         "unit": tabulated.UNIT,
         "rounding": tabulated.ROUNDING,
         "e": tabulated.RESTITUTION,
-        "b1": tabulated.PLATEAU_RATIO,
+        "b1": tabulated.STRENGTH_RATIO,
         "least_a1": tabulated.LEAST_A1,
         "room": tabulated.ROOM,
         "release": [tabulated.LEAST_RELEASE, tabulated.BEYOND_A1, tabulated.LARGEST_RELEASE],

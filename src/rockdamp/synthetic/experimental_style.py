@@ -29,7 +29,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 WALL = Wall(thickness=0.102, height=27 * 0.102, width=1.438, density=1835.0, hinge_ratio=0.57, overburden_ratio=6.2)
 
 # What makes the record: near a1 = 0.03, b1 = 0.80, e = 0.835 of Fig. 8, and not equal, as a test would not be.
-CRACKED_STIFFNESS_RATIO, PLATEAU_RATIO, RESTITUTION = 0.033, 0.795, 0.845
+YIELD_DISPLACEMENT_RATIO, STRENGTH_RATIO, RESTITUTION = 0.033, 0.795, 0.845
 
 # ASSUME: 1.43 g, more than the 0.26 to 1.00 g said of the sister specimen. This wall carries six times its weight:
 # its plateau stands for 1.17 g, below which it would not rock. It peaks near 0.37 u_ins, and collapses under 1.46 g.
@@ -53,8 +53,8 @@ SEED = 2017
 def synthetic_record(
     seed: int = SEED,
     *,
-    yield_displacement_ratio: float = CRACKED_STIFFNESS_RATIO,
-    strength_ratio: float = PLATEAU_RATIO,
+    yield_displacement_ratio: float = YIELD_DISPLACEMENT_RATIO,
+    strength_ratio: float = STRENGTH_RATIO,
     restitution: float = RESTITUTION,
     pulse_peak: float = PULSE_PEAK,
     noise: float = 1.0,
