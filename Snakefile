@@ -73,7 +73,7 @@ onstart:
     # Numba compiles the solvers here, once: jobs that start together would all compile them, into the same files.
     from rockdamp.solvers import compile_all
 
-    compile_all()
+    compile_all(workflow.cores or 1)
 
 
 include: "workflow/rules/stages.smk"

@@ -3,26 +3,51 @@
 They share no stepping code, so that each can check the other; what a history means is read elsewhere.
 """
 
+from __future__ import annotations
 
-def compile_all() -> None:
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rockdamp.mechanics.damping import Damping
+
+
+def compile_all(processes: int = 1) -> None:
     """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
 
     A short run of each damper by each scheme, of ECD by each order that is compiled for itself and by one that is not,
-    and of each law by the event-driven solver.
+    and of each law by the event-driven solver. Numba compiles one function at a time in a process.
     """
-    from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.damping.ecd import MULTIPLIED_ORDERS
-    from rockdamp.solvers.event_driven import history
-    from rockdamp.solvers.newmark import SCHEMES, solve
+    from rockdamp.solvers.newmark import SCHEMES
     from rockdamp.vocabulary import MODELS
 
-    curve = TrilinearCurve(0.04, 0.85)
     dampers = [Damping(model, 0.5) for model in MODELS]
-    for damping in dampers:
-        history(curve, damping, [0.01], release_amplitude=0.5)
     orders = [Damping("ECD", 0.05, order=order) for order in (*MULTIPLIED_ORDERS, 2.5)]
-    for scheme in SCHEMES:
-        further = [Damping.power(1.3, 0.05), *orders] if scheme == "newmark" else []
-        for damping in (*dampers, *further):
-            solve(curve, damping, release_amplitude=0.5, step=0.01, steps=1, scheme=scheme)
+    runs = [partial(_run_exactly, damping) for damping in dampers]
+    runs += [partial(_run, damping, scheme) for damping in dampers for scheme in SCHEMES]
+    runs += [partial(_run, damping, "newmark") for damping in (Damping.power(1.3, 0.05), *orders)]
+    if processes == 1:
+        for run in runs:
+            run()
+    else:
+        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+            for done in [pool.submit(run) for run in runs]:
+                done.result()
+
+
+def _run(damping: Damping, scheme: str) -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.solvers.newmark import solve
+
+    solve(TrilinearCurve(0.04, 0.85), damping, release_amplitude=0.5, step=0.01, steps=1, scheme=scheme)
+
+
+def _run_exactly(damping: Damping) -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.solvers.event_driven import history
+
+    history(TrilinearCurve(0.04, 0.85), damping, [0.01], release_amplitude=0.5)
