@@ -111,12 +111,14 @@ others = sed '/^$(1)==/,/[^\\]$$/d' requirements.lock
 	$(call install,.venv-peers,-r requirements-peers.lock)
 
 # The build backend is among the packages, so nothing is downloaded here. The link to src is made relative: Python 3.11
-# reads it in the encoding of the locale, which may not have the letters of the tree's place. The first question to the
-# package checks the set-up and compiles the solver, which numba keeps.
+# reads it in the encoding of the locale, which may not have the letters of the tree's place. A first question to the package
+# checks the set-up. The solvers are compiled here, and Numba keeps them: for the pipeline, the tests, and whoever asks next.
 %/.ready: %/.made pyproject.toml
 	@$*/bin/python -m pip install --quiet --no-index --no-deps --no-build-isolation --editable .
 	@for link in $*/lib/python*/site-packages/_editable_impl_rockdamp.pth; do echo ../../../../src > "$$link"; done
 	@$*/bin/python -c "import snakemake"
+	@echo "Compiling the solvers: half a minute, once."
+	@$*/bin/python -c "from os import cpu_count; from rockdamp.solvers import compile_all; compile_all(cpu_count() or 1)"
 	@$*/bin/rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85 >/dev/null
 	@touch $@
 
