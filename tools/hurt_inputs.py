@@ -1,6 +1,6 @@
 """Attacks at random on records, faults in the writer, and what calls hold.
 
-Parts of `hurt.py`. The attacks are those of the tests, tests/support, with another seed and as many as are asked for.
+Parts of `hurt.py`. The attacks on records are those of the tests, tests/support, with another seed and as many as are asked for.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/support"))
 
-import faults  # noqa: E402
+import hurt_faults as faults  # noqa: E402
 from attacks import ended  # noqa: E402
 from record_attacks import record_attacks  # noqa: E402
 

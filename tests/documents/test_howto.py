@@ -47,7 +47,7 @@ def test_your_own_test_becomes_parameters_dampers_and_a_figure(tree):
     assert (results / "figures/fig8.pdf").is_file() and (results / "figures/fig8.png").is_file()
     assert (results / "coefficients.csv").read_text(encoding="utf-8").count("\nCDR,") == 3
     assert "synthetic: yes" in (tree.place / "my-test.csv").read_text(encoding="utf-8")
-    assert "effective_draws" in printed and (tree.place / "posterior.png").stat().st_size > 10_000
+    assert "effective draws" in printed and (tree.place / "posterior.png").stat().st_size > 10_000
 
 
 def test_your_own_wall_goes_through_the_studies(tree):

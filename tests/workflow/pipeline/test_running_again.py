@@ -66,7 +66,7 @@ EDITS = {
         jobs_after("response_lengths"),
     ),
     "src/rockdamp/storage/variables.yaml": ("common:", "# edited\ncommon:", jobs_after(*STAGES)),  # attributes
-    "src/rockdamp/figures/style.py": ("#0072B2", "#0072B3", jobs_after(*FIGURES)),  # a colour
+    "src/rockdamp/figures/style.py": ("coefficient of restitution $e$", "restitution $e$", jobs_after(*FIGURES)),
     "src/rockdamp/figures/convergence.py": ("figure", "figure ", jobs_after("fig_convergence")),
     "src/rockdamp/mechanics/trilinear.py": ("TINY = 1e-100", "TINY = 1e-101", jobs_after(*STAGES)),
 }
