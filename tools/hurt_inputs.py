@@ -1,6 +1,6 @@
 """Attacks at random on records, faults in the writer, and what calls hold.
 
-Parts of `hurt.py`. The attacks on records are those of the tests, tests/support, with another seed and as many as are asked for.
+Parts of `hurt.py`. The attacks on records are those of tests/support, with another seed and as many as are asked for.
 """
 
 from __future__ import annotations
