@@ -26,7 +26,7 @@ _NAMED = re.compile(r"(\w+)(?: \(\w+\))? (is .*)", re.DOTALL)  # an error of a c
 
 
 class ConfigError(InputError):
-    """What is wrong with the value at a dotted key of the config."""
+    """Say what is wrong with the value at a dotted key of the config."""
 
     def __init__(self, key: str, text: str) -> None:
         super().__init__(f"{key} {text}")

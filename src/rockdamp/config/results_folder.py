@@ -1,4 +1,4 @@
-"""What must hold of the folder of the results, that it is theirs alone and can be written, and of names of files."""
+"""Check the folder of the results: it is theirs alone, and can be written. Check names of files."""
 
 from __future__ import annotations
 

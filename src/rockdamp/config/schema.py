@@ -53,7 +53,7 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
 class Problem(NamedTuple):
-    """What is wrong with the value of one key."""
+    """A key, and what is wrong with its value."""
 
     path: KeyPath
     text: str

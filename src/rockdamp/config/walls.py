@@ -19,7 +19,7 @@ from rockdamp.vocabulary import STUDIES
 
 
 def _sizes(given: Mapping[str, Any], key: str) -> dict[str, float]:
-    """What `Wall` and `Parapet` take, of a section that states slenderness (h/t) in place of the height."""
+    """Sizes as `Wall` and `Parapet` take them; the section states slenderness (h/t) in place of the height."""
     sizes = {name: number(value, f"{key}.{name}") for name, value in given.items()}
     return {"height": sizes["thickness"] * sizes.pop("slenderness"), **sizes}
 
@@ -91,7 +91,7 @@ class Varied:
 
 
 def _studies(value: Any, key: str) -> dict[str, Varied]:
-    """What each study varies, of those that the section has."""
+    """Values that each study varies, of the studies that the section has."""
     if not isinstance(value, Mapping) or not value.keys() <= STUDIES.keys():
         raise refusal(value, key, f"a mapping with keys among {', '.join(STUDIES)}")
     return {name: _varied(STUDIES[name], entry, f"{key}.{name}") for name, entry in value.items()}

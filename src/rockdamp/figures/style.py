@@ -1,4 +1,4 @@
-"""What all figures share: print sizes, one colour, line and marker for each damping model, labels and legends."""
+"""Shared by all figures: print sizes, one colour, line and marker for each damping model, labels and legends."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class MotionNoise:
 
     @cached_property
     def _shift(self) -> tuple[Array, Array]:
-        """What z_0 and Z add to the response, shape (samples,) and (3, samples). [m]"""
+        """Return what z_0 and Z add to the response, shape (samples,) and (3, samples). [m]"""
         by_parameters = np.einsum("kp,kt->pt", self.follows, self.effect)
         return np.einsum("k,kt->t", self.about, self.effect), by_parameters
 
