@@ -5,9 +5,6 @@ They share no stepping code, so that each can check the other; what a history me
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,6 +17,10 @@ def compile_all(processes: int = 1) -> None:
     A short run of each damper by each scheme, of ECD by each order that is compiled for itself and by one that is not,
     and of each law by the event-driven solver. Numba compiles one function at a time in a process.
     """
+    from concurrent.futures import ProcessPoolExecutor
+    from functools import partial
+    from multiprocessing import get_context
+
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.damping.ecd import MULTIPLIED_ORDERS
     from rockdamp.solvers.newmark import SCHEMES
