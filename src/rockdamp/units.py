@@ -39,7 +39,7 @@ def _table() -> dict[str, Unit]:
 
 UNITS = _table()
 
-# The number is atomic, (?>...): "4e-1" is never the number 4 with a unit that begins with "e".
+# The number is atomic, (?>...): of "4e-1%" the unit is "%", and not "e-1%".
 _QUANTITY = re.compile(
     r"(?P<number>(?>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?))\s*(?P<unit>[^\W\d_].*)?", re.DOTALL
 )
