@@ -122,6 +122,11 @@ def chosen(earthquakes, monkeypatch):
     return draw
 
 
+def test_a_seed_draws_the_same_histories_again_and_another_seed_draws_others(chosen):
+    first, again, other = (chosen(seed)[0] for seed in (1, 1, 2))
+    assert first == again and first != other
+
+
 def test_no_history_is_drawn_twice_and_none_that_was_not_run(chosen, earthquakes):
     for seed in range(3):
         drawn, found = chosen(seed)
