@@ -66,8 +66,8 @@ def section(kind: type[Any], value: Any, key: str) -> Any:
     known = _fields(kind)
     hints = get_type_hints(kind)
     optional = [name for name in known if NoneType in get_args(hints[name])]
-    given = members(value, key, [name for name in known if name not in optional], optional)
-    parsed = {name: known[name][1](inner, f"{key}.{name}") for name, inner in given.items()}
+    entries = members(value, key, [name for name in known if name not in optional], optional)
+    parsed = {name: known[name][1](inner, f"{key}.{name}") for name, inner in entries.items()}
     with made_of(key, parsed):
         return kind(**parsed)
 
@@ -155,10 +155,10 @@ def geometric(value: Any, key: str) -> Array:
 def _grid(value: Any, key: str, spacing: str) -> list[float]:
     """The numbers of a section with ``start``, ``stop`` and what divides the distance between them."""
     names = ("start", "stop", spacing)
-    given = members(value, key, names)
-    start, stop, divider = (number(given[name], f"{key}.{name}") for name in names)
+    entries = members(value, key, names)
+    start, stop, divider = (number(entries[name], f"{key}.{name}") for name in names)
     if not start < stop:
-        raise refusal(given["stop"], f"{key}.stop", f"greater than {key}.start, {start:g}")
+        raise refusal(entries["stop"], f"{key}.stop", f"greater than {key}.start, {start:g}")
     return [start, stop, divider]
 
 

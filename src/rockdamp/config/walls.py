@@ -18,9 +18,9 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.vocabulary import STUDIES
 
 
-def _sizes(given: Mapping[str, Any], key: str) -> dict[str, float]:
+def _sizes(entries: Mapping[str, Any], key: str) -> dict[str, float]:
     """Sizes as `Wall` and `Parapet` take them; the section states slenderness (h/t) in place of the height."""
-    sizes = {name: number(value, f"{key}.{name}") for name, value in given.items()}
+    sizes = {name: number(value, f"{key}.{name}") for name, value in entries.items()}
     return {"height": sizes["thickness"] * sizes.pop("slenderness"), **sizes}
 
 
@@ -34,9 +34,9 @@ def make_wall(value: Any, key: str = "wall") -> Wall:
 
 def make_curve(value: Any, key: str = "curve") -> TrilinearCurve:
     """Build the curve of a section."""
-    given = members(value, key, [field.name for field in fields(TrilinearCurve)])
-    with made_of(key, given):
-        return TrilinearCurve(**given)
+    entries = members(value, key, [field.name for field in fields(TrilinearCurve)])
+    with made_of(key, entries):
+        return TrilinearCurve(**entries)
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,13 @@ def make_named_wall(value: Any, key: str = "earthquakes.walls") -> NamedWall:
     parapet, preset = stated.get("parapet", False), "preset" in stated
     shape = ["preset"] if preset else ["yield_displacement_ratio", "strength_ratio"]
     of_wall = ["thickness", "slenderness", "overburden_ratio", *([] if parapet else ["hinge_ratio"])]
-    given = members(value, key, ["name", *of_wall, *shape], ["parapet"])
-    sizes = _sizes({name: given[name] for name in of_wall}, key)
-    with made_of(key, given):
-        curve = TrilinearCurve.preset(given["preset"]) if preset else TrilinearCurve(*(given[name] for name in shape))
+    entries = members(value, key, ["name", *of_wall, *shape], ["parapet"])
+    sizes = _sizes({name: entries[name] for name in of_wall}, key)
+    with made_of(key, entries):
+        make = TrilinearCurve.preset if preset else TrilinearCurve
+        curve = make(*(entries[name] for name in shape))
         wall = (Parapet if parapet else Wall)(**sizes)
-    return NamedWall(text(given["name"], f"{key}.name"), wall, curve)
+    return NamedWall(text(entries["name"], f"{key}.name"), wall, curve)
 
 
 Strip = Annotated[Wall, make_wall]
@@ -100,9 +101,9 @@ def _studies(value: Any, key: str) -> dict[str, Varied]:
 def _varied(parameter: str, value: Any, key: str) -> Varied:
     if parameter != "yield_displacement_ratio":
         return Varied(ascending(members(value, key, [parameter])[parameter], f"{key}.{parameter}"), None)
-    given = members(value, key, [parameter, "strength_ratio_beyond"])
-    beyond = section(PlateauBeyond, given["strength_ratio_beyond"], f"{key}.strength_ratio_beyond")
-    return Varied(ascending(given[parameter], f"{key}.{parameter}"), beyond)
+    entries = members(value, key, [parameter, "strength_ratio_beyond"])
+    beyond = section(PlateauBeyond, entries["strength_ratio_beyond"], f"{key}.strength_ratio_beyond")
+    return Varied(ascending(entries[parameter], f"{key}.{parameter}"), beyond)
 
 
 @dataclass(frozen=True)

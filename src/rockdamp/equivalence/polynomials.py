@@ -52,11 +52,11 @@ class Polynomials:
 
     def require_cover(self, restitution: ArrayLike, yield_displacement_ratio: ArrayLike, a1_name: str) -> None:
         """Raise `InputError` unless e and a1, which the message calls `a1_name`, lie within the range of the fits."""
-        given = (
+        checked = (
             ("restitution", restitution, self.restitution),
             (a1_name, yield_displacement_ratio, self.yield_displacement_ratio),
         )
-        for name, value, fits in given:
+        for name, value, fits in checked:
             values = np.asarray(value, dtype=float)
             require(_within(values, fits), name, values, f"within the range of the fits, {fits[0]:g} to {fits[-1]:g}")
 

@@ -187,13 +187,13 @@ def damping_ratio_table(
     >>> rd.damping_ratio_table(curve, "CDR", 0.85).round(3)
     array([0.045, 0.046,   nan])
     """
-    model, shape, given = _checked(curve, damping_model, restitution, release_amplitude)
+    model, shape, coordinates = _checked(curve, damping_model, restitution, release_amplitude)
     if model not in PAPER_MODELS:
-        return np.broadcast_to(Damping.of_restitution(given[0], model).damping_ratio, shape).copy()
-    xi, refused = _looked_up(model, shape, given)
+        return np.broadcast_to(Damping.of_restitution(coordinates[0], model).damping_ratio, shape).copy()
+    xi, refused = _looked_up(model, shape, coordinates)
     if shape == () and refused.item():
         name, allowed = REFUSALS[refused.item() - 1]
-        values = dict(zip((name for name, _ in REFUSALS), (given[axis] for axis in AXES), strict=False))
+        values = dict(zip((name for name, _ in REFUSALS), (coordinates[axis] for axis in AXES), strict=False))
         told = f" is {values[name].item():g};" if name in values else f", under {model}:"
         raise InputError(f"{name}{told} it must be {allowed}")
     return xi
@@ -227,9 +227,9 @@ def table_refusal(
     >>> rd.table_refusal(curve, "CDR", [0.85, 0.6]).tolist()
     ['', 'restitution (e) must be between 0.7 and 0.99, for the table']
     """
-    model, shape, given = _checked(curve, damping_model, restitution, release_amplitude)
+    model, shape, coordinates = _checked(curve, damping_model, restitution, release_amplitude)
     told = np.array(["", *(f"{name} must be {allowed}" for name, allowed in REFUSALS)], dtype=object)
-    refused = _looked_up(model, shape, given)[1] if model in PAPER_MODELS else np.zeros(shape, dtype=np.int8)
+    refused = _looked_up(model, shape, coordinates)[1] if model in PAPER_MODELS else np.zeros(shape, dtype=np.int8)
     return np.asarray(told[refused])
 
 
@@ -249,9 +249,9 @@ def _checked(
     return model, shape, (e, *(np.asarray(length) / scale for length in lengths))
 
 
-def _looked_up(model: str, shape: tuple[int, ...], given: tuple[Array, ...]) -> tuple[Array, NDArray[np.int8]]:
+def _looked_up(model: str, shape: tuple[int, ...], coordinates: tuple[Array, ...]) -> tuple[Array, NDArray[np.int8]]:
     """Return xi, and of which of `REFUSALS` it is NaN, counted from 1; 0 of none."""
-    walls = [np.broadcast_to(value, shape).reshape(-1) for value in given]
+    walls = [np.broadcast_to(value, shape).reshape(-1) for value in coordinates]
     xi, refused = np.empty(walls[0].size), np.zeros(walls[0].size, dtype=np.int8)
     for start in range(0, xi.size, AT_ONCE):
         here = slice(start, start + AT_ONCE)

@@ -75,21 +75,21 @@ def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Grou
 
 def amplitude_dependence(config: Config) -> xr.Dataset:
     """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents."""
-    given = AmplitudeDependenceSettings.of(config)
-    curves = groups(given.amplitude_dependence, given.strength_ratio, given.strength_ratio_beyond)
-    parts = [_measured(group, given) for group in curves]
+    settings = AmplitudeDependenceSettings.of(config)
+    curves = groups(settings.amplitude_dependence, settings.strength_ratio, settings.strength_ratio_beyond)
+    parts = [_measured(group, settings) for group in curves]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     best = exponent_map(
-        given.amplitude_dependence.map,
-        given.amplitude_dependence.release_share,
-        given.amplitude_dependence.ultimate_displacement_ratio,
+        settings.amplitude_dependence.map,
+        settings.amplitude_dependence.release_share,
+        settings.amplitude_dependence.ultimate_displacement_ratio,
     )
-    return dataset.merge(best).assign_coords(response_length=given.matching.response_length)
+    return dataset.merge(best).assign_coords(response_length=settings.matching.response_length)
 
 
-def _measured(group: Group, given: AmplitudeDependenceSettings) -> xr.Dataset:
+def _measured(group: Group, settings: AmplitudeDependenceSettings) -> xr.Dataset:
     """Return all measures for the curves of a group."""
-    share, restitution = given.amplitude_dependence.release_share, given.amplitude_dependence.restitution
+    share, restitution = settings.amplitude_dependence.release_share, settings.amplitude_dependence.restitution
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
@@ -101,9 +101,9 @@ def _measured(group: Group, given: AmplitudeDependenceSettings) -> xr.Dataset:
         amplitude,
         e,
         DAMPERS,
-        replace(given.matching, refinement=given.amplitude_dependence.refinement),
-        step=given.solver.step,
-        scheme=given.solver.scheme,
+        replace(settings.matching, refinement=settings.amplitude_dependence.refinement),
+        step=settings.solver.step,
+        scheme=settings.solver.scheme,
         exponent=n,
         description=f"amplitude dependence, {len(group.name)} curves",
     )

@@ -32,14 +32,14 @@ def demand(config: Config) -> xr.Dataset:
 
     The loads are over the tri-linear plateau for both.
     """
-    given = BilinearSettings.of(config)
-    pair = (given.curve, given.damping_force.rigid.curve)
+    settings = BilinearSettings.of(config)
+    pair = (settings.curve, settings.damping_force.rigid.curve)
     names = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
     a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in names)
-    curves = TrilinearCurve(a1, b1, a3, given.curve.softening)
-    e = Damping.cr(np.full(len(pair), given.damping_force.restitution))
-    pulses = np.stack([_under_pulses(given, curves, e, name) for name in PULSES], axis=2)
-    motions, records = _under_records(given, curves, e)
+    curves = TrilinearCurve(a1, b1, a3, settings.curve.softening)
+    e = Damping.cr(np.full(len(pair), settings.damping_force.restitution))
+    pulses = np.stack([_under_pulses(settings, curves, e, name) for name in PULSES], axis=2)
+    motions, records = _under_records(settings, curves, e)
     by_pulse, by_record = ("force_curve", *CELLS), ("force_curve", "record", "velocity_ratio")
     return xr.Dataset(
         {
@@ -49,38 +49,40 @@ def demand(config: Config) -> xr.Dataset:
             "record_collapsed": (by_record, records[1].astype(np.int8)),
             "yield_displacement_ratio": ("force_curve", a1),
             "strength_ratio": ("force_curve", b1),
-            "restitution": given.damping_force.restitution,
+            "restitution": settings.damping_force.restitution,
         },
         coords={
             "force_curve": list(CURVES),
             "pulse": list(PULSES),
-            "pulse_frequency": given.pulses.frequency,
-            "load_ratio": given.pulses.load,
+            "pulse_frequency": settings.pulses.frequency,
+            "load_ratio": settings.pulses.load,
             "record": motions,
-            "velocity_ratio": given.scale,
+            "velocity_ratio": settings.scale,
         },
     )
 
 
-def _under_pulses(given: BilinearSettings, curves: TrilinearCurve, e: Damping, name: str) -> Array:
+def _under_pulses(settings: BilinearSettings, curves: TrilinearCurve, e: Damping, name: str) -> Array:
     """Peaks and collapses under one pulse, shape (2, curves, frequencies, loads)."""
-    found = np.empty((2, *curves.shape, given.pulses.frequency.size, given.pulses.load.size))
-    each, step = curves.map(lambda parameter: parameter[:, None]), given.pulses.step
-    for column, frequency in enumerate(given.pulses.frequency):
-        load = followed_by_rest(pulse(name, float(frequency), step), step, given.pulses.tail)
-        forcing = Forcing(load, step, float(given.curve.strength_ratio) * given.pulses.load)
+    ended = np.empty((2, *curves.shape, settings.pulses.frequency.size, settings.pulses.load.size))
+    each, step = curves.map(lambda parameter: parameter[:, None]), settings.pulses.step
+    for column, frequency in enumerate(settings.pulses.frequency):
+        load = followed_by_rest(pulse(name, float(frequency), step), step, settings.pulses.tail)
+        forcing = Forcing(load, step, float(settings.curve.strength_ratio) * settings.pulses.load)
         response = solve(each, e.map(lambda parameter: parameter[:, None]), **forcing.newmark())
-        found[:, :, column] = response.peak, response.outcome == COLLAPSED
-    return found
+        ended[:, :, column] = response.peak, response.outcome == COLLAPSED
+    return ended
 
 
-def _under_records(given: BilinearSettings, curves: TrilinearCurve, e: Damping) -> tuple[list[str], Array]:
+def _under_records(settings: BilinearSettings, curves: TrilinearCurve, e: Damping) -> tuple[list[str], Array]:
     """Names of the records; peaks and collapses, shape (2, curves, records, scales)."""
-    names, found = [], []
-    for entry in track(catalogue.listing(given.records), "Bi-linear and tri-linear curve"):
+    names, ended = [], []
+    for entry in track(catalogue.listing(settings.records), "Bi-linear and tri-linear curve"):
         motion = catalogue.read(entry)
-        factor = given.scale * given.wall.velocity_scale / intensity_measures(motion.record).pgv
-        ended = peaks_and_collapses(motion.record, given.wall, curves, [e], factor, step=given.step, tail=given.tail)
+        factor = settings.scale * settings.wall.velocity_scale / intensity_measures(motion.record).pgv
+        both = peaks_and_collapses(
+            motion.record, settings.wall, curves, [e], factor, step=settings.step, tail=settings.tail
+        )
         names.append(motion.name)
-        found.append(np.stack(ended)[..., 0])
-    return names, np.stack(found, axis=2)
+        ended.append(np.stack(both)[..., 0])
+    return names, np.stack(ended, axis=2)

@@ -25,11 +25,15 @@ RIGID_REFINEMENT = 8  # steps of its history in place of each of the solver's
 
 def damping_force(config: Config) -> xr.Dataset:
     """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
-    given = DampingForceSettings.of(config)
-    e, x0, length = given.damping_force.restitution, given.release_amplitude, given.damping_force.response_length
-    step, scheme, rigid = given.solver.step, given.solver.scheme, given.damping_force.rigid
+    settings = DampingForceSettings.of(config)
+    e, x0, length = (
+        settings.damping_force.restitution,
+        settings.release_amplitude,
+        settings.damping_force.response_length,
+    )
+    step, scheme, rigid = settings.solver.step, settings.solver.scheme, settings.damping_force.rigid
     parts = [
-        matched_histories(given.curve, e, x0, given.matching, length=length, step=step, scheme=scheme),
+        matched_histories(settings.curve, e, x0, settings.matching, length=length, step=step, scheme=scheme),
         _frequency_laws(),
         _rocking(rigid, length=length, step=step, scheme=scheme),
     ]

@@ -45,9 +45,9 @@ def study(name: str, config: Config) -> xr.Dataset:
     Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
     that of the matching, in tau and in seconds.
     """
-    given = DecaySettings.of(config)
-    walls, restitution, step = given.study(name), given.restitution, given.solver.step
-    length = given.longest if name == INFERS else longest_response(walls, given.wall, given.response_length)
+    settings = DecaySettings.of(config)
+    walls, restitution, step = settings.study(name), settings.restitution, settings.solver.step
+    length = settings.longest if name == INFERS else longest_response(walls, settings.wall, settings.response_length)
     steps = step_count(length, step)
     response = solve(
         walls.curve.map(lambda parameter: parameter[:, None]),
@@ -56,7 +56,7 @@ def study(name: str, config: Config) -> xr.Dataset:
         step=step,
         steps=steps,
         store_every=1,
-        scheme=given.solver.scheme,
+        scheme=settings.solver.scheme,
     )
     dims = (walls.parameter, "restitution")
     coords: dict[str, Any] = {

@@ -25,10 +25,10 @@ def mechanism(config: Config) -> xr.Dataset:
 
     Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
     """
-    given = ForceCurveSettings.of(config)
+    settings = ForceCurveSettings.of(config)
     curves = {
-        "tri-linear": given.curve,
-        **drawn_variants(given.curve),
+        "tri-linear": settings.curve,
+        **drawn_variants(settings.curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
     corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
@@ -45,16 +45,16 @@ def mechanism(config: Config) -> xr.Dataset:
             "plateau_end_ratio": ("curve_name", parameters[:, 1]),
             "ultimate_displacement_ratio": ("curve_name", parameters[:, 2]),
             "strength_ratio": ("curve_name", plateau),
-            "thickness": float(given.wall.thickness),
-            "height": float(given.wall.height),
-            "hinge_ratio": float(given.wall.hinge_ratio),
-            "instability_displacement": float(given.wall.instability_displacement),
+            "thickness": float(settings.wall.thickness),
+            "height": float(settings.wall.height),
+            "hinge_ratio": float(settings.wall.hinge_ratio),
+            "instability_displacement": float(settings.wall.instability_displacement),
             "restitution_analytical": (("hinge_height_ratio", "slenderness"), walls.restitution),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
             "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
             "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
-            "tested_restitution_analytical": float(given.tested_wall.restitution),
-            "tested_restitution_impulsive": float(given.tested_wall.restitution_impulsive),
+            "tested_restitution_analytical": float(settings.tested_wall.restitution),
+            "tested_restitution_impulsive": float(settings.tested_wall.restitution_impulsive),
         },
         coords={
             "curve_name": ["bi-linear", *curves],

@@ -28,13 +28,13 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     length that the wall of the config has: then the walls' lengths in tau differ, and with them the damping ratios.
     Those other lengths are matched at the solver's step.
     """
-    given = MatchSettings.of(config)
-    study, step, scheme = given.study(name), given.solver.step, given.solver.scheme
-    response_length, scan = given.matching.response_length, given.matching.scan
+    settings = MatchSettings.of(config)
+    study, step, scheme = settings.study(name), settings.solver.step, settings.solver.scheme
+    response_length, scan = settings.matching.response_length, settings.matching.scan
     restitution = decays["restitution"].values
     steps = step_count(response_length, step)
-    fixed = response_lengths_of_fixed_seconds(study, given.wall, response_length) if study.of_wall else None
-    last = step_count(longest_response(study, given.wall, response_length), step)
+    fixed = response_lengths_of_fixed_seconds(study, settings.wall, response_length) if study.of_wall else None
+    last = step_count(longest_response(study, settings.wall, response_length), step)
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
     matched = solve(
@@ -42,7 +42,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         VISCOUS_MODELS,
         steps,
         scan=scan,
-        refinement=given.matching.refinement,
+        refinement=settings.matching.refinement,
         scheme=scheme,
         description=f"match {name}",
     )
@@ -74,7 +74,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         coords={"damping_model": list(of_model), "restitution": restitution},
     )
     if name == "amplitude":
-        dataset["damping_ratio_absolute"] = _least_absolute(given, cases, matched, steps, restitution)
+        dataset["damping_ratio_absolute"] = _least_absolute(settings, cases, matched, steps, restitution)
     kept = {
         key: decays[key] for key in (study.parameter, "frequency_parameter", "strength_ratio") if key in decays.coords
     }
@@ -85,14 +85,14 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
 
 
 def _least_absolute(
-    given: MatchSettings, cases: Cases, matched: Mapping[str, Matched], steps: int, restitution: Array
+    settings: MatchSettings, cases: Cases, matched: Mapping[str, Matched], steps: int, restitution: Array
 ) -> xr.DataArray:
     """Damping ratios by the words under Eq. (17) in place of its formula, from the reference amplitude."""
-    at = np.flatnonzero(cases.release_amplitude == given.release_amplitude)
+    at = np.flatnonzero(cases.release_amplitude == settings.release_amplitude)
 
     def of_model(model: str) -> Array:
         squares = matched[model].damping_ratio[at]
-        return least_absolute(cases.take(at), model, squares, steps, given.solver.scheme)
+        return least_absolute(cases.take(at), model, squares, steps, settings.solver.scheme)
 
     ratios = of_each(of_model, VISCOUS_MODELS, "match by absolute differences")
     coords = {"damping_model": list(ratios), "restitution": restitution}

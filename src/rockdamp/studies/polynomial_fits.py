@@ -24,8 +24,8 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     Beside the paper's polynomial, which does not vanish at e = 1, stands one that does: xi = delta (d0 + d1 delta +
     d2 delta^2), delta = -ln(e), of the least squares of xi/delta. Both hold over the range of the matched e.
     """
-    given = PolynomialSettings.of(config)
-    same = np.isclose(matched["strength_ratio"].values, given.strength_ratio)
+    settings = PolynomialSettings.of(config)
+    same = np.isclose(matched["strength_ratio"].values, settings.strength_ratio)
     matched = matched.isel(yield_displacement_ratio=np.flatnonzero(same)).drop_vars(
         ["strength_ratio", "step", "steps"], errors="ignore"
     )
@@ -60,9 +60,9 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             **ratio.coords,
             "degree": np.arange(DEGREE + 1),
             "restitution_range": list(RANGES),
-            "strength_ratio": given.strength_ratio,
-            "ultimate_displacement_ratio": given.ultimate_displacement_ratio,
-            "release_amplitude": given.release_amplitude,
+            "strength_ratio": settings.strength_ratio,
+            "ultimate_displacement_ratio": settings.ultimate_displacement_ratio,
+            "release_amplitude": settings.release_amplitude,
         },
     ).drop_vars("frequency_parameter")
 

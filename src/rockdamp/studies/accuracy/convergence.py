@@ -56,10 +56,10 @@ def convergence(config: Config) -> xr.Dataset:
     The error of a history is the root mean square over the times of the coarsest step, against the default scheme at a
     sixteenth of the finest step. That of the ensemble is the median, which a wall near collapse does not govern.
     """
-    given = ConvergenceSettings.of(config).convergence
-    coarsest, finest = given.coarsest, 16 * 2**given.halvings
-    steps = coarsest / 2.0 ** np.arange(given.halvings + 1)
-    ensemble = draw(given.seed, given.lanes, step_count(given.length, coarsest) + 1, coarsest)
+    settings = ConvergenceSettings.of(config).convergence
+    coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
+    steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
+    ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)
     shape = (len(SCHEMES), len(EXCITATIONS), len(MODELS), steps.size)
     error = np.empty(shape)
     cells = [(x, m) for x in range(len(EXCITATIONS)) for m in range(len(MODELS))]

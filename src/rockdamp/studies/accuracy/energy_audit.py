@@ -58,8 +58,8 @@ class Balance:
     @property
     def largest_residual(self) -> Array:
         """Largest |residual| of each history over the most energy that it was given until then. [-]"""
-        given = (self.energy[..., :1] + self.work).max(axis=-1)
-        return np.abs(self.residual).max(axis=-1) / given
+        most = (self.energy[..., :1] + self.work).max(axis=-1)
+        return np.abs(self.residual).max(axis=-1) / most
 
 
 def balance(

@@ -26,56 +26,56 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
 
     `of_studies` are the matches of each study, in the order of `STUDIES`, then the decays of each.
     """
-    given = AccuracySettings.of(config)
-    step, scheme, seed, rigid = given.solver.step, given.solver.scheme, given.accuracy.seed, given.accuracy.rigid
+    settings = AccuracySettings.of(config)
+    step, scheme, sizes = settings.solver.step, settings.solver.scheme, settings.accuracy
     matches = dict(zip(STUDIES, of_studies[: len(STUDIES)], strict=True))
     decays = dict(zip(STUDIES, of_studies[len(STUDIES) :], strict=True))
-    studies = {name: given.study(name) for name in STUDIES}
+    studies = {name: settings.study(name) for name in STUDIES}
     ensemble = collect(
         studies,
         matches,
-        restitutions=given.accuracy.restitutions,
-        seed=seed,
-        length=given.matching.response_length,
+        restitutions=sizes.restitutions,
+        seed=sizes.seed,
+        length=settings.matching.response_length,
         step=step,
-        steps=halved(step, given.accuracy.doublings, given.accuracy.halvings),
+        steps=halved(step, sizes.doublings, sizes.halvings),
         scheme=scheme,
     )
-    audited = audited_walls(given, loops)
+    audited = audited_walls(settings, loops)
     parts = [
-        solver_errors(ensemble, step, refinement=given.matching.refinement),
+        solver_errors(ensemble, step, refinement=settings.matching.refinement),
         matched_ratios.uncertainty(matches),
-        matched_ratios.minima(studies, matches, count=given.accuracy.minima, bracket=given.accuracy.bracket, seed=seed),
+        matched_ratios.minima(studies, matches, count=sizes.minima, bracket=sizes.bracket, seed=sizes.seed),
         rotations(
             loops,
-            given.damping_force.rigid.wall,
-            restitution=given.damping_force.rigid.restitution,
-            slenderness=rigid.slenderness,
-            hinge_ratio=rigid.hinge_ratio,
-            release_amplitude=rigid.release_amplitude,
-            peaks=rigid.peaks,
+            settings.damping_force.rigid.wall,
+            restitution=settings.damping_force.rigid.restitution,
+            slenderness=sizes.rigid.slenderness,
+            hinge_ratio=sizes.rigid.hinge_ratio,
+            release_amplitude=sizes.rigid.release_amplitude,
+            peaks=sizes.rigid.peaks,
         ),
         energy_audit.residuals(ensemble, step),
         energy_audit.stored(audited["reference"], decays, studies, step),
-        energy_audit.losses(audited, given.release_amplitude, step),
+        energy_audit.losses(audited, settings.release_amplitude, step),
     ]
     return xr.merge(parts, compat="no_conflicts", join="exact")
 
 
-def audited_walls(given: AccuracySettings, loops: xr.Dataset) -> dict[str, Audited]:
+def audited_walls(settings: AccuracySettings, loops: xr.Dataset) -> dict[str, Audited]:
     """Return the reference wall with its histories in `damping_force.nc`, and that of Fig. 8 with such histories."""
     histories = matched_histories(
-        given.tested_curve,
-        given.tested_restitution,
-        given.release_amplitude,
-        given.matching,
-        length=given.damping_force.response_length,
-        step=given.solver.step,
-        scheme=given.solver.scheme,
+        settings.tested_curve,
+        settings.tested_restitution,
+        settings.release_amplitude,
+        settings.matching,
+        length=settings.damping_force.response_length,
+        step=settings.solver.step,
+        scheme=settings.solver.scheme,
     )
     return {
-        "reference": Audited(given.wall, given.curve, given.damping_force.restitution, loops),
-        "Fig. 8": Audited(given.tested_wall, given.tested_curve, given.tested_restitution, histories),
+        "reference": Audited(settings.wall, settings.curve, settings.damping_force.restitution, loops),
+        "Fig. 8": Audited(settings.tested_wall, settings.tested_curve, settings.tested_restitution, histories),
     }
 
 
