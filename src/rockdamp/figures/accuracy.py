@@ -90,7 +90,7 @@ def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
     axes.set_ylim(0, 1)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
     axes.set_xlabel(r"uncertainty of $\xi$ over $\xi$ [-]")
-    axes.set_ylabel(r"share of $\xi$ that are less certain")
+    axes.set_ylabel(r"share of $\xi$ with a larger uncertainty")
     axes.set_title(f"(c) all {int(accuracy['published_count'])} published $\\xi$ of each model")
     axes.legend(title="within 0.1 %", loc="lower left", alignment="left")
 

@@ -51,14 +51,14 @@ def every(e: xr.DataArray) -> int:
     return max(1, e.size // MARKS)
 
 
-def note(axes: Axes, text: str) -> None:
-    """Write in the lower left corner, below the curves that fall with e."""
-    axes.text(0.04, 0.04, text, transform=axes.transAxes, fontsize=7, ha="left", va="bottom")
+def head(figure: Figure, *texts: str) -> None:
+    """Write over all panels what they share."""
+    figure.suptitle(", ".join(texts), fontsize=8)
 
 
 def response_length_text(dataset: xr.Dataset) -> str:
     """Write over which length of the response the ratios are matched."""
-    return f"response length $\\tau = {float(dataset['response_length']):g}$"
+    return f"matched over the response length $\\tau = {float(dataset['response_length']):g}$"
 
 
 def changes_between(first: xr.Dataset, last: xr.Dataset) -> str:
@@ -94,7 +94,7 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     few_ticks(panels[0], 3)
     drawn = amplitude[["damping_ratio", "damping_ratio_energy"]].isel(release_amplitude=chosen)
     panels[0].set_ylim(0, 1.05 * float(drawn.to_array().max()))
-    note(panels[0], response_length_text(amplitude))
+    head(figure, response_length_text(amplitude))
     return figure
 
 
@@ -163,7 +163,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         axes.set_xlabel(RESTITUTION)
     few_ticks(grid[0, 0], 3)
     figure.align_ylabels(grid[:, 0])
-    note(grid[-1, 0], response_length_text(slenderness))
+    head(figure, response_length_text(slenderness))
     return figure
 
 

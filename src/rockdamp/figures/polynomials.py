@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rockdamp.figures.equivalence import MARKERS, every, note, response_length_text, title_panel
+from rockdamp.figures.equivalence import MARKERS, every, head, response_length_text, title_panel
 from rockdamp.figures.style import (
     DAMPING_RATIO,
     DOUBLE_COLUMN,
@@ -65,13 +65,14 @@ def fig7(equivalence: xr.Dataset) -> Figure:
             keys.append(Line2D([], [], marker=marker, label=names[index], **line))
         axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
         title_panel(axes, model)
-        if model == models[-1]:
-            note(axes, "lines: polynomials\nmarkers: matched")
         axes.legend(handles=keys, title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
         axes.tick_params(labelleft=position == 0)
         axes.set_xlabel("restitution $e$ [-]")
     few_ticks(together, 3)  # shared by the narrow panels
     together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))
+    fit = f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$"
+    lines = f"lines: polynomials, {fit}; markers: {response_length_text(equivalence)}"
+    head(figure, lines, *_shared(equivalence))
     return figure
 
 
@@ -125,13 +126,3 @@ def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(DAMPING_RATIO)
     axes.legend(loc="upper right")
-    note(
-        axes,
-        "\n".join(
-            [
-                *_shared(equivalence),
-                response_length_text(equivalence),
-                f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$",
-            ]
-        ),
-    )

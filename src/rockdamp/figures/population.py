@@ -113,7 +113,8 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xlabel("share of the variance [-]")
-    axes.set_title("sensitivity")
+    # The inputs are correlated: what two share counts in both first-order indices and in no total effect.
+    axes.set_title("sensitivity to correlated inputs:\na total effect may be the smaller")
 
 
 def fig_population_caption(population: xr.Dataset) -> str:
