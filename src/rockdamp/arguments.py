@@ -33,7 +33,8 @@ def real(name: str, value: Any) -> Array:
         return np.asarray(value, order="C")  # the usual case, quickly
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is a masked array; it must be {NUMBER}: fill the masked values, or leave them out")
-    if hasattr(value, "magnitude") or isinstance(value, np.ndarray | float) and hasattr(value, "unit"):  # pint, astropy
+    inner = getattr(value, "data", value) if is_named(value) else value
+    if hasattr(inner, "magnitude") or isinstance(inner, np.ndarray | float) and hasattr(inner, "unit"):  # pint, astropy
         raise InputError(f"{name} is {shown(value)}; it must be {NUMBER}, in SI units and without the unit")
     try:
         array = np.asarray(value.values if is_named(value) else value)
