@@ -94,6 +94,12 @@ def test_what_is_said_beside_the_answer_does_not_touch_it_where_standard_error_i
     assert (tmp_path / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_no_file_is_opened_as_the_standard_error_that_is_closed():
+    script = "from rockdamp import __main__, cli; cli.main = lambda **_: print(open('/dev/null').fileno())"
+    run = ["sh", "-c", f'exec {sys.executable} -c "{script}; __main__.main()" 2>&-']
+    assert int(subprocess.run(run, stdout=subprocess.PIPE, text=True).stdout) > 2
+
+
 def test_a_name_that_a_terminal_would_obey_is_shown_as_it_is(tmp_path):
     name = "a\x1b[2J\x9b\udcff.csv"
     result = CliRunner().invoke(main, ["calibrate", "--record", str(tmp_path / name), *WALL[:4]])
