@@ -75,6 +75,8 @@ def holds(condition: ArrayLike) -> bool:
     if isinstance(condition, bool | np.bool_):
         return bool(condition)
     condition = np.asarray(condition)
+    if condition.size == 1:
+        return bool(condition.item())
     return bool(np.count_nonzero(condition) == condition.size)  # `all` takes four times as long where there are few
 
 
