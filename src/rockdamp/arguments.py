@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity, is_named
-from rockdamp.errors import InputError, require, shown
+from rockdamp.errors import InputError, holds, require, shown
 
 MOST_ELEMENTS = 2**28  # of one array: 2 GB, beyond which the system ends the process instead of raising an error
 NUMBER = "a number, or an array of them"
@@ -33,7 +33,8 @@ def real(name: str, value: Any) -> Array:
         return np.asarray(value, order="C")  # the usual case, quickly
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is a masked array; it must be {NUMBER}: fill the masked values, or leave them out")
-    if hasattr(value, "magnitude") or isinstance(value, np.ndarray | float) and hasattr(value, "unit"):  # pint, astropy
+    inner = getattr(value, "data", value) if is_named(value) else value
+    if hasattr(inner, "magnitude") or isinstance(inner, np.ndarray | float) and hasattr(inner, "unit"):  # pint, astropy
         raise InputError(f"{name} is {shown(value)}; it must be {NUMBER}, in SI units and without the unit")
     try:
         array = np.asarray(value.values if is_named(value) else value)
@@ -47,7 +48,8 @@ def real(name: str, value: Any) -> Array:
 def numbers(name: str, value: Any) -> Array:
     """Return real, finite numbers as a read-only copy; an xarray.DataArray loses the names of its dimensions."""
     array = np.array(real(name, value))
-    require(np.isfinite(array), name, array, "a finite number")
+    if not (math.isfinite(array) if array.ndim == 0 else holds(np.isfinite(array))):
+        require(np.isfinite(array), name, array, "a finite number")
     return kept(array)
 
 
@@ -122,15 +124,18 @@ def broadcast(**values: Any) -> tuple[int, ...]:
         name: value.shape if hasattr(value, "shape") else np.shape(value) for name, value in values.items()
     }
     unlike = {shape for shape in shapes.values() if shape}  # NumPy is slow at scalars and at shapes that are alike
-    stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
     try:
         shape = np.broadcast_shapes(*unlike) if len(unlike) > 1 else unlike.pop() if unlike else ()
     except ValueError:
-        raise InputError(f"shapes do not broadcast against each other: {stated}") from None
+        raise InputError(f"shapes do not broadcast against each other: {_stated(shapes)}") from None
     if math.prod(shape) > MOST_ELEMENTS:
         most = f"there must be at most {MOST_ELEMENTS:,} elements"
-        raise InputError(f"shapes broadcast to {shape}: {stated}; {most}")
+        raise InputError(f"shapes broadcast to {shape}: {_stated(shapes)}; {most}")
     return shape
+
+
+def _stated(shapes: Mapping[str, tuple[int, ...]]) -> str:
+    return ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
 
 
 def one_of(name: str, value: Any, allowed: Collection[str], why: str = "") -> str:

@@ -47,4 +47,4 @@ def _equal(one: Any, other: Any) -> bool:
         return is_named(one) and is_named(other) and bool(one.equals(other))
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other, equal_nan=True)
-    return bool(one == other)
+    return bool(one == other) or bool(one != one and other != other)  # NaN, as of an array

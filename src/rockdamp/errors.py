@@ -6,7 +6,7 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,8 @@ def holds(condition: ArrayLike) -> bool:
     if isinstance(condition, bool | np.bool_):
         return bool(condition)
     condition = np.asarray(condition)
+    if condition.size == 1:
+        return bool(condition.item())
     return bool(np.count_nonzero(condition) == condition.size)  # `all` takes four times as long where there are few
 
 
@@ -84,6 +86,13 @@ def shown(value: Any) -> str:
         value = value.item()
     text = " ".join(repr(value).split())
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
+
+
+def tell(text: str) -> None:
+    """Print a line on standard error, if that is open and has room; `print` would write to standard output instead."""
+    if sys.stderr is not None:
+        with suppress(OSError):
+            print(printable(text), file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -98,7 +107,7 @@ def warnings_as_lines() -> Iterator[None]:
                 usual(message, category, *others, **more)
             elif str(message) not in shown_before:
                 shown_before.add(str(message))
-                print(f"warning: {message}", file=sys.stderr)
+                tell(f"warning: {message}")
 
         warnings.simplefilter("always", InputWarning)
         warnings.showwarning = show

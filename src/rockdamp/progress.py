@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,7 +18,7 @@ def track(items: Iterable[T], description: str, total: int | None = None) -> Ite
     """Iterate over `items` and show the progress on standard error."""
     from tqdm import tqdm  # slow to load
 
-    return tqdm(items, desc=description, total=total, disable=_HIDDEN.get(), leave=False)
+    return tqdm(items, desc=description, total=total, disable=_disabled(), leave=False)
 
 
 @contextmanager
@@ -35,5 +36,9 @@ def counting(total: int, description: str) -> Iterator[Callable[[int], object]]:
     """Show a bar while the body runs; yield the function that advances it."""
     from tqdm import tqdm
 
-    with tqdm(total=total, desc=description, disable=_HIDDEN.get(), leave=False) as bar:
+    with tqdm(total=total, desc=description, disable=_disabled(), leave=False) as bar:
         yield bar.update
+
+
+def _disabled() -> bool | None:
+    return True if sys.stderr is None else _HIDDEN.get()  # closed, as by `2>&-`: tqdm would fail

@@ -105,6 +105,8 @@ def quantities(text: str, wanted: str) -> list[float]:
 
     A number without a unit has that of the last number. Ranges are computed in decimals: 0.8, 0.81, ... without noise.
     """
+    if re.search(r"(?:^|[,:])\s*[-+]?0,[0-9]", text):
+        raise UnitError(f"{text!r} has a comma after 0: a comma divides a list, and the decimal sign is a point")
     units = [match["unit"] for part in re.split("[,:]", text) if (match := _QUANTITY.fullmatch(part.strip()))]
     default = (units or [""])[-1] or "" if wanted else ""
     values: list[float] = []

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from command_line import printed, run
+from repository import ROOT
 
 import rockdamp as rd
 
+EXAMPLE = ROOT / "examples/my-walls.csv"
 WALL = ("--thickness", "0.3", "--height", "4.5", "--preset", "new")
 
 
@@ -28,6 +30,21 @@ def test_an_option_of_one_value_that_is_given_twice_is_refused(record, name):
 def test_a_flag_or_an_option_of_many_values_may_be_given_twice(record):
     assert run("wall", *WALL, "--json", "--json").exit_code == 0
     assert run("assess", *WALL, "--records", "a.csv", "--records", "a.csv", "--pgv", 1).stderr.count("times") == 0
+
+
+@pytest.mark.parametrize("named", ["pulse.csv", "p*.csv", "**/pulse.csv", "."])
+@pytest.mark.parametrize("command", ["respond", "batch"])
+def test_an_output_that_is_one_of_the_records_is_refused(record, monkeypatch, tmp_path_factory, command, named):
+    link = tmp_path_factory.mktemp("elsewhere") / "link.csv"
+    link.symlink_to(record)
+    monkeypatch.chdir(record.parent)
+    content = record.read_bytes()
+    given = ("--records", named, "--pgv", 1, "--output", link)
+    if command == "respond":
+        given = (*WALL, "--restitution", 0.85, "--record", named, "--csv", link)
+    result = run(command, *([EXAMPLE] if command == "batch" else []), *given)
+    assert result.exit_code == 2 and f"{str(link)!r}, which --record" in result.stderr
+    assert record.read_bytes() == content and link.is_symlink()
 
 
 def test_a_parapet_with_a_hinge_is_refused():

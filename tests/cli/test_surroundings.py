@@ -1,5 +1,6 @@
 """The command line in bad surroundings: full disks, wrong variables, Ctrl-C, and names that a terminal would obey."""
 
+import json
 import os
 import signal
 import subprocess
@@ -39,31 +40,64 @@ def test_a_number_of_threads_that_is_one_is_taken(monkeypatch):
     assert CliRunner().invoke(main, ["presets"]).exit_code == 0
 
 
-def test_ctrl_c_ends_with_its_own_status_and_a_short_file_does_not(monkeypatch):
-    def raising(kind):
-        def listing(*_):
-            raise kind("x")
+def test_a_date_that_is_none_is_named(monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "x")
+    result = CliRunner().invoke(main, DECAY)
+    assert result.exit_code == 2
+    assert "SOURCE_DATE_EPOCH is 'x' in the environment; it must be a whole number of seconds" in result.stderr
 
-        return listing
 
-    monkeypatch.setattr(dataset, "listing", raising(KeyboardInterrupt))
-    result = CliRunner().invoke(main, ["datasets", "."])
-    assert (result.exit_code, result.stderr) == (130, "Aborted!\n")
-    monkeypatch.setattr(dataset, "listing", raising(EOFError))
+def test_a_short_file_is_not_taken_for_ctrl_c(monkeypatch):
+    def listing(*_):
+        raise EOFError("x")
+
+    monkeypatch.setattr(dataset, "listing", listing)
     result = CliRunner().invoke(main, ["datasets", "."])
     assert isinstance(result.exception, RuntimeError) and "Aborted" not in result.output
 
 
-def test_ctrl_c_ends_long_work():
-    script = "import sys, time; from rockdamp.storage import dataset; from rockdamp.cli import main\n"
-    script += "dataset.listing = lambda folder: (print('begun', flush=True), time.sleep(60))\nmain(['datasets', '.'])"
+# Work that swallows exceptions, as imports and the deletion of objects do.
+STUBBORN = """
+import sys, time
+from pathlib import Path
+from rockdamp import __main__, cli
+from rockdamp.storage.atomic import replacing
+
+def command(**_):
+    with replacing(Path(sys.argv[1], "answer.nc")):
+        print("begun", flush=True)
+        try:
+            time.sleep(60)
+        except BaseException:
+            print("it goes on")
+
+cli.main = command
+__main__.main()
+"""
+
+
+def test_ctrl_c_ends_work_whatever_it_is_at_and_leaves_no_file(tmp_path):
     process = subprocess.Popen(
-        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", STUBBORN, tmp_path], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert process.stdout.readline() == "begun\n"
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
-    assert (process.returncode, said) == (130, "Aborted!\n")
+    assert process.communicate(timeout=30) == ("", "Aborted!\n")
+    assert process.returncode == 130 and not [*tmp_path.iterdir()]
+
+
+def test_what_is_said_beside_the_answer_does_not_touch_it_where_standard_error_is_closed(tmp_path):
+    command = f"exec {sys.executable} -m rockdamp assess --thickness 1.5 --height 3 --preset new --pga 30"
+    command += f" --records {RECORD} --json --plot {tmp_path}/plot.png 2>&-"
+    run = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True)
+    assert run.returncode == 0 and json.loads(run.stdout)["intensity_measure"] == "PGA"
+    assert (tmp_path / "plot.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_no_file_is_opened_as_the_standard_error_that_is_closed():
+    script = "from rockdamp import __main__, cli; cli.main = lambda **_: print(open('/dev/null').fileno())"
+    run = ["sh", "-c", f'exec {sys.executable} -c "{script}; __main__.main()" 2>&-']
+    assert int(subprocess.run(run, stdout=subprocess.PIPE, text=True).stdout) > 2
 
 
 def test_a_name_that_a_terminal_would_obey_is_shown_as_it_is(tmp_path):

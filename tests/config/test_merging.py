@@ -64,6 +64,8 @@ def test_what_is_no_config_is_one_line_with_its_file(tmp_path, content, message,
 def test_a_target_that_the_option_took_for_a_file_is_said_to_be_one():
     said = refusal("--configfile", str(FILES[0]), "fig1")
     assert "fig1: there is no such file; it must be YAML; --configfile takes every name that follows it" in said
+    said = refusal("--configfile", str(FILES[0]), str(ROOT / "README.md"))  # a target may be a file that is there
+    assert said.endswith("it must be YAML; --configfile takes every name that follows it: name targets before it")
 
 
 def test_what_can_be_read_is_let_through(tmp_path):

@@ -148,3 +148,9 @@ def test_names_are_not_lost_where_they_would_be_taken_by_position():
         rd.TrilinearCurve(xr.DataArray([0.02, 0.04], dims="a1"), np.array([0.8, 0.85]))
     with pytest.raises(rd.InputError, match="tail is -1"):
         rd.respond(WALL, CURVE, rd.Damping.cr(0.9), pulse(), tail=-1)
+
+
+@pytest.mark.parametrize("dim", ["tau", "elapsed", "damping_model", "peak_ratio", "displacement"])
+def test_a_dimension_that_the_result_has_already_is_refused(dim):
+    with pytest.raises(rd.InputError, match=f"a dimension is called '{dim}', as a part of the result"):
+        rd.free_decay(CURVE, rd.Damping.cr(xr.DataArray([0.8, 0.9], dims=dim)), length=1.0)

@@ -2,6 +2,8 @@
 
 import csv
 import math
+import os
+import pickle
 import warnings
 from pathlib import Path
 
@@ -283,3 +285,16 @@ def test_every_set_of_the_package_has_an_owner_and_a_licence():
         assert row["owner"] and row["licence"].startswith("MIT")
         assert row["synthetic"] == "no"
         assert file in row["what"]
+
+
+def test_a_pickled_motion_equals_itself(folder):
+    motion = from_file("near/first.csv")
+    assert math.isnan(motion.pulse_period)
+    assert pickle.loads(pickle.dumps(motion)) == motion
+
+
+def test_a_name_that_no_result_could_hold_is_refused(folder):
+    path = Path(os.fsdecode(b"near/caf\xe9.csv"))
+    path.write_text(CSV, encoding="utf-8")
+    with pytest.raises(InputError, match=r"caf\\udce9.csv: has a name that is not UTF-8, which no result could hold"):
+        load_records("near")

@@ -112,8 +112,10 @@ def test_a_linear_baseline_leaves_no_velocity_at_the_end(tmp_path):
         ({"table_acceleration": None}, "the motion must be given once"),
         ({"table": "d:mm"}, "there must be a wall"),
         ({"rest": 9.0}, "rest is 9.0; it must be greater than 0 and less than"),
-        ({"lowpass": 60.0}, "lowpass is 60.0; it must be below half the rate, 50"),
-        ({"rate": 0.0}, "rate is 0.0; it must be greater than 0"),
+        ({"lowpass": 60.0}, "lowpass is 60.0; it must be at least 0.2506, a cycle in the record, and below half the"),
+        ({"lowpass": 1e-9}, "lowpass is 1e-09; it must be at least 0.2506"),
+        ({"rate": 0.0}, "rate is 0.0; it must be between 0.7519 and 1e"),
+        ({"rate": 3e6}, "rate is 3000000.0; it must be between 0.7519 and 1e"),
         ({"baseline": "cubic"}, "baseline is 'cubic'"),
     ],
 )
@@ -132,6 +134,7 @@ def test_what_cannot_be_done_is_refused_by_its_name(tmp_path, given, message):
     [
         ("t,a\n0,1\n", "has no table of numbers"),
         ("t,a\n0,1\n0.1,x\n0.2,1\n", "line 3 must have 2 finite numbers"),
+        (f"t,a\n0,1\n0.1,{131073 * '1'}\n", "field larger than field limit .131072.; it must be a table of raw"),
     ],
 )
 def test_a_file_that_holds_no_table_is_refused_with_its_line(tmp_path, text, message):
@@ -144,3 +147,14 @@ def test_times_with_a_gap_are_refused_with_their_row(tmp_path):
     path = written(tmp_path, table(("t", "a"), late, PULSE))
     with pytest.raises(InputError, match="time is 2.06 s in row 202; it must be 0.01 s after the row before"):
         laboratory_record(read_raw(path), time=Channel.of("t:s"), table_acceleration=Channel.of("a:g"))
+
+
+@pytest.mark.parametrize("rows", [3, 15, 16])
+def test_a_filter_has_rows_enough_or_is_refused(tmp_path, rows):
+    path = written(tmp_path, table(("t", "a"), ELAPSED[:rows], PULSE[:rows]))
+    run = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:g"), "rest": 0.01, "lowpass": 49.9}
+    if rows == 16:
+        assert laboratory_record(read_raw(path), **run).elapsed.size == 16
+    else:
+        with pytest.raises(InputError, match=f"the number of rows is {rows}; it must be at least 16 to filter"):
+            laboratory_record(read_raw(path), **run)

@@ -1,5 +1,7 @@
 """Reading and writing records, and what a bad one is told."""
 
+import copy
+import pickle
 import re
 
 import numpy as np
@@ -217,3 +219,13 @@ def test_the_rest_after_a_motion_lasts_at_least_as_long_as_asked_for(tail, zeros
 def test_a_rest_that_cannot_be_is_refused(tail):
     with pytest.raises(InputError, match=f"tail is {tail}"):
         followed_by_rest(np.zeros(3), 0.01, tail)
+
+
+def test_a_record_stays_as_it_was_checked_as_do_its_copies():
+    record = Record(times(), np.sin(times()), header={"Synthetic": "yes"}, digest="d")
+    for same in (record, pickle.loads(pickle.dumps(record)), copy.copy(record), copy.deepcopy(record)):
+        assert same == record and same.synthetic and same.digest == "d"
+        with pytest.raises(TypeError, match="does not support item assignment"):
+            same.header["synthetic"] = "no"
+        with pytest.raises(ValueError, match="read-only"):
+            same.ground_acceleration[0] = 1.0

@@ -4,11 +4,14 @@ import os
 import shutil
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
+from numba.core.dispatcher import Dispatcher
 from repository import ROOT
 
+from rockdamp.errors import InputWarning
 from rockdamp.solvers import compile_all, compiled, event_kernel, newmark_kernel
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -100,6 +103,23 @@ def test_a_damaged_file_of_the_cache_ends_in_one_line(copy, suffix, damage):
     assert done.returncode == 1
     last = done.stderr.splitlines()[-1]
     assert "InputError: compiled code under" in last and last.endswith("is damaged; `make clean` removes it")
+
+
+def test_where_no_folder_can_be_written_code_is_compiled_and_not_kept(monkeypatch):
+    def refuse(_):
+        raise RuntimeError("cannot cache function")
+
+    monkeypatch.setattr(Dispatcher, "enable_caching", refuse)
+    compiled._say_that_nothing_is_kept.cache_clear()
+
+    def double(x):
+        return 2 * x
+
+    with pytest.warns(InputWarning, match="compiled code is not kept, and each run compiles anew.*NUMBA_CACHE_DIR"):
+        assert compiled.compiled(double, double)(3) == 6
+    with warnings.catch_warnings():  # it is said once
+        warnings.simplefilter("error")
+        assert compiled.compiled(double, double)(4) == 8
 
 
 def test_the_users_folder_is_respected(copy, tmp_path):

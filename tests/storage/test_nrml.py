@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import lognorm
 
+from rockdamp.errors import InputError
 from rockdamp.storage.nrml import NAMESPACE, UNITS, Collapse, text, write
 
 WALLS = [
@@ -76,3 +77,27 @@ def test_openquake_reads_the_same_fragility(measure, tmp_path):
     )
     np.testing.assert_allclose(continuous(level), lognorm(s=0.4, scale=0.45 * factor).cdf(level), rtol=1e-9)
     np.testing.assert_allclose(discrete(factor * np.array([0.3, 0.9])), [0.25, 1.0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"share": [0.0, -0.1]}, "share of collapses of 'a' is -0.1; it must be between 0 and 1"),
+        ({"share": [0.0, math.nan]}, "share of collapses of 'a' is nan"),
+        ({"share": [0.5]}, "'a' has 2 intensities and 1 shares"),
+        ({"intensity": [0.3, 0.1]}, "intensity of 'a' is 0.1; it must be finite, and rise from above 0"),
+        ({"intensity": [0.0, 0.1]}, "intensity of 'a' is 0.0"),
+        ({"intensity": [], "share": []}, "'a' has 0 intensities"),
+        ({"median": -1.0}, "median of 'a' is -1.0; it must be greater than 0"),
+        ({"dispersion": math.nan}, "dispersion of 'a' is nan"),
+    ],
+)
+def test_what_is_no_fragility_is_refused(changes, message):
+    right = {"name": "a", "median": 0.4, "dispersion": 0.3, "intensity": [0.1, 0.3], "share": [0.0, 0.5]}
+    with pytest.raises(InputError, match=message):
+        text([Collapse(**right | changes)], "PGV", "m", "")
+
+
+def test_a_model_without_a_function_is_refused():
+    with pytest.raises(InputError, match="the number of fragilities is 0; it must be at least 1"):
+        text([], "PGV", "m", "")

@@ -15,6 +15,17 @@ class Unit(float):
     unit = "mm"
 
 
+class Metres:
+    """An array of another package that carries its unit, as pint's, which xarray takes as it is."""
+
+    magnitude, dtype, shape, ndim = 0.3, np.dtype(float), (), 0
+
+    def __array_function__(self, *_):
+        return NotImplemented
+
+    __array_ufunc__ = None
+
+
 NO_NUMBERS = [
     "0.3",
     b"0.3",
@@ -26,6 +37,7 @@ NO_NUMBERS = [
     np.array(["0.3"]),
     np.ma.masked_array([0.3, 0.4], mask=[True, False]),
     Unit(0.3),
+    xr.DataArray(Metres()),
     xr.Dataset({"a": 0.3}),
     xr.DataArray(["a"]),
     rd.Wall,

@@ -6,7 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import rockdamp as rd
 from rockdamp import units
+from rockdamp.assessment.table import BadRow, read_walls
+from rockdamp.config.merging import refuse_unreadable
+from rockdamp.motions.laboratory import read_raw
+from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 # The SI unit, and ways to write a unit of its kind with its size.
@@ -111,8 +116,65 @@ def test_what_is_no_number_list_or_range_is_refused(text, wanted):
         ("0:1:1e-999999999", "does not rise"),
         ("1e999999999m", "no finite quantity"),
         (",".join(["1"] * 1001), "has 1001 values"),
+        ("0,85", "'0,85' has a comma after 0: a comma divides a list, and the decimal sign is a point"),
+        ("0,85:0,95:0,01", "has a comma after 0"),
     ],
 )
 def test_an_error_says_what_is_wrong(text, said):
     with pytest.raises(units.UnitError, match=said.replace("*", r"\*")):
         units.quantities(text, "m")
+
+
+def _wall(path, text):
+    path.write_text(f"id,thickness,height,preset\na,{text},9,new\n", encoding="utf-8")
+    (row,) = read_walls(path)
+    if isinstance(row, BadRow):
+        raise rd.InputError(row.error)
+    return row.wall.thickness
+
+
+def _record(path, text):
+    rows = f"0,0\n0.1,{text}\n0.2,0\n"
+    path.write_text(f"elapsed_s,ground_acceleration_m_s2\n{rows}", encoding="utf-8")
+    return rd.read_record(path).ground_acceleration[1]
+
+
+def _pulse_period(path, text):
+    header = f"# pulse_period: {text}\nelapsed_s,ground_acceleration_m_s2\n"
+    path.write_text(f"{header}0,0\n0.1,1\n0.2,0\n", encoding="utf-8")
+    return rd.load_records(path)[0].pulse_period
+
+
+def _raw(path, text):
+    path.write_text(f"t;a\n0;0\n1;{text}\n2;0\n", encoding="utf-8")
+    return read_raw(path).values[1, 1]
+
+
+def _yaml(path, text):
+    path.write_text(f"a: {text}\n", encoding="utf-8")
+    value = yaml_file.read(path)["a"]
+    if isinstance(value, str):  # which no key of a number takes
+        raise rd.InputError(value)
+    return value
+
+
+def _stated(path, text):
+    try:
+        refuse_unreadable(["--config", f"a={text}"])
+    except SystemExit as error:
+        raise rd.InputError(str(error)) from None
+    return float(text)
+
+
+READERS = (_wall, _record, _pulse_period, _raw, _yaml, _stated, lambda _, text: units.quantity(text, "m"))
+
+
+@pytest.mark.filterwarnings("ignore::rockdamp.InputWarning")
+@pytest.mark.parametrize("read", READERS)
+def test_every_reader_takes_the_same_texts_for_numbers(read, tmp_path):
+    path = tmp_path / "a.csv"
+    for text in ("0.85", "8.5e-1", "85E-2", "+0.85"):
+        assert read(path, text) == 0.85
+    for text in ("0.8_5", "8_5", "0.\u0668\u0665", "\uff10.85"):
+        with pytest.raises((rd.InputError, units.UnitError)):
+            read(path, text)

@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import chain, product
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 # Options that were renamed: for the old name the error states the new one.
 RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
-INTERRUPTED = 130  # by Ctrl-C, as shells count it
 
 
 class Command(click.Command):
@@ -51,15 +51,12 @@ class Command(click.Command):
 
         try:
             # Numbers too large or too small for the formulas are bad input, not results.
+            _check_environment()
             _refuse_same_files(ctx)
-            _check_threads()
             with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
             _fail(ctx, f"a value is too large or too small to compute with ({error})")
-        except KeyboardInterrupt:
-            click.echo("Aborted!", err=True)
-            ctx.exit(INTERRUPTED)
         except EOFError as error:
             raise RuntimeError(f"a file ended too early ({error})") from error  # click would take it for Ctrl-C
         except BrokenPipeError:
@@ -85,37 +82,46 @@ class Main(click.Group):
         except OSError as error:  # the help, on a disk that is full
             if not kwargs.get("standalone_mode", True):
                 raise
-            click.echo(f"Error: {error.filename or 'standard output'}: {error.strerror or error}", err=True)
+            _tell(f"Error: {error.filename or 'standard output'}: {error.strerror or error}")
             with open(os.devnull, "w") as nothing:  # what could not be written is not tried again at the end
                 os.dup2(nothing.fileno(), sys.stdout.fileno())
             sys.exit(BAD_INPUT)
 
 
-def _check_threads() -> None:
-    """Raise `click.UsageError` for a number of threads that Numba would refuse."""
-    stated = os.environ.get("NUMBA_NUM_THREADS")
-    if stated is not None and not re.fullmatch("0*[1-9][0-9]{0,4}", stated):
-        raise click.UsageError(
-            f"NUMBA_NUM_THREADS is {stated!r} in the environment; it must be a whole number greater than 0, or not set"
-        )
+def _check_environment() -> None:
+    """Raise `click.UsageError` for numbers in the environment that Numba or Matplotlib would refuse."""
+    for name, pattern, allowed in (
+        ("NUMBA_NUM_THREADS", "0*[1-9][0-9]{0,4}", "a whole number greater than 0"),
+        ("SOURCE_DATE_EPOCH", "[0-9]{1,11}", "a whole number of seconds"),
+    ):
+        stated = os.environ.get(name)
+        if stated is not None and not re.fullmatch(pattern, stated):
+            raise click.UsageError(f"{name} is {stated!r} in the environment; it must be {allowed}, or not set")
 
 
 def _refuse_same_files(ctx: click.Context) -> None:
-    """Raise `click.UsageError` where an output would overwrite an input."""
-    written: list[tuple[str, Path]] = []
-    read: list[tuple[str, Path]] = []
-    for param in ctx.command.params:
-        paths = [(param.opts[0], path) for path in _paths(ctx.params.get(param.name or "")) if os.path.exists(path)]
-        (written if isinstance(param.type, OutputFile) else read).extend(paths)
-    for output, target in written:
-        for option, source in read:
+    """Raise `click.UsageError` where an output would overwrite an input, which a pattern or a folder may name."""
+    stated = [(param, _paths(ctx.params.get(param.name or ""))) for param in ctx.command.params]
+    written = [
+        (param.opts[0], path)
+        for param, paths in stated
+        for path in paths
+        if isinstance(param.type, OutputFile) and os.path.exists(path)
+    ]
+    if not written:
+        return
+    from rockdamp.motions.catalogue import matching
+
+    for param, paths in stated:
+        reads = isinstance(param.type, click.Path) or param.multiple  # names of records are text
+        for (output, target), source in product(written, chain.from_iterable(map(matching, paths)) if reads else ()):
             if os.path.samefile(target, source):
-                raise click.UsageError(f"{output} is {str(target)!r}, which {option} reads; it must be another file")
+                raise click.UsageError(f"{output} is {target!r}, which {param.opts[0]} reads; it must be another file")
 
 
-def _paths(value: Any) -> list[Path]:
+def _paths(value: Any) -> list[str]:
     values = value if isinstance(value, list | tuple) else [value]
-    return [Path(path) for path in values if isinstance(path, str | Path)]
+    return [os.fspath(path) for path in values if isinstance(path, str | Path)]
 
 
 def _refuse_repeated(options: Sequence[click.Parameter]) -> None:
@@ -132,10 +138,14 @@ def _wrapped(example: str) -> str:
 
 
 def _fail(ctx: click.Context, message: str) -> None:
-    from rockdamp.errors import printable
-
-    click.echo(f"Error: {printable(message)}", err=True)
+    _tell(f"Error: {message}")
     ctx.exit(BAD_INPUT)
+
+
+def _tell(text: str) -> None:
+    from rockdamp.errors import tell  # imports NumPy, which would make the help slow
+
+    tell(text)
 
 
 @contextmanager
@@ -158,7 +168,7 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
-    click.echo(f"{path} written", err=True)
+    _tell(f"{path} written")
 
 
 def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence[str] | None = None) -> None:

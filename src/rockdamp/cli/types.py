@@ -106,6 +106,7 @@ class OutputFile(click.ParamType):
         if path.suffix not in self.suffixes:
             self.fail(f"{str(path)!r} must end in {' or '.join(self.suffixes)}", param, ctx)
         try:
+            str(path).encode("utf-8")  # NetCDF takes no other names
             self._check_place(path, param, ctx)
         except (OSError, ValueError) as error:  # a name too long, or with a null in it
             self.fail(f"{str(path)!r} is no file name ({error})", param, ctx)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rockdamp import units
 from rockdamp.config import Config
 from rockdamp.errors import InputError, shown
 from rockdamp.storage import yaml_file
 from rockdamp.storage.dotted_keys import KeyPath, dotted, stated
 
 COMMAND_LINE = "the command line"
+SUFFIXES = (".yaml", ".yml", ".json")  # of a config
 
 
 def merged(files: Iterable[str | Path], values: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,17 +46,30 @@ def refuse_unreadable(arguments: Sequence[str]) -> None:
     """End the program with one line where Snakemake would end in a traceback on a config file, or not name it.
 
     Snakemake reads the files of ``--configfile`` before the Snakefile. The profiles, which it reads first, call this
-    with the arguments of its command line.
+    with the arguments of its command line. Of ``--config`` Snakemake takes 0.8_5 for a number, as Python does.
     """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])
-    for file in parser.parse_known_args(arguments)[0].configfile:
+    parser.add_argument("--config", "-C", nargs="+", default=[])
+    stated = parser.parse_known_args(arguments)[0]
+    for file in stated.configfile:
         try:
             _read(file)
         except InputError as error:
-            target = not file.exists() and not file.suffix
+            target = file.suffix.lower() not in SUFFIXES
             hint = "; --configfile takes every name that follows it: name targets before it" if target else ""
             raise SystemExit(f"Error: {error}{hint}") from None
+    for key, _, value in (entry.partition("=") for entry in stated.config):
+        if _is_number(float, value) and not _is_number(units.number, value):
+            raise SystemExit(f"Error: --config {key} is {value!r}; a number must have plain digits and no underscore")
+
+
+def _is_number(read: Callable[[str], float], text: str) -> bool:
+    try:
+        read(text)
+    except ValueError:
+        return False
+    return True
 
 
 def refuse_other_readings(config: Config, files: Sequence[str | Path], values: Mapping[str, Any]) -> None:

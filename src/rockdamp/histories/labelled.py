@@ -31,6 +31,8 @@ from rockdamp.storage.registry import registry
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 LENGTH = 30.0  # in tau: half a dozen impacts and more
+RESULTS = ("displacement", "velocity", "peak_ratio", "peak_displacement", "impacts", "outcome", "ground_acceleration")
+TAKEN = (*RESULTS, "tau", "peak_tau", "outcome_tau", "elapsed", "peak_elapsed", "outcome_elapsed", "damping_model")
 
 
 def free_decay(
@@ -201,6 +203,8 @@ class _Batch:
         broadcast(**dict(zip(self.parameters, together, strict=True)))
         lanes: dict[str, Any] = {name: array.values for name, array in zip(self.parameters, together, strict=True)}
         self.dims, self.model = together[0].dims, damping.model
+        for dim in {*self.dims} & {*TAKEN}:
+            raise InputError(f"a dimension is called {dim!r}, as a part of the result; it must have another name")
         with plausibility.as_meant():  # it was warned of when it was made
             self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
         self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})

@@ -20,6 +20,7 @@ import numpy as np
 
 from rockdamp.arguments import path as as_path
 from rockdamp.arguments import several
+from rockdamp.arrays import ByValue
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
@@ -63,8 +64,8 @@ class Entry:
         return f"{self.pattern!r} ({self.path})" if own else repr(self.pattern)
 
 
-@dataclass(frozen=True)
-class GroundMotion:
+@dataclass(frozen=True, eq=False)
+class GroundMotion(ByValue):
     """A ground motion to shake a wall with.
 
     Attributes
@@ -123,7 +124,7 @@ def left_out(entries: Iterable[str]) -> list[Path]:
     named by its own path is taken.
     """
     patterns = dict.fromkeys(pattern for pattern in entries if not pattern.startswith(PREFIX))
-    return [Path(path) for pattern in patterns for path in _matching(pattern) if _is_left_out(path, pattern)]
+    return [Path(path) for pattern in patterns for path in matching(pattern) if _is_left_out(path, pattern)]
 
 
 def warn_of_left_out(entries: Iterable[str]) -> None:
@@ -195,6 +196,10 @@ def from_file(path: str | os.PathLike[str]) -> GroundMotion:
     Its header may state `PULSE_PERIOD` [s] and ``event``.
     """
     path = Path(path)
+    try:
+        path.stem.encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"{path}: has a name that is not UTF-8, which no result could hold") from None
     record = read_record(path)
     _warn([*plausible(record, str(path), record.unit_of_file), *_vertical_doubts(record, path)])
     period = _pulse_period(record.header, path)
@@ -285,16 +290,17 @@ def _opened(path: Path) -> Any:
 
 
 def _of_files(pattern: str) -> list[Entry]:
-    matching = _matching(pattern)
-    paths = [path for path in matching if not _is_left_out(path, pattern)]
+    named = matching(pattern)
+    paths = [path for path in named if not _is_left_out(path, pattern)]
     if not paths:
-        absence = "names vertical components alone" if matching else _absence(pattern)
+        absence = "names vertical components alone" if named else _absence(pattern)
         allowed = f"a path, a pattern of paths, a folder, or {PREFIX}SET/NUMBER/COMPONENT"
         raise InputError(f"records: {pattern!r} {absence}, seen from the folder of the run; it must be {allowed}")
     return [Entry(Path(path).stem, _station(Path(path).stem), OWN, "", pattern, Path(path)) for path in paths]
 
 
-def _matching(pattern: str) -> list[str]:
+def matching(pattern: str) -> list[str]:
+    """Return the files that a path, a pattern of paths or a folder stands for."""
     if os.path.isfile(pattern):
         return [pattern]
     if os.path.isdir(pattern):

@@ -21,6 +21,9 @@ from rockdamp.motions.records import Record
 from rockdamp.storage import input_file
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
+FEWEST_FILTERED = 16  # samples that the filter needs to run backwards
+MOST_FINER = 100  # times the channels' rate: a spline adds nothing between the samples
+MOST_SAMPLES = 10**7  # of a record: some seconds of work
 KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
 MOST_UNEVEN = 0.5  # of the median interval: how far an interval may be from it
 BASELINES = ("constant", "linear", "none")
@@ -70,7 +73,10 @@ def read_raw(path: str | os.PathLike[str]) -> Raw:
     read = input_file.content(path, "a table of raw channels")
     lines = [line.strip() for line in input_file.text(read, path).split("\n")]
     divider = _divider(lines)
-    rows = [(index, _cells(line, divider)) for index, line in enumerate(lines, 1) if line]
+    try:
+        rows = [(index, _cells(line, divider)) for index, line in enumerate(lines, 1) if line]
+    except csv.Error as error:  # of a cell of more than 131 072 characters
+        raise InputError(f"{os.fspath(path)}: {error}; it must be a table of raw channels") from None
     first = next((at for at, (_, cells) in enumerate(rows) if len(cells) > 1 and _numbers(cells) is not None), None)
     if first is None or len(rows) < first + 2:
         raise InputError(f"{os.fspath(path)}: has no table of numbers; it must have two columns and two rows at least")
@@ -221,16 +227,19 @@ def _filtered(
     header: dict[str, str],
 ) -> tuple[Array, Array, Array | None]:
     """Return times and channels through the low-pass filter and at the rate that were asked for."""
-    own = 1 / float(even[1] - even[0])
-    wanted = own if rate is None else number("rate", rate)
-    require(wanted > 0, "rate", wanted, "greater than 0 [Hz]")
+    own, length = 1 / float(even[1] - even[0]), float(even[-1] - even[0])
+    wanted = own
+    if rate is not None:
+        wanted, least, most = number("rate", rate), 3 / length, min(MOST_FINER * own, MOST_SAMPLES / length)
+        require(least <= wanted <= most, "rate", wanted, f"between {least:.4g} and {most:.4g} [Hz]")
     corner = lowpass if lowpass is not None else KEPT * wanted if wanted < own * (1 - 1e-6) else None
     channels = [motion] if displacement is None else [motion, displacement]
     if corner is not None:
         corner = number("lowpass", corner)
-        require(
-            0 < corner < min(own, wanted) / 2, "lowpass", corner, f"below half the rate, {min(own, wanted) / 2:.4g}"
-        )
+        require(even.size >= FEWEST_FILTERED, "the number of rows", even.size, f"at least {FEWEST_FILTERED} to filter")
+        least, most = 1 / length, min(own, wanted) / 2
+        allowed = f"at least {least:.4g}, a cycle in the record, and below half the rate, {most:.4g} [Hz]"
+        require(least <= corner < most, "lowpass", corner, allowed)
         sections = butter(FILTER_ORDER, corner, fs=own, output="sos")
         channels = [sosfiltfilt(sections, channel) for channel in channels]
         header["lowpass_hz"] = f"{corner:g}, Butterworth of order {FILTER_ORDER}, forwards and backwards"

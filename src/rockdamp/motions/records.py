@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from rockdamp.arguments import MOST_ELEMENTS, instance, number, real
+from rockdamp.arguments import MOST_ELEMENTS, instance, kept, number, real
 from rockdamp.arguments import path as file_path
 from rockdamp.arrays import Array, ByValue
 from rockdamp.errors import InputError, require
@@ -36,9 +38,9 @@ class Record(ByValue):
         Positive towards +u. [m s-2]
     displacement : ndarray, shape (samples,), optional
         Measured, relative to the supports, at the hinge; the sensor's zero need not be the wall's. [m]
-    header : dict of str
+    header : mapping of str
         What the file says of itself: specimen, source, licence, units, synthetic (yes or no), and more. Keys are
-        kept in small letters.
+        kept in small letters. It cannot be changed, as what was checked; `dataclasses.replace` makes another record.
     digest : str, optional
         SHA-256 of the file that it was read from.
     unit_of_file : str, optional
@@ -61,7 +63,7 @@ class Record(ByValue):
     elapsed: Array
     ground_acceleration: Array
     displacement: Array | None = None
-    header: dict[str, str] = field(default_factory=dict)
+    header: Mapping[str, str] = field(default_factory=dict)
     digest: str = field(default="", compare=False)
     unit_of_file: str = field(default="m s-2", compare=False)
 
@@ -70,8 +72,7 @@ class Record(ByValue):
             values = getattr(self, name)
             if values is None and name == "displacement":
                 continue
-            values = real(column, values).copy()
-            values.flags.writeable = False
+            values = kept(real(column, values).copy())
             object.__setattr__(self, name, values)
             samples = self.elapsed.shape[:1]
             if values.shape != samples or not samples:
@@ -80,12 +81,16 @@ class Record(ByValue):
                 )
             check_finite(values, column, lambda index: f"at sample {index}")
         check_time(self.elapsed, lambda index: f"at sample {index}")
-        object.__setattr__(self, "header", _header(self.header))
+        object.__setattr__(self, "header", MappingProxyType(_header(self.header)))
         answer = self.header.get("synthetic", "no")
         if answer not in ANSWERS:
             raise InputError(f"synthetic is {answer!r}; it must be yes or no")
         if "units" in self.header:
             record_files.require_stated(self.header["units"], "m s-2", "they must be converted")
+
+    def __reduce__(self) -> tuple[Any, ...]:  # a copy and a pickle are checked anew, and can be changed as little
+        parts = {each.name: getattr(self, each.name) for each in fields(self)} | {"header": dict(self.header)}
+        return type(self), tuple(parts.values())
 
     @property
     def step(self) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-import tempfile
+import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -21,7 +21,7 @@ import numba
 from numba import config, njit
 from numba.extending import register_jitable
 
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, InputWarning
 
 PACKAGE = Path(__file__).parents[1]
 SOURCES = ("mechanics/trilinear.py", "mechanics/damping/*.py", "solvers/*_kernel.py")
@@ -76,9 +76,8 @@ def compiled(function: Any, formula: Any, **options: Any) -> Any:
     loop = njit(error_model="numpy", nogil=True, **options)(function)
     try:
         loop.enable_caching()
-    except RuntimeError:  # no folder can be written
-        config.CACHE_DIR = tempfile.mkdtemp(prefix="rockdamp-")
-        loop.enable_caching()
+    except RuntimeError:  # as of another user's tree, without a home
+        _say_that_nothing_is_kept()
 
     def call(*arguments: Any) -> Any:
         try:
@@ -88,3 +87,10 @@ def compiled(function: Any, formula: Any, **options: Any) -> Any:
             raise InputError(f"compiled code under {place} is damaged; `make clean` removes it") from error
 
     return call
+
+
+@cache
+def _say_that_nothing_is_kept() -> None:
+    places = f"neither {Path(__file__).parent} nor the user's cache can be written"
+    remedy = "set NUMBA_CACHE_DIR to a folder that can be written"
+    warnings.warn(f"compiled code is not kept, and each run compiles anew: {places}; {remedy}", InputWarning, 2)

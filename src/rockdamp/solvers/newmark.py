@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import broadcast, instance, numbers, one_of, whole
 from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, holds, require
+from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
@@ -35,6 +36,7 @@ BRANCHES = 3  # of the curve
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
 SHARE = 2**13  # of them that a thread has at least, by default: for fewer it would cost more than it gives
+NEVER = Event()
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -277,10 +279,14 @@ def _factors(load_factor: ArrayLike, motions: int) -> Array:
     return factors
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def _load_at_start(factors: Array, ground: Array) -> Array:
     """Return the load of each lane at the start, of all motions. [-]"""
-    return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0])) if ground.size else np.zeros(())
+    if not ground.size:
+        return np.zeros(())
+    with np.errstate(over="ignore", invalid="ignore"):
+        if len(factors) == 1:
+            return np.asarray(factors[0] * ground[0, 0] + 0.0)
+        return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0]))
 
 
 def _check_start(
@@ -293,11 +299,11 @@ def _check_start(
         require(h > 0, "step", h, "greater than 0")
         require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
     limit = stable_step(curve)
-    shape, stable = broadcast(step=h, curve=limit), h < limit
+    broadcast(step=h, release_amplitude=x0, curve=curve)
+    stable = h < limit
     if not holds(stable):
-        beyond = np.broadcast_to(limit, shape)[~stable]
+        beyond = np.broadcast_to(limit, stable.shape)[~stable]
         require(stable, "step", h, f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)")
-    broadcast(release_amplitude=x0, curve=curve)
     require(
         np.abs(x0) < curve.ultimate_displacement_ratio,
         "release_amplitude",
@@ -307,10 +313,13 @@ def _check_start(
     return h, x0, v0
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
     """Balance the forces at the start; it refuses numbers that are finite one by one and out of all scale together."""
-    start = np.asarray(load - curve.force(x0) - damping.unchecked_coefficient(curve, x0, v0) * v0)
+    k1, b1, ks, _, _, a3 = curve.parameters()
+    with np.errstate(over="ignore", invalid="ignore"):
+        start = np.asarray(load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3))
+        if np.any(v0):
+            start = np.asarray(start - damping.unchecked_coefficient(curve, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 
@@ -333,10 +342,10 @@ def _in_threads(advance: Callable[[slice, Event], None], blocks: int, steps: int
     workers = min(blocks, threads or blocks * steps // SHARE)
     if threads is None and workers > 1:
         workers = min(workers, available_threads())
-    stopped = Event()
     if workers <= 1:
-        advance(slice(0, blocks), stopped)
+        advance(slice(0, blocks), NEVER)
         return
+    stopped = Event()
     with ThreadPoolExecutor(workers) as pool:
         done = [pool.submit(advance, part, stopped) for part in _parts(blocks, workers)]
         try:

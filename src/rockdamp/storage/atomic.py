@@ -12,6 +12,7 @@ from pathlib import Path
 
 LONGEST = 60  # letters of the file's name in that of the temporary one, lest that be too long
 TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part", flags=re.DOTALL)
+WRITING: set[Path] = set()  # temporary files of this process
 
 
 @contextmanager
@@ -24,6 +25,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name[:LONGEST]}.{secrets.token_hex(8)}.part")
+    WRITING.add(temporary)
     try:
         os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666))
         yield temporary
@@ -38,6 +40,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # moved, never made, or on a disk that has become read-only: the first error counts
             temporary.unlink()
+        WRITING.discard(temporary)
 
 
 def tidy(folder: str | os.PathLike[str]) -> None:

@@ -8,6 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
+import numpy as np
+
+from rockdamp.errors import InputError, require
 from rockdamp.storage.atomic import replacing
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -15,6 +18,7 @@ NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 # OpenQuake's units of the intensity measures: PGA in g, PGV in cm/s; what SI is multiplied by.
 UNITS: Mapping[str, tuple[str, float]] = {"PGA": ("g", 1 / STANDARD_GRAVITY), "PGV": ("cm/s", 100.0)}
 LIMIT_STATE = "collapse"
+RISING = "finite, and rise from above 0"
 
 
 @dataclass(frozen=True)
@@ -35,9 +39,13 @@ class Collapse:
 def text(collapses: Iterable[Collapse], measure: str, name: str, description: str) -> str:
     """Return a fragility model: of each collapse a continuous function and, with ``-discrete``, its stripes.
 
-    A collapse without a lognormal function has the stripes alone. `measure` is one of `UNITS`.
+    A collapse without a lognormal function has the stripes alone. `measure` is one of `UNITS`. What is no fragility
+    raises `InputError`: no function at all, shares outside of 0 to 1, intensities that do not rise from above 0, a
+    median or a dispersion that is not greater than 0.
     """
     unit, factor = UNITS[measure]
+    collapses = list(collapses)
+    require(len(collapses) > 0, "the number of fragilities", len(collapses), "at least 1")
     root = ElementTree.Element("nrml", {"xmlns": NAMESPACE})
     model = ElementTree.SubElement(
         root, "fragilityModel", {"id": _identifier(name), "assetCategory": "buildings", "lossCategory": "structural"}
@@ -46,18 +54,31 @@ def text(collapses: Iterable[Collapse], measure: str, name: str, description: st
     ElementTree.SubElement(model, "limitStates").text = LIMIT_STATE
     taken: set[str] = set()
     for collapse in collapses:
+        _check(collapse)
         identifier = _identifier(collapse.name)
         while identifier in taken:
             identifier += "_"
         taken |= {identifier, f"{identifier}-discrete"}
         levels = [factor * float(level) for level in collapse.intensity]
-        if math.isfinite(collapse.median) and math.isfinite(collapse.dispersion):
+        if math.isfinite(collapse.median):
             function = _function(model, identifier, format="continuous", shape="logncdf")
             _continuous(function, collapse, measure, factor, levels)
         function = _function(model, f"{identifier}-discrete", format="discrete")
         _discrete(function, collapse, measure, levels)
     ElementTree.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
+
+
+def _check(collapse: Collapse) -> None:
+    """Raise `InputError` for what is no fragility: a reader of NRML would not notice."""
+    name, levels, share = collapse.name, np.asarray(collapse.intensity), np.asarray(collapse.share)
+    if levels.size == 0 or levels.shape != share.shape:
+        raise InputError(f"{name!r} has {levels.size} intensities and {share.size} shares; it must have one for each")
+    require((np.diff(levels, prepend=0.0) > 0) & np.isfinite(levels), f"intensity of {name!r}", levels, RISING)
+    require((share >= 0) & (share <= 1), f"share of collapses of {name!r}", share, "between 0 and 1")
+    if not (math.isnan(collapse.median) and math.isnan(collapse.dispersion)):
+        for quantity, value in (("median", collapse.median), ("dispersion", collapse.dispersion)):
+            require(0 < value < math.inf, f"{quantity} of {name!r}", value, "greater than 0, or NaN in both")
 
 
 def write(path: str | os.PathLike[str], content: str) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from copy import deepcopy
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import yaml
@@ -75,4 +75,28 @@ def _parsed(path: str | os.PathLike[str], kind: str) -> Any:
 def _document(text: str, kind: str) -> Any:
     from ruamel.yaml import YAML
 
-    return YAML(typ=kind, pure=True).load(text)
+    parser = YAML(typ=kind, pure=True)
+    if kind == "safe":
+        parser.Constructor = _constructor()
+    return parser.load(text)
+
+
+@cache
+def _constructor() -> type[Any]:
+    """Return ruamel.yaml's constructor of plain values, without 0.8_5, which no other input takes for a number."""
+    from ruamel.yaml.constructor import ConstructorError, SafeConstructor
+
+    class Constructor(SafeConstructor):
+        pass
+
+    def number(constructor: Any, node: Any) -> Any:
+        if "_" in node.value:
+            said = f"{node.value!r} is no number; text must stand in quotes"
+            raise ConstructorError(None, None, said, node.start_mark)
+        return plain[node.tag](constructor, node)
+
+    tags = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
+    plain = {tag: SafeConstructor.yaml_constructors[tag] for tag in tags}
+    for tag in tags:
+        Constructor.add_constructor(tag, number)
+    return Constructor
