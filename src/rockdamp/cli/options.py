@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from rockdamp.cli.types import Number, Quantity
+from rockdamp.cli.types import HingeRatio, Number, Quantity
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
@@ -53,7 +53,10 @@ def wall_options(required: bool = True) -> Decorator:
         with_default("--width", type=Quantity("m"), default=1.0, help="Width of the strip of wall."),
         with_default("--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."),
         with_default(
-            "--hinge-ratio", type=Number(), default=0.7, help="Height of the hinge over h; a parapet has none."
+            "--hinge-ratio",
+            type=HingeRatio(),
+            default=0.7,
+            help="Height of the hinge over h, or weakest: where F0 is least between 0.5 and 0.7. A parapet has none.",
         ),
         with_default("--overburden-ratio", type=Number(), default=0.0, help="Overburden over weight of the wall."),
         with_default(

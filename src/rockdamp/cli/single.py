@@ -38,6 +38,7 @@ KEYS = (
     "restitution",
     "restitution_impulsive",
 )
+HINGE = ("hinge_ratio", "weakest_hinge_ratio")  # of a wall, which a parapet has not
 UNITS = {
     "weight": "N",
     "effective_mass": "kg",
@@ -86,7 +87,8 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     --amplitude the periods.
     """
     built = make_wall(options)
-    values = {key: float(getattr(built, key)) for key in KEYS}
+    keys = (*KEYS, *HINGE) if hasattr(built, "hinge_ratio") else KEYS
+    values = {key: float(getattr(built, key)) for key in keys}
     curve = None
     if any(options[name] is not None for name in ("a1", "b1", "preset")):
         curve = make_curve(options)
