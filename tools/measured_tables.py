@@ -300,7 +300,7 @@ def by_program(data: Data) -> str:
     rows = told["rows"] if told else []
     return (
         table(head, ([row[key] for key in ("offer", "model", "parameter", "error", "false_safe")] for row in rows))
-        + f"\n\nAgainst restitution with e = {told['e'] if told else '–'}, under the records of the study of earthquakes."
+        + f"\n\nAgainst restitution with e = {told['e'] if told else '–'}, under the records of the earthquakes' study."
     )
 
 

@@ -232,7 +232,10 @@ def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -
 @click.command(cls=Command, examples=["rockdamp presets"])
 @json_option
 def presets(as_json: bool) -> None:
-    """Curves by name, for --preset: Doherty's stages of degradation."""
+    """Curves by name, for --preset: Doherty's stages of degradation, of the joints of brick walls.
+
+    Rubble and masonry that disaggregates have no preset: they fall apart before they rock.
+    """
     from rockdamp.vocabulary import PRESETS
 
     rows = [
@@ -243,3 +246,4 @@ def presets(as_json: bool) -> None:
         print_json([{key: value for key, value in row.items() if key != "options"} for row in rows])
     else:
         print_table(rows)
+        click.echo("\nof brick walls; rubble and masonry that disaggregates have no preset", err=True)
