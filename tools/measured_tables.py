@@ -22,6 +22,7 @@ from rockdamp.figures.identification import compared
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
+from rockdamp.report.programs import by_offer
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
@@ -32,7 +33,7 @@ from rockdamp.vocabulary import STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
-DOCS = ("accuracy", "earthquakes", "theory", "assumptions", "identification")
+DOCS = ("accuracy", "earthquakes", "theory", "howto/order-m-damper-elsewhere", "assumptions", "identification")
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = ("figures/fig_order.png", "identification-full/figures/fig_identification.png")
 IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
@@ -51,7 +52,7 @@ PARAMETERS = {
 }
 OF_IDENTIFICATION = ("coverage", "support")
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
-INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check")
+INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -278,6 +279,31 @@ def pulses(data: Data) -> str:
     return table(head, rows)
 
 
+def local_damping(data: Data) -> str:
+    """Local damping beside ECD and ECD16, under pulses and earthquakes."""
+    study = data["local_damping"]
+    head = ["model", "median, pulses", "error, pulses", "false safe, pulses"]
+    head += ["median, earthquakes", "error, earthquakes", "false safe, earthquakes"]
+    rows = [
+        [model, *(number(one[f"pulse_{name}"], 2) for name in ("median_ratio", "log_error"))]
+        + [percent(one["pulse_false_safe_rate"])]
+        + [interval(one, f"record_{name}") for name in ("median_ratio", "log_error", "false_safe_rate")]
+        for model, one in models(study)
+    ]
+    return table(head, rows)
+
+
+def by_program(data: Data) -> str:
+    """Which damper to use by what a program offers."""
+    told = by_offer(data)
+    head = ["your program offers", "use", "with", "factor of its peaks", "collapses that it misses"]
+    rows = told["rows"] if told else []
+    return (
+        table(head, ([row[key] for key in ("offer", "model", "parameter", "error", "false_safe")] for row in rows))
+        + f"\n\nAgainst restitution with e = {told['e'] if told else '–'}, under the records of the earthquakes' study."
+    )
+
+
 def _order(order: xr.DataArray) -> str:
     return f"{float(order):g}" if np.isfinite(order) else NONE
 
@@ -361,7 +387,7 @@ def support(data: Data) -> str:
 
 
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
-_LAST = (response_length, coverage, support, verdicts)
+_LAST = (local_damping, by_program, response_length, coverage, support, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 

@@ -27,8 +27,11 @@ DAMPERS = {
     "ECD": "ecd:EnergyConsistent",
     RECOMMENDED: "ecd:RecommendedOrder",
     "POWER": "power:GeneralExponent",
+    "LOCAL": "local:LocalDamping",
 }
-MODELS = tuple(model for model in DAMPERS if model != "POWER")  # compared; POWER lies between CDC, CDR and SDR
+LOCAL = "LOCAL"  # what programs of discrete elements apply, for who uses one
+BESIDE = ("POWER", LOCAL)  # not compared everywhere; POWER lies between CDC, CDR and SDR
+MODELS = tuple(model for model in DAMPERS if model not in BESIDE)
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too, where a record is identified

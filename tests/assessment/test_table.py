@@ -30,6 +30,8 @@ def table(tmp_path):
 def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table):
     north, south, roof, east = read_walls(table(TABLE))
     assert [row.line for row in (north, south, roof, east)] == [2, 4, 5, 6]
+    weakest = TABLE.replace(",0.6,", ",weakest,", 1)
+    assert weakest != TABLE and float(read_walls(table(weakest))[0].wall.hinge_ratio) == pytest.approx(0.7)
     assert float(north.wall.weight) == float(rd.Wall(0.25, 3.0, overburden_ratio=0.5).weight)
     assert (float(north.wall.hinge_ratio), float(north.wall.overburden_ratio)) == (0.6, 0.5)
     curve = north.curve

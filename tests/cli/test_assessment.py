@@ -26,6 +26,7 @@ def answer():
 def test_assess_gives_the_agreed_keys_and_the_packages_numbers(answer):
     values = printed("assess", *WALL, *RECORDS, "--pgv", "60cm/s")
     assert values["rocking_onset"] == float(answer["rocking_onset"])
+    assert (values["hinge_ratio"], values["weakest_hinge_ratio"]) == (0.7, 0.7)
     assert (values["intensity_measure"], values["intensity"]) == ("PGV", 0.6)
     assert [list(model) for model in values["models"]] == [MODEL, MODEL]
     cr, ecd = values["models"]

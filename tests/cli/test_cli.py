@@ -32,6 +32,7 @@ CONTRACT = [
     "restitution",
     "restitution_impulsive",
 ]
+HINGE = ["hinge_ratio", "weakest_hinge_ratio"]
 
 
 # --- equivalent -----------------------------------------------------------------------------------------------------
@@ -134,7 +135,15 @@ def test_wall_gives_the_wall_of_the_package_under_the_agreed_keys():
     values = printed("wall", *WALL, "--overburden-ratio", 2)
     made = rd.Wall(0.3, 4.5, overburden_ratio=2)
     assert list(values)[: len(CONTRACT)] == list(CONTRACT)
-    assert {key: values[key] for key in CONTRACT} == {key: float(getattr(made, key)) for key in CONTRACT}
+    assert {key: values[key] for key in (*CONTRACT, *HINGE)} == {
+        key: float(getattr(made, key)) for key in (*CONTRACT, *HINGE)
+    }
+    weakest = printed("wall", *WALL, "--overburden-ratio", 2, "--hinge-ratio", "weakest")
+    assert weakest["hinge_ratio"] == weakest["weakest_hinge_ratio"] == values["weakest_hinge_ratio"] < 0.7
+    assert weakest["rigid_strength"] < values["rigid_strength"]
+    assert "'strongest' is no number; it must be one, or weakest" in refused(
+        "wall", *WALL, "--hinge-ratio", "strongest"
+    )
 
 
 def test_wall_knows_parapets():
@@ -158,7 +167,7 @@ def test_the_walls_table_has_restitution_by_each_formula_and_periods():
 
 def test_the_walls_json_holds_the_periods_that_are_asked_for():
     values = printed("wall", *WALL, *CURVE, "--amplitude", "0.3,0.6")
-    assert list(values) == [*CONTRACT, "rocking_onset", "rocking_onset_g", "restitutions", "units", "periods"]
+    assert list(values) == [*CONTRACT, *HINGE, "rocking_onset", "rocking_onset_g", "restitutions", "units", "periods"]
     assert [row["amplitude"] for row in values["periods"]] == [0.3, 0.6]
 
 

@@ -23,7 +23,7 @@ import rockdamp as rd
 from rockdamp.cli import main, shells
 from rockdamp.figures import rocking
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import MODELS, PRESETS, SOFTENING
+from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, SOFTENING
 
 
 def examples(command):
@@ -64,7 +64,7 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
 
 def test_help_names_the_values_of_the_vocabulary():
     text = CliRunner().invoke(main, ["decay", "--help"]).output
-    for words in (MODELS, PRESETS, SOFTENING):
+    for words in ((*MODELS, LOCAL), PRESETS, SOFTENING):
         assert f"[{'|'.join(words)}]" in text
 
 

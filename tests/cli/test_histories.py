@@ -356,3 +356,15 @@ def test_a_record_may_have_any_name(record, tmp_path):
     path = tmp_path / "record.nc"
     path.write_bytes(record.read_bytes())
     assert printed(*respond(path, *CDR)) == printed(*respond(record, *CDR))
+
+
+def test_local_damping_is_taken_by_its_coefficient_or_by_e():
+    """alpha = tanh(-ln e)."""
+    options = ("decay", "--a1", 0.04, "--b1", 0.85, "--length", 6, "--damping-model", "local")
+    by_e = printed(*options, "--restitution", 0.85)
+    assert by_e == printed(*options, "--local-damping", float(np.tanh(-np.log(0.85))))
+    assert {row["damping_model"] for row in by_e} == {"LOCAL"}
+    for wrong in ((), ("--damping-ratio", 0.05), ("--restitution", 0.85, "--local-damping", 0.1)):
+        assert "LOCAL must have either --local-damping or --restitution" in refused(*options, *wrong)
+    alone = ("decay", "--a1", 0.04, "--b1", 0.85, "--restitution", 0.85, "--local-damping", 0.1)
+    assert "--local-damping belongs to --damping-model LOCAL" in refused(*alone)

@@ -169,8 +169,8 @@ def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_th
     made = {named.name: named for named in map(make_named_wall, config["earthquakes"]["walls"])}
     assert list(made) == [entry["name"] for entry in config["earthquakes"]["walls"]]
     assert [name for name, named in made.items() if isinstance(named.wall, Parapet)] == ["parapet"]
-    assert float(made["rubble"].curve.strength_ratio) == 0.50 and float(made["church"].curve.strength_ratio) == 0.85
-    assert float(made["rubble"].wall.height) == 4.0 and float(made["rubble"].wall.hinge_ratio) == 0.6
+    assert float(made["degraded"].curve.strength_ratio) == 0.50 and float(made["church"].curve.strength_ratio) == 0.85
+    assert float(made["degraded"].wall.height) == 4.0 and float(made["degraded"].wall.hinge_ratio) == 0.6
     hinged = {**config["earthquakes"]["walls"][-1], "hinge_ratio": 0.5}
     with pytest.raises(InputError, match=r"earthquakes\.walls\[7\]\.hinge_ratio is not a key"):
         make_named_wall(hinged, "earthquakes.walls[7]")

@@ -18,6 +18,7 @@ from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import read_record
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset
+from rockdamp.studies.local_damping import DAMPERS
 from rockdamp.vocabulary import MODELS, RECOMMENDED_ORDER, STUDIES
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
@@ -67,6 +68,9 @@ def made_up():
         "earthquakes/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
         "pulses": made_up_studies.pulses(),
+        "local_damping": report_content.made_up("local_damping")
+        .isel(damping_model=[0, 1, 2], bound=[0, 1])
+        .assign_coords(damping_model=list(DAMPERS)),
         "response_lengths": response_lengths,
         measured_tables.IDENTIFICATION: identification_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, kinds
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import BESIDE, MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -80,7 +80,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
 
 
 def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
-    assert [kind.model for kind in kinds().values()] == [*MODELS, "POWER"]
+    assert [kind.model for kind in kinds().values()] == [*MODELS, *BESIDE]
     for texts in ([kind.title for kind in kinds().values()], [kind.colour for kind in kinds().values()]):
         assert len({*texts}) == len(texts) and all(texts)
 

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
+from rockdamp.mechanics.wall import HINGE_RANGE, SORRENTINO_RATIO, Parapet, Wall
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 # The wall of Fig. 5: t = 0.3 m, slenderness 15, h1/h = 0.7, no overburden.
@@ -111,3 +113,29 @@ def test_the_rigid_period_is_the_integral_over_a_quarter_cycle(made, x0):
 def test_a_rigid_wall_rocks_with_amplitudes_below_its_instability(x0):
     with pytest.raises(InputError, match="release_amplitude is"):
         Wall(0.3, 4.5).rigid_period(x0)
+
+
+@pytest.mark.parametrize("overburden", [0.0, 0.3, 0.5, 1.0, 2.0, 6.0, 100.0])
+@pytest.mark.parametrize("share", [-0.5, -0.2, 0.0, 0.4])
+def test_the_weakest_hinge_has_the_least_strength_within_its_range(overburden, share):
+    sizes = {"thickness": 0.3, "height": 4.5, "overburden_ratio": overburden, "eccentricity": 0.3 * share}
+    wall = Wall(**sizes, hinge_ratio="weakest")
+    least = minimize_scalar(
+        lambda r: float(Wall(**sizes, hinge_ratio=r).rigid_strength), bounds=HINGE_RANGE, options={"xatol": 1e-9}
+    )
+    assert float(wall.hinge_ratio) == pytest.approx(least.x, abs=1e-5)
+    assert float(Wall(**sizes).weakest_hinge_ratio) == float(wall.hinge_ratio)
+    if share == 0.0 and overburden >= 0.6:
+        upper_over_lower = np.sqrt(overburden / (2 * (1 + overburden)))
+        assert (1 - wall.hinge_ratio) / wall.hinge_ratio == pytest.approx(upper_over_lower, rel=1e-14)
+
+
+def test_the_weakest_hinge_is_taken_of_arrays_and_is_the_only_word():
+    wall = Wall(0.3, 4.5, overburden_ratio=np.array([0.0, 1.0, 6.0]), hinge_ratio="weakest")
+    np.testing.assert_allclose(wall.hinge_ratio, [0.7, 2 / 3, 1 / (1 + np.sqrt(3 / 7))], rtol=1e-12)
+    named = Wall(0.3, 4.5, overburden_ratio=xr.DataArray([1.0, 6.0], dims="wall"), hinge_ratio="weakest")
+    assert named.rigid_strength.dims == ("wall",)
+    with pytest.raises(InputError, match="hinge_ratio is 'strongest'; it must be one of weakest, or a number"):
+        Wall(0.3, 4.5, hinge_ratio="strongest")
+    with pytest.raises(InputError, match="thickness is -0.3"):
+        Wall(-0.3, 4.5, hinge_ratio="weakest")

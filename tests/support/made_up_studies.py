@@ -77,6 +77,7 @@ def match(parameter, values, *, fixed=False, plateau=None):
     data = {
         "damping_ratio": (dims, ratio),
         "damping_ratio_energy": (dims, 0.9 * ratio),
+        "damping_ratio_secant": (dims[1:], (0.3 + 0.05 * value[0]) * (1 - E)),
         "error": (dims, np.broadcast_to(error, shape)),
         "rms_error": (dims, np.broadcast_to(np.sqrt(error / STEPS), shape)),
         "steps": STEPS,

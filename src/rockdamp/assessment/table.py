@@ -9,12 +9,13 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rockdamp.assessment.one_wall import stated
 from rockdamp.assessment.restitution import DEFAULT_RULE, RULES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.mechanics.wall import WEAKEST, Parapet, Wall
 from rockdamp.storage import input_file
 from rockdamp.units import number as text_number
 
@@ -129,7 +130,9 @@ def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
     for name in NEEDED:
         if name not in filled:
             raise InputError(f"{name} is empty; it must be a number")
-    sizes = {name: _number(name, filled[name]) for name in SIZES if name in filled}
+    weakest = {"hinge_ratio": WEAKEST} if filled.get("hinge_ratio") == WEAKEST else {}
+    sizes: dict[str, Any] = {name: _number(name, filled[name]) for name in SIZES if name in filled.keys() - weakest}
+    sizes |= weakest
     if not ANSWERS[answer]:
         return Wall(**sizes)
     if "hinge_ratio" in sizes:

@@ -141,9 +141,9 @@ def assess_command(
         with writing(report):
             page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
     if as_json:
-        print_json(_values(answer))
+        print_json(_values(answer, wall))
     else:
-        _print(answer)
+        _print(answer, wall)
 
 
 def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
@@ -213,7 +213,7 @@ def _models(answer: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def _values(answer: xr.Dataset) -> dict[str, Any]:
+def _values(answer: xr.Dataset, wall: Wall | Parapet) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several."""
     measure = answer.attrs["intensity_measure"]
     asked = answer[measure.lower()].values.tolist()
@@ -223,6 +223,7 @@ def _values(answer: xr.Dataset) -> dict[str, Any]:
 
     return {
         "rocking_onset": float(answer["rocking_onset"]),
+        **_hinge(wall),
         "restitution": float(answer["restitution"]),
         "restitution_reason": answer.attrs["restitution_reason"],
         "intensity_measure": measure,
@@ -230,6 +231,12 @@ def _values(answer: xr.Dataset) -> dict[str, Any]:
         "interval": answer.attrs[INTERVAL],
         "models": [row | {name: at(row[name]) for name in SHARES} for row in _models(answer)],
     }
+
+
+def _hinge(wall: Wall | Parapet) -> dict[str, float]:
+    """Return the height of a wall's hinge over h, and the one at which it is weakest."""
+    names = ("hinge_ratio", "weakest_hinge_ratio") if hasattr(wall, "hinge_ratio") else ()
+    return {name: float(getattr(wall, name)) for name in names}
 
 
 def _number(value: xr.DataArray) -> float | None:
@@ -240,13 +247,16 @@ def _numbers(values: xr.DataArray) -> list[float] | None:
     return values.values.tolist() if all(map(isfinite, values.values)) else None
 
 
-def _print(answer: xr.Dataset) -> None:
+def _print(answer: xr.Dataset, wall: Wall | Parapet) -> None:
     from rockdamp.vocabulary import STANDARD_GRAVITY
 
     measure = answer.attrs["intensity_measure"]
     asked = answer[measure.lower()]
     onset, models = float(answer["rocking_onset"]), _models(answer)
     click.echo(f"rocking starts at {onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2), by the plateau's strength")
+    if hinge := _hinge(wall):
+        taken, weakest = hinge.values()
+        click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
     click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
     shares = [

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from rockdamp.cli.types import Number, Quantity
-from rockdamp.vocabulary import MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
+from rockdamp.cli.types import HingeRatio, Number, Quantity
+from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
@@ -53,7 +53,10 @@ def wall_options(required: bool = True) -> Decorator:
         with_default("--width", type=Quantity("m"), default=1.0, help="Width of the strip of wall."),
         with_default("--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."),
         with_default(
-            "--hinge-ratio", type=Number(), default=0.7, help="Height of the hinge over h; a parapet has none."
+            "--hinge-ratio",
+            type=HingeRatio(),
+            default=0.7,
+            help="Height of the hinge over h, or weakest: where F0 is least between 0.5 and 0.7. A parapet has none.",
         ),
         with_default("--overburden-ratio", type=Number(), default=0.0, help="Overburden over weight of the wall."),
         with_default(
@@ -78,9 +81,12 @@ curve_options = _all(
 )
 
 damping_options = _all(
-    click.option("--damping-model", type=Model(MODELS), help="Damping model.  [default: CR, with --restitution]"),
+    click.option(
+        "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
+    ),
     click.option("--damping-ratio", type=Number(), help="Damping ratio xi of a viscous model."),
-    click.option("--restitution", type=Number(), help="Restitution e, for CR, ECD of any order, and --compare."),
+    click.option("--local-damping", type=Number(), help="Coefficient alpha of LOCAL, local damping."),
+    click.option("--restitution", type=Number(), help="Restitution e, for CR, ECD of any order, LOCAL, and --compare."),
     click.option("--order", type=Number(), help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
@@ -170,6 +176,11 @@ def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalen
     order = options["order"]
     if order is not None and model != "ECD":
         raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")
+    alpha = options["local_damping"]
+    if alpha is not None and model != LOCAL:
+        raise click.UsageError(
+            "--local-damping belongs to --damping-model LOCAL; it must be given with it, or not at all"
+        )
     if options["compare"]:
         if model is not None or ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
@@ -181,6 +192,10 @@ def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalen
             f"--damping-model is missing; it must be {REFERENCE} with --restitution, one of {', '.join(VISCOUS_MODELS)}"
             " with --damping-ratio, or --compare with --restitution in place of both"
         )
+    if model == LOCAL:
+        if ratio is not None or (alpha is None) == (restitution is None):
+            raise click.UsageError("LOCAL must have either --local-damping or --restitution, and nothing else")
+        return [Damping.of_restitution(restitution, LOCAL) if alpha is None else Damping(LOCAL, alpha)]
     if model not in VISCOUS_MODELS:
         if ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")

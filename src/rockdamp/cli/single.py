@@ -38,6 +38,7 @@ KEYS = (
     "restitution",
     "restitution_impulsive",
 )
+HINGE = ("hinge_ratio", "weakest_hinge_ratio")  # of a wall, which a parapet has not
 UNITS = {
     "weight": "N",
     "effective_mass": "kg",
@@ -86,7 +87,8 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     --amplitude the periods.
     """
     built = make_wall(options)
-    values = {key: float(getattr(built, key)) for key in KEYS}
+    keys = (*KEYS, *HINGE) if hasattr(built, "hinge_ratio") else KEYS
+    values = {key: float(getattr(built, key)) for key in keys}
     curve = None
     if any(options[name] is not None for name in ("a1", "b1", "preset")):
         curve = make_curve(options)
@@ -230,7 +232,10 @@ def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -
 @click.command(cls=Command, examples=["rockdamp presets"])
 @json_option
 def presets(as_json: bool) -> None:
-    """Curves by name, for --preset: Doherty's stages of degradation."""
+    """Curves by name, for --preset: Doherty's stages of degradation, of the joints of brick walls.
+
+    Rubble and masonry that disaggregates have no preset: they fall apart before they rock.
+    """
     from rockdamp.vocabulary import PRESETS
 
     rows = [
@@ -241,3 +246,4 @@ def presets(as_json: bool) -> None:
         print_json([{key: value for key, value in row.items() if key != "options"} for row in rows])
     else:
         print_table(rows)
+        click.echo("\nof brick walls; rubble and masonry that disaggregates have no preset", err=True)

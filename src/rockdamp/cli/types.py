@@ -33,6 +33,21 @@ class Number(click.ParamType):
             self.fail(f"{value!r} is not a valid float.", param, ctx)
 
 
+class HingeRatio(click.ParamType):
+    """A height of the hinge, or the word for the one at which the wall is weakest."""
+
+    name = "hinge"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "FLOAT|weakest"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return value if isinstance(value, float) or value == "weakest" else units.number(value)
+        except ValueError:
+            self.fail(f"{value!r} is no number; it must be one, or weakest", param, ctx)
+
+
 class Whole(click.IntRange):
     """A whole number within a range, in plain digits."""
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Ascending, Settings, each, geometric, members, number, section
-from rockdamp.config.settings import Matching, Solver
+from rockdamp.config.settings import Curve, DampingForce, Matching, Pulses, Solver
 from rockdamp.config.walls import NamedWall, make_named_wall
 from rockdamp.statistics.distribution import Distribution
 
@@ -92,6 +92,20 @@ class OrderRecordSettings(RecordSettings):
 @dataclass(frozen=True)
 class OrderComparisonSettings(ComparisonSettings):
     restitution_change: Annotated[float, "earthquakes.restitution_change"]
+
+
+@dataclass(frozen=True)
+class LocalDampingSettings(ComparisonSettings):
+    """The pulses on the reference curve, and the records that shake the walls."""
+
+    curve: Curve
+    damping_force: DampingForce
+    pulses: Pulses
+    records: tuple[str, ...]
+    walls: Annotated[NamedWalls, "earthquakes.walls"]
+    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
+    step: Annotated[float, "earthquakes.orders.step"]
+    tail: Annotated[float, "earthquakes.tail"]
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
     "ECD": ("dotted", "v"),
     RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
     "POWER": ((0, (8.0, 1.4, 2.6, 1.4)), "P"),
+    "LOCAL": ((0, (3.0, 1.4, 1.0, 1.4)), "*"),
 }
 # For other models: two cycles of unlike lengths, so that many differ. Lines differ in the order of their dots, short
 # and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
@@ -56,7 +57,7 @@ SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
     (0, (3.0, 1.4, 3.0, 1.4, 1.0, 1.4)),
     (0, (1.0, 1.4, 1.0, 4.0)),
 )
-SPARE_MARKERS = ("*", "<", ">", "p", "h", "d", "H")
+SPARE_MARKERS = ("<", ">", "p", "h", "d", "H", "8")
 GREY, PALE = "#6E6E6E", "#B5B5B5"
 
 # Symbols and units of the axes; "-" is dimensionless.

@@ -59,6 +59,6 @@ def rows(
                     "pga": abs(factor) * measures.pga,
                     "pgv": abs(factor) * measures.pgv,
                     "damping_model": damping.model,
-                    "damping_ratio": None if damping.is_impact else float(damping.damping_ratio),
+                    "damping_ratio": float(xi) if (xi := damping.parameters.get("damping_ratio")) is not None else None,
                     **{name: run[name].values[index].item() for name in RESULTS},
                 }

@@ -144,7 +144,7 @@ def _side_by_side(
     )
     parameters: dict[str, Any] = {
         name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings])
-        for name in ("restitution", "damping_ratio")
+        for name in ("restitution", "damping_ratio", *_of_local(dampings))
     }
     return together.assign(
         **parameters,
@@ -152,6 +152,11 @@ def _side_by_side(
         strength_ratio=float(curve.strength_ratio),
         ultimate_displacement_ratio=float(curve.ultimate_displacement_ratio),
     ).assign_attrs(softening=curve.softening)
+
+
+def _of_local(dampings: Sequence[Damping]) -> tuple[str, ...]:
+    """Return the name of local damping's coefficient, where it is among the dampers."""
+    return ("local_damping",) if any(damping.on_net_force for damping in dampings) else ()
 
 
 def _require_numbers(model: str, run: xr.Dataset) -> None:

@@ -10,13 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp import plausibility
-from rockdamp.arguments import numbers, quantity, together
+from rockdamp.arguments import numbers, one_of, quantity, together
 from rockdamp.arrays import Array, ByValue, Quantity, is_named
 from rockdamp.errors import require
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
 SORRENTINO_RATIO = 0.90  # e_exp/e_an for a VSSW, section 4.1
+WEAKEST = "weakest"  # in place of a hinge's height: the one at which the wall is weakest
+# ASSUME: where tests found the hinge, section 2. Eq. (5) alone has its least at the top of a wall without overburden.
+HINGE_RANGE = (0.5, 0.7)
 
 
 # What a message calls a parameter, its range, and the range in words; the eccentricity's depends on the thickness.
@@ -195,6 +198,23 @@ def angular_momentum_restitution(thickness: Quantity, height: Quantity, hinge_ra
     return (product - 3 * np.square(thickness)) / (product + 3 * np.square(thickness))
 
 
+def weakest_hinge_ratio(thickness: Quantity, overburden_ratio: Quantity, eccentricity: Quantity) -> Quantity:
+    r"""Return r = h1/h at which F0 of Eq. (5) is least, within `HINGE_RANGE`. [-]
+
+    .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad \Psi = \frac{O}{W}
+
+    Parameters
+    ----------
+    thickness, overburden_ratio, eccentricity : float or ndarray
+        As of `Wall`. [m], [-], [m]
+    """
+    given = {"thickness": thickness, "overburden_ratio": overburden_ratio, "eccentricity": eccentricity}
+    t, psi, d = (quantity(RANGES[name][0], value) for name, value in given.items())
+    with np.errstate(all="ignore"):  # of values that no wall has, which are refused later
+        upper_over_lower = np.sqrt(np.maximum(np.divide(psi * (1 + np.divide(2 * d, t)), 2 * (1 + psi)), 0.0))
+    return np.clip(1 / (1 + upper_over_lower), *HINGE_RANGE)
+
+
 @dataclass(frozen=True, eq=False)
 class Wall(_Mechanism):
     """Vertically spanning strip wall: two rigid bodies, supports that move together (Sections 2 and 4.1).
@@ -209,8 +229,9 @@ class Wall(_Mechanism):
         Length of the strip. [m]
     density : float or ndarray
         Of the masonry. [kg m-3]
-    hinge_ratio : float or ndarray
-        r = h1/h, in (0, 1); h1 is the height of the lower body. [-]
+    hinge_ratio : float, ndarray or "weakest"
+        r = h1/h, in (0, 1); h1 is the height of the lower body. ``"weakest"`` takes, when the wall is made, the one at
+        which it is weakest, between 0.5 and 0.7. [-]
     overburden_ratio : float or ndarray
         O/W, >= 0. [-]
     eccentricity : float or ndarray
@@ -229,6 +250,8 @@ class Wall(_Mechanism):
     0.3
     >>> rd.Wall(thickness=0.3, height=[3.0, 4.5]).slenderness
     array([10., 15.])
+    >>> round(float(rd.Wall(thickness=0.3, height=4.5, overburden_ratio=2.0, hinge_ratio="weakest").hinge_ratio), 3)
+    0.634
     """
 
     thickness: Quantity
@@ -241,6 +264,17 @@ class Wall(_Mechanism):
 
     _least_slenderness: ClassVar[float] = 1.0
     _law: ClassVar[str] = "Eq. (7)"
+
+    def __post_init__(self) -> None:
+        if isinstance(self.hinge_ratio, str):
+            one_of("hinge_ratio", self.hinge_ratio, (WEAKEST,), ", or a number between 0 and 1")
+            object.__setattr__(self, "hinge_ratio", self.weakest_hinge_ratio)
+        super().__post_init__()
+
+    @property
+    def weakest_hinge_ratio(self) -> Quantity:
+        """Hinge height over h, between 0.5 and 0.7, at which F0 of Eq. (5) is least. [-]"""
+        return weakest_hinge_ratio(self.thickness, self.overburden_ratio, self.eccentricity)
 
     @property
     def lower_height(self) -> Array:

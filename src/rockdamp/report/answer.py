@@ -9,6 +9,7 @@ import xarray as xr
 
 from rockdamp.mechanics.damping import kinds
 from rockdamp.report import interactive
+from rockdamp.report.programs import factor
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE
 from rockdamp.text import percent, plain
@@ -32,28 +33,23 @@ def answer(data: Datasets) -> dict[str, Any] | None:
         "ratios": ratios(middle["damping_ratio_energy"]),
         "release": plain(whole["release_amplitude"]),
         "records": int(whole["records"]),
-        "error": off(cell["log_error"]),
-        "own": off(cell["sensitivity_to_restitution"]),
+        "error": factor(cell["log_error"]),
+        "own": factor(cell["sensitivity_to_restitution"]),
         "within": float(cell["log_error"]) <= float(cell["sensitivity_to_restitution"]),
         "large": plain(whole["near_collapse_start"]),
-        "large_error": off(cell["near_collapse_log_error"]),
-        "large_own": off(cell["near_collapse_sensitivity_to_restitution"]),
+        "large_error": factor(cell["near_collapse_log_error"]),
+        "large_own": factor(cell["near_collapse_sensitivity_to_restitution"]),
         "change": plain(whole["restitution_change"]),
         "paper_model": nearest_of_paper,
-        "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
+        "paper_error": factor(papers.sel(damping_model=nearest_of_paper)),
         "safe": percent(cell["false_safe_rate"]),
-        "before": off(whole["before_impact_log_error"]),
-        "slow": off(cell["slow_pulse_log_error"]),
-        "quick": off(cell["quick_pulse_log_error"]),
+        "before": factor(whole["before_impact_log_error"]),
+        "slow": factor(cell["slow_pulse_log_error"]),
+        "quick": factor(cell["quick_pulse_log_error"]),
         "found": plain(enough) if np.isfinite(enough) else None,
         "agrees": enough == RECOMMENDED_ORDER,
         "order": RECOMMENDED_ORDER,
     }
-
-
-def off(log_error: Any) -> str:
-    """Return a root mean square of logarithms as the percentage that it stands for."""
-    return percent(np.expm1(float(log_error)))
 
 
 def ratios(damping_ratio: xr.DataArray) -> list[dict[str, Any]]:

@@ -23,6 +23,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer
+from rockdamp.report.programs import by_offer
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
@@ -71,6 +72,7 @@ def build(content: Content) -> str:
         bridge=pictures.pop(BRIDGE, None),
         figures=list(pictures.values()),
         answer=answer(content.datasets),
+        programs=by_offer(content.datasets),
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],

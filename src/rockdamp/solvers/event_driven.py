@@ -70,6 +70,7 @@ def history(
         described,
         damping.law_parameters(float(curve.initial_stiffness)),
         float(damping.restitution) if damping.is_impact else 1.0,
+        float(damping.local_damping) if damping.on_net_force else -1.0,
         at,
         x,
         v,
@@ -110,7 +111,7 @@ def branches(curve: TrilinearCurve, damping: Damping) -> Array:
 
 def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -> float:
     """Return C on the branch of number `index` from x = 0 where it is constant, else -1."""
-    if damping.is_impact:
+    if damping.is_impact or damping.on_net_force:
         return 0.0
     k1 = float(curve.initial_stiffness)
     return 2 * math.sqrt(k1) * float(damping.damping_ratio) if index < damping.constant_branches else -1.0

@@ -26,6 +26,7 @@ A, B, C, E3, E5 = (np.ascontiguousarray(of) for of in (DOP853.A, DOP853.B, DOP85
 TOLERANCE = 1e-13  # relative, of a step; absolute it is a thousandth
 GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.9  # of the step, at most, and what it stays below the best
 SMALLEST = 10 * np.finfo(float).eps  # of a step, over tau
+NEAR_ZERO = 1e-9  # of the force that accelerates the wall
 LEAST = 1e-100  # |x| for a damper's law, which may divide by it or by the energy there
 HALVINGS = 100  # of a stretch with an event, at most: to the last bit, or next to the start
 
@@ -276,6 +277,40 @@ def piece(branch, parameters, start, remaining, tau, wanted, rates):
     return before, turns, wanted
 
 
+# --- local damping: x'' = g - alpha |g| sgn(v), where g is the load less the restoring force --------------------------
+
+
+@register_jitable
+def side_of(branch, start, side):
+    """Return the sign of g: near its zero the sign so far, which changes there, unless g moves back."""
+    x, v, p, slope = start
+    net, change = p - branch[STIFFNESS] * x - branch[OFFSET], slope - branch[STIFFNESS] * v
+    if abs(net) > NEAR_ZERO:
+        return math.copysign(1.0, net)
+    if side == 0.0 or (net * side <= 0.0 and change * side < 0.0):
+        return math.copysign(1.0, change)
+    return side
+
+
+@register_jitable
+def damped_share(branch, start, side, alpha):
+    """Return the branch and the load as they act, times 1 -+ alpha, and the moment at which g changes sign.
+
+    `side` is the sign of g, which the run keeps, as rounding may hide it where g vanishes.
+    """
+    x, v, p, slope = start
+    share = 1.0 + alpha if v * side < 0.0 else 1.0 - alpha
+    acting = branch.copy()
+    acting[STIFFNESS] *= share
+    acting[OFFSET] *= share
+    start = (x, v, share * p, share * slope)
+    k, q = acting[STIFFNESS], start[2] - acting[OFFSET]
+    until, spacing = acceleration_zeros(x, v, 0.0, k, q, start[3])
+    if (q - k * x) * side < 0.0:  # of the other sign by rounding, at the change before: the next one counts
+        until += spacing
+    return acting, start, until
+
+
 # --- the run ----------------------------------------------------------------------------------------------------------
 
 
@@ -295,6 +330,7 @@ def run(
     branches,
     parameters,
     restitution,
+    alpha,
     at,
     x,
     v,
@@ -317,6 +353,8 @@ def run(
         From the left to the right; `at` is the one of the start.
     parameters : tuple of float
         The values that the law reads besides the state.
+    alpha : float
+        Of local damping; less than 0 for any other damper.
     load, load_step : ndarray and float
         Samples, linear between them and zero after the last, and their spacing.
     times, displacement, velocity : ndarray, shape (n,)
@@ -329,6 +367,7 @@ def run(
     rates = np.zeros((2, STAGES + 1))
     crossings, changes, reached = 0, 0, 0
     tau, wanted, stalled = 0.0, np.inf, 0
+    side = 0.0  # of local damping: the sign of the force that accelerates the wall
     last, samples = times[-1], load.size
     for segment in range(max(samples, 1)):
         begin, stop, p, slope = max(samples - 1, 0) * load_step, last, 0.0, 0.0
@@ -338,7 +377,12 @@ def run(
         while tau < stop and 0 <= at < branches.shape[0]:
             branch, origin = branches[at], tau
             start = (x, v, p + slope * (origin - begin), slope)
-            end, turning, wanted = piece(branch, parameters, start, stop - origin, origin, wanted, rates)
+            until = stop - origin
+            if alpha >= 0.0:
+                side = side_of(branch, start, side)
+                branch, start, vanishing = damped_share(branch, start, side, alpha)
+                until = min(until, vanishing)
+            end, turning, wanted = piece(branch, parameters, start, until, origin, wanted, rates)
             if end == 0.0 and not turning and branch[CONSTANT] < 0.0:
                 return FAILED, tau, x, impacts[:crossings], turns[:changes]
             # The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once
@@ -349,6 +393,8 @@ def run(
                 bound = branch[HIGH] if way > 0 else branch[LOW]
                 end = event(branch, parameters, start, DISPLACEMENT, bound, way, 0.0, end, rates) if x != bound else 0.0
                 x_end, v_end = bound, state(branch, parameters, start, end, rates)[1]
+            if alpha >= 0.0 and end == until and until < stop - origin and not turning:
+                side = -side
             tau = stop if end == stop - origin else origin + end
             while reached > 0 and times[reached - 1] >= origin:  # after an impact, once more
                 reached -= 1

@@ -172,7 +172,7 @@ def solve(
     instance("damping", damping, Damping)
     scheme = one_of("scheme", scheme, SCHEMES)
     is_constant = damping.constant_branches == BRANCHES
-    march = kernel.compiled_march(scheme, damping.formula, damping.is_impact, is_constant)
+    march = kernel.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
     given = {
         "yield_displacement_ratio": curve.yield_displacement_ratio,
         **damping.parameters,
@@ -250,6 +250,13 @@ def solve(
     return RESPONSES[store_every is not None, reference is not None](**ended)
 
 
+def kind_of(damping: Damping) -> int:
+    """Return which of the kernel's steps a damper takes."""
+    if damping.on_net_force:
+        return kernel.NET_FORCE
+    return kernel.IMPACT if damping.is_impact else kernel.VISCOUS
+
+
 def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
     """Raise `InputError` for arrays with named dimensions, which would be taken by position."""
     for name in (name for name, value in given.items() if is_named(value)):
@@ -318,7 +325,10 @@ def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: 
     k1, b1, ks, _, _, a3 = curve.parameters()
     with np.errstate(over="ignore", invalid="ignore"):
         start = np.asarray(load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3))
-        if np.any(v0):
+        if damping.on_net_force:
+            (alpha,) = damping.formula_parameters(curve)
+            start = np.asarray(start - alpha * np.abs(start) * np.sign(np.where(v0 == 0, start, v0)))
+        elif np.any(v0):
             start = np.asarray(start - damping.unchecked_coefficient(curve, x0, v0) * v0)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start

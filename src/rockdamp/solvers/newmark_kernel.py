@@ -198,6 +198,42 @@ def viscous_printed(w, width, p0, p1, step):
 
 
 @register_jitable
+def reduced(g, alpha, v):
+    """Return g - alpha |g| sgn(v), the acceleration under local damping; at rest the wall goes where g pulls it."""
+    return g * (1.0 + alpha) if g * v < 0.0 else g * (1.0 - alpha)
+
+
+def local_located(w, width, p0, p1, step):
+    """Local damping by explicit Newmark, the turn located inside the step, where the acceleration jumps."""
+    for i in range(width):
+        x, v, a, h, alpha = w[X + i], w[V + i], w[A + i], w[H + i], w[P0 + i]
+        start, end = w[G_BEFORE + i] * p0, w[G + i] * p1
+        turns = crossed(v, v + h * a)
+        s = np.minimum(np.abs(v) / np.maximum(np.abs(a), TINY), h) if turns else 0.0
+        x += product(s, v + 0.5 * s * a)
+        v = 0.0 if turns else v
+        g = start + (end - start) * (s / h) - odd(x, force_at(w, i, np.abs(x)))
+        a = reduced(g, alpha, 0.0) if turns else a
+        h -= s
+        x += product(h, v + 0.5 * h * a)
+        g = end - odd(x, force_at(w, i, np.abs(x)))
+        ahead = v if v != 0.0 else a
+        after = v + 0.5 * h * (a + reduced(g, alpha, ahead))
+        settle(w, i, x, after, reduced(g, alpha, after if after != 0.0 else ahead), step)
+
+
+def local_printed(w, width, p0, p1, step):
+    """Local damping by linear acceleration, the tangent and the fraction of the force frozen in a step."""
+    for i in range(width):
+        x, v, a, h, alpha = w[X + i], w[V + i], w[A + i], w[H + i], w[P0 + i]
+        z = np.abs(x)
+        share = reduced(1.0, alpha, (w[G + i] * p0 - odd(x, force_at(w, i, z))) * v)
+        dx, dv = linear_acceleration(v, a, h, share * w[G + i] * (p1 - p0), share * tangent_at(w, i, z), 0.0)
+        x, v = x + dx, v + dv
+        settle(w, i, x, v, reduced(w[G + i] * p1 - odd(x, force_at(w, i, np.abs(x))), alpha, v), step)
+
+
+@register_jitable
 def compare_with(w, width, reference, row, step):
     """Add this step's term of Eq. (17)."""
     for i in range(width):
@@ -306,16 +342,17 @@ def march(
                 break
 
 
-STEPS = {  # by scheme: of impacts, and of viscous damping
-    "newmark": (restitution_located, viscous_newmark),
-    "paper": (restitution_printed, viscous_printed),
+IMPACT, VISCOUS, NET_FORCE = range(3)  # what a damper is
+STEPS = {  # by scheme, of each of these
+    "newmark": (restitution_located, viscous_newmark, local_located),
+    "paper": (restitution_printed, viscous_printed, local_printed),
 }
 
 
 @cache
-def plain_march(scheme, formula, is_impact, is_constant):
+def plain_march(scheme, formula, kind, is_constant):
     """Return the loop of one scheme and one damper's formula, as Python runs it."""
-    step = STEPS[scheme][0 if is_impact else 1]
+    step = STEPS[scheme][kind]
     name = f"{step.__name__}_{formula.__qualname__}"
     at = constantly_damped_at if is_constant else damped_at
     (force_and_coefficient,) = specialised((at,), name, formula=formula).values()
@@ -324,6 +361,6 @@ def plain_march(scheme, formula, is_impact, is_constant):
 
 
 @cache
-def compiled_march(scheme, formula, is_impact, is_constant):
+def compiled_march(scheme, formula, kind, is_constant):
     """Return the same loop, which is compiled when it is first called."""
-    return compiled(plain_march(scheme, formula, is_impact, is_constant), formula, fastmath=True)
+    return compiled(plain_march(scheme, formula, kind, is_constant), formula, fastmath=True)

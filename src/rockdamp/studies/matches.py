@@ -12,7 +12,7 @@ from rockdamp.config import Config
 from rockdamp.config.settings import Matching, MatchSettings
 from rockdamp.config.walls import Study
 from rockdamp.equivalence.absolute_minima import least_absolute
-from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_secant
 from rockdamp.equivalence.matching import Matched, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.equivalence.scan import Scan
@@ -72,6 +72,10 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     dataset = xr.Dataset(
         {key: (dims, np.stack([values[key] for values in of_model.values()]).reshape(shape)) for key in names},
         coords={"damping_model": list(of_model), "restitution": restitution},
+    )
+    dataset["damping_ratio_secant"] = (
+        dims[1:],
+        damping_ratio_secant(cases.curve, cases.restitution, cases.release_amplitude).reshape(shape[1:]),
     )
     if name == "amplitude":
         dataset["damping_ratio_absolute"] = _least_absolute(settings, cases, matched, steps, restitution)

@@ -19,7 +19,9 @@ twice the stored energy; what a formula does not use costs it nothing, as the co
 8. `secant_exponent`: n, if C goes with w^n of the secant's frequency and with nothing else;
 9. `same_loss_at_any_amplitude` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
-10. `javascript`: C at xi = 1 by z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the
+10. `on_net_force`: if it is no C v but a fraction of the force that accelerates the wall, load included; the solvers
+    have steps of their own for it, which read the first of `formula_parameters` and of `law_parameters`;
+11. `javascript`: C at xi = 1 by z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the
     damper out.
 """
 
@@ -38,7 +40,7 @@ from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import DAMPERS, MODELS
+from rockdamp.vocabulary import DAMPERS, LOCAL, MODELS
 
 # A parameter's name in messages, its range, and the range in words.
 RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
@@ -46,6 +48,7 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
     "exponent": ("exponent (n)", lambda n: n >= 0, "at least 0"),
     "order": ("order (m)", lambda m: m >= 0, "at least 0"),
+    "local_damping": ("local_damping (alpha)", lambda alpha: (alpha >= 0) & (alpha < 1), "at least 0 and less than 1"),
 }
 
 
@@ -68,11 +71,11 @@ class Damping(ByValue):
     Parameters
     ----------
     model : str
-        One of `vocabulary.MODELS`, or ``"POWER"`` for the general exponent.
+        One of `vocabulary.MODELS`, ``"POWER"`` for the general exponent, or ``"LOCAL"`` for local damping.
     *values, **named : float or ndarray
-        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in (0, 1]; ``damping_ratio`` xi
-        for the others, >= 0; after it ``exponent`` n for POWER and, by name, ``order`` m for ECD, which is 0 if not
-        given; both >= 0. [-]
+        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in (0, 1]; ``local_damping``
+        alpha for LOCAL, in [0, 1); ``damping_ratio`` xi for the others, >= 0; after it ``exponent`` n for POWER and, by
+        name, ``order`` m for ECD, which is 0 if not given; both >= 0. [-]
 
     Attributes
     ----------
@@ -80,7 +83,7 @@ class Damping(ByValue):
         Its short name and what it stands for.
     is_impact : bool
         Whether it takes energy at impacts, by `restitution`, rather than on the way, by `damping_ratio`.
-    restitution, damping_ratio, exponent, order : ndarray
+    restitution, damping_ratio, exponent, order, local_damping : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
         Names of its parameters.
@@ -90,6 +93,8 @@ class Damping(ByValue):
         The power of the secant's frequency that C is in proportion to, if it depends on nothing else. [-]
     same_loss_at_any_amplitude : bool
         Whether every half cycle of any curve loses the same fraction of its energy.
+    on_net_force : bool
+        Whether it takes a fraction of the force that accelerates the wall, as LOCAL does.
 
     Raises
     ------
@@ -115,12 +120,14 @@ class Damping(ByValue):
     constant_branches: Any = 0
     secant_exponent: Any = None
     same_loss_at_any_amplitude: ClassVar[bool] = False
+    on_net_force: ClassVar[bool] = False
     javascript: ClassVar[str | None] = None
 
     restitution: Quantity
     damping_ratio: Quantity
     exponent: Quantity
     order: Quantity
+    local_damping: Quantity
 
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
         if cls is not Damping:
@@ -186,7 +193,7 @@ class Damping(ByValue):
         restitution : float or ndarray
             e, in (0, 1]. [-]
         model : str
-            ``"ECD"``, the energy-consistent damper, or ``"CR"`` itself.
+            ``"ECD"``, the energy-consistent damper, ``"LOCAL"``, local damping, or ``"CR"`` itself.
         **named : float or ndarray
             ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. [-]
 
@@ -202,7 +209,7 @@ class Damping(ByValue):
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
         array([0.0709, 0.0517])
         """
-        exact = Damping.exact_models()
+        exact = (*Damping.exact_models(), LOCAL)
         model = one_of("damping_model", model, exact, ": the others need a fit")
         kind = kinds()[model]
         e = np.asarray(Damping.cr(restitution).restitution)
@@ -215,7 +222,7 @@ class Damping(ByValue):
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        """Return the damping ratio that loses in every half cycle what an impact takes, of a model that has one. [-]
+        """Return what loses in every half cycle as much as an impact: xi of a model that has one, alpha of LOCAL. [-]
 
         Parameters
         ----------

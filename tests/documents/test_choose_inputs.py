@@ -1,0 +1,46 @@
+"""docs/howto/choose-inputs.md: the numbers that stand beside its commands."""
+
+import re
+
+import numpy as np
+import pytest
+from repository import ROOT
+
+import rockdamp as rd
+from rockdamp.mechanics.wall import SORRENTINO_RATIO
+
+PAGE = (ROOT / "docs/howto/choose-inputs.md").read_text(encoding="utf-8")
+
+
+def row(first):
+    (found,) = re.findall(rf"^\| {re.escape(first)} \| (.*) \|$", PAGE, flags=re.MULTILINE)
+    return found.split(" | ")
+
+
+def test_the_table_of_the_weakest_hinge():
+    overburden = np.array(row("overburden over weight"), dtype=float)
+    with np.errstate(divide="ignore"):
+        least = 1 / (1 + np.sqrt(overburden / (2 * (1 + overburden))))
+    assert row("r of least F0") == [f"{r:.2f}" for r in least]
+    weakest = rd.Wall(thickness=0.24, height=3.0, overburden_ratio=overburden, hinge_ratio="weakest").hinge_ratio
+    assert row("`weakest`") == [f"{r:.2f}" for r in weakest]
+
+
+def test_the_rule_measured_is_near_the_upper_end_of_the_tests_that_the_paper_quotes():
+    analytical = float(rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57).restitution)
+    shares = [f"{e / analytical:.2f}" for e in (0.852, 0.84, 0.90)]
+    assert "give\n{} ({} to {}) of it".format(*shares) in PAGE and f"take `measured`: {SORRENTINO_RATIO:.2f}" in PAGE
+
+
+def test_a_gable_rocks_later_than_a_rectangle_and_takes_a_larger_velocity():
+    """About the base: a rectangle has its centre at h/2 and I = m h^2/3, a triangle h/3 and m h^2/6."""
+
+    def onset_and_velocity(centre, inertia):  # of unit height, thickness, mass and gravity
+        u_ins, p, excitation = 0.5 / centre, np.sqrt(centre / inertia), centre / inertia
+        return 0.5 / centre, p * u_ins / excitation
+
+    rectangle, gable = onset_and_velocity(1 / 2, 1 / 3), onset_and_velocity(1 / 3, 1 / 6)
+    parapet = rd.Parapet(thickness=1.0, height=1.0)
+    assert rectangle[1] * np.sqrt(9.80665) == pytest.approx(float(parapet.velocity_scale), rel=1e-12)
+    assert f"{gable[0] / rectangle[0]:.1f} times the acceleration" in PAGE
+    assert f"is {gable[1] / rectangle[1]:.1f} times as large" in PAGE

