@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from rockdamp.arrays import Array
 from rockdamp.config.parsing import Ascending, Settings, each, geometric, members, number, section
-from rockdamp.config.settings import Curve, DampingForce, Matching, Pulses, Solver
-from rockdamp.config.walls import NamedWall, make_named_wall
+from rockdamp.config.settings import DampingForce, Matching, Pulses, Solver
+from rockdamp.config.walls import Curve, NamedWall, make_named_wall
 from rockdamp.statistics.distribution import Distribution
 
 # What describes a wall of the population.

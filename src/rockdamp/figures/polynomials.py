@@ -70,8 +70,8 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         axes.set_xlabel("restitution $e$ [-]")
     few_ticks(together, 3)  # shared by the narrow panels
     together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))
-    fit = f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$"
-    lines = f"lines: polynomials, {fit}; markers: {response_length_text(equivalence)}"
+    least = f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$"
+    lines = f"lines: polynomials, {least}; markers: {response_length_text(equivalence)}"
     head(figure, lines, *_shared(equivalence))
     return figure
 
