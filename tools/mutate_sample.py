@@ -1,0 +1,252 @@
+"""Break the science anywhere, at random, and count what the suite notices.
+
+    .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv] [PACKAGE ...]
+    .venv/bin/python tools/mutate_sample.py --list
+
+Run by hand; 200 take an hour or two. `mutate.py` runs wrong equations that somebody thought of; these are made from the
+syntax tree: operators, comparisons, numbers, signs, arguments and names of functions. Each place of the packages of
+science is as likely as any other. A mutation is noticed if a test of the module's folder, or of the folders that use
+it, fails. FILE gets a row for each, as it ends, and a second run with the same FILE goes on behind it. Whether a
+survivor changes any value at all is judged by hand, in the column `equivalent` of FILE; `--summary FILE` counts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import csv
+import random
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from mutate import PACKAGE, ROOT, SURVIVED, Copy, Mutation
+
+# Packages of science, and the folders of tests that use them, nearest first.
+PACKAGES = {
+    "mechanics": ["mechanics", "solvers", "equivalence", "whole_package/test_properties.py"],
+    "solvers": ["solvers", "equivalence", "histories"],
+    "equivalence": ["equivalence", "studies/test_matches.py", "studies/test_polynomial_fits.py"],
+    "histories": ["histories", "assessment", "studies"],
+    "identification": ["identification", "cli/test_posterior.py"],
+    "statistics": ["statistics", "assessment", "studies"],
+    "motions": ["motions", "assessment", "histories"],
+    "assessment": ["assessment", "cli"],
+    "synthetic": ["synthetic"],
+    "studies": ["studies", "claims"],
+    "claims": ["claims"],
+}
+OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
+    ast.Add: ("+", "-"),
+    ast.Sub: ("-", "+"),
+    ast.Mult: ("*", "/"),
+    ast.Div: ("/", "*"),
+    ast.Pow: ("**", "*"),
+    ast.Mod: ("%", "//"),
+    ast.FloorDiv: ("//", "%"),
+    ast.Lt: ("<", "<="),
+    ast.LtE: ("<=", "<"),
+    ast.Gt: (">", ">="),
+    ast.GtE: (">=", ">"),
+    ast.Eq: ("==", "!="),
+    ast.NotEq: ("!=", "=="),
+    ast.And: ("and", "or"),
+    ast.Or: ("or", "and"),
+}
+NAMES = {"min": "max", "max": "min", "sin": "cos", "cos": "sin", "exp": "expm1", "log": "log1p", "sum": "mean"}
+NAMES |= {"mean": "median", "median": "mean", "argmin": "argmax", "argmax": "argmin", "any": "all", "all": "any"}
+NAMES |= {"minimum": "maximum", "maximum": "minimum", "floor": "ceil", "ceil": "floor", "abs": "float", "sqrt": "abs"}
+# What computes nothing: texts of errors, warnings and progress.
+WORDS = {"require", "InputError", "ConfigError", "warn", "track", "dataclass", "njit", "jitable"}
+FIELDS = ("file", "line", "column", "length", "right", "wrong", "noticed", "seconds", "equivalent")
+
+
+class Places(ast.NodeVisitor):
+    """Collect the places of a module that a mutation may change: line, column, length and the new text."""
+
+    def __init__(self, source: str) -> None:
+        self.lines = source.splitlines(keepends=True)
+        self.found: list[tuple[int, int, int, str]] = []
+        self.visit(ast.parse(source))
+
+    def add(self, line: int, start: int, length: int, text: str) -> None:
+        self.found.append((line, start, length, text))
+
+    def between(self, left: ast.expr, right: ast.expr, operator: ast.AST) -> None:
+        """Change the sign between two operands, if it stands between them on one line."""
+        line, start = left.end_lineno, left.end_col_offset
+        if type(operator) not in OPERATORS or line is None or start is None or right.lineno != line:
+            return
+        sign, other = OPERATORS[type(operator)]
+        at = self.lines[line - 1].find(sign, start, right.col_offset)
+        if at >= 0:
+            self.add(line, at, len(sign), other)
+
+    def visit_BinOp(self, node: ast.BinOp) -> None:
+        self.between(node.left, node.right, node.op)
+        self.generic_visit(node)
+
+    def visit_Compare(self, node: ast.Compare) -> None:
+        for left, operator, right in zip([node.left, *node.comparators], node.ops, node.comparators, strict=False):
+            self.between(left, right, operator)
+        self.generic_visit(node)
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> None:
+        for left, right in zip(node.values, node.values[1:], strict=False):
+            self.between(left, right, node.op)
+        self.generic_visit(node)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
+        sign = {ast.USub: "-", ast.Not: "not "}.get(type(node.op))
+        if sign:
+            self.add(node.lineno, node.col_offset, len(sign), "")
+        self.generic_visit(node)
+
+    def visit_Constant(self, node: ast.Constant) -> None:
+        value, end = node.value, node.end_col_offset
+        if isinstance(value, bool) or not isinstance(value, int | float) or end is None:
+            return
+        other = value + 1 if isinstance(value, int) else 1.1 * value or 0.1
+        self.add(node.lineno, node.col_offset, end - node.col_offset, repr(other))
+
+    def visit_Call(self, node: ast.Call) -> None:
+        function: Any = node.func
+        name = getattr(function, "attr", getattr(function, "id", ""))
+        if name in WORDS:
+            return
+        if name in NAMES and function.end_lineno == function.lineno:
+            self.add(function.lineno, function.end_col_offset - len(name), len(name), NAMES[name])
+        for first, second in zip(node.args, node.args[1:], strict=False):
+            same = first.lineno == first.end_lineno == second.lineno == second.end_lineno
+            if same and not isinstance(first, ast.Starred) and not isinstance(second, ast.Starred):
+                line = self.lines[first.lineno - 1]
+                one, two = (line[arg.col_offset : arg.end_col_offset] for arg in (first, second))
+                between = line[first.end_col_offset : second.col_offset]
+                self.add(first.lineno, first.col_offset, len(one + between + two), two + between + one)
+        self.generic_visit(node)
+
+    def visit_Raise(self, node: ast.Raise) -> None:
+        """Leave the words of an error alone."""
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
+        if node.value is not None:
+            self.visit(node.value)
+
+    def visit_arguments(self, node: ast.arguments) -> None:
+        for default in (*node.defaults, *node.kw_defaults):
+            if default is not None:
+                self.visit(default)
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
+        """Leave text alone."""
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        self.visit(node.args)
+        for statement in node.body:
+            self.visit(statement)
+
+
+def mutations(packages: list[str]) -> Iterator[dict[str, Any]]:
+    """Yield every mutation of some packages, in the order of their files."""
+    for package in packages:
+        for path in sorted((PACKAGE / package).rglob("*.py")):
+            source = path.read_text(encoding="utf-8")
+            if not source.isascii():  # columns of the syntax tree count bytes
+                source = "".join(c if c.isascii() else "?" for c in source)
+            lines = source.splitlines()
+            for line, column, length, wrong in sorted(set(Places(source).found)):
+                right = lines[line - 1][column : column + length]
+                if right != wrong:
+                    place = {"line": line, "column": column, "length": length, "right": right, "wrong": wrong}
+                    yield {"file": path.relative_to(PACKAGE).as_posix(), **place}
+
+
+def tests_of(file: str) -> list[str]:
+    """Return the tests that should notice: the module's file, then the folders that use its package."""
+    path = Path(file)
+    mirror = path.parent / f"test_{path.name}"
+    folders = [name for name in PACKAGES[path.parts[0]] if (ROOT / "tests" / name).exists()]
+    return [mirror.as_posix()] * (ROOT / "tests" / mirror).exists() + folders
+
+
+def as_mutation(entry: dict[str, Any]) -> Mutation:
+    """Return a mutation as `mutate.py` runs it: the whole file before and after."""
+    right = (PACKAGE / entry["file"]).read_text(encoding="utf-8")
+    lines = right.splitlines(keepends=True)
+    line, at = lines[int(entry["line"]) - 1], int(entry["column"])
+    lines[int(entry["line"]) - 1] = line[:at] + entry["wrong"] + line[at + int(entry["length"]) :]
+    return Mutation(f"{entry['file']}:{entry['line']}", entry["file"], right, "".join(lines), tests_of(entry["file"]))
+
+
+def summary(path: Path) -> None:
+    """Print how many of the mutations that change a value were noticed, by package."""
+    with path.open(newline="", encoding="utf-8") as table:
+        rows = [row for row in csv.DictReader(table) if not row["equivalent"]]
+    print("| package | mutations | noticed | share |\n|---|---|---|---|")
+    for package in (*PACKAGES, "all"):
+        those = [row for row in rows if package in ("all", Path(row["file"]).parts[0])]
+        noticed = sum(row["noticed"] != SURVIVED for row in those)
+        if those:
+            print(f"| {package} | {len(those)} | {noticed} | {noticed / len(those):.0%} |")
+
+
+def main() -> int:
+    """Run a sample, or list all."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("packages", nargs="*", metavar="PACKAGE", help=f"of {', '.join(PACKAGES)} (default: all)")
+    options.add_argument("--count", type=int, default=200, help="mutations in the sample")
+    options.add_argument("--seed", type=int, default=7, help="of the sample")
+    options.add_argument("--jobs", type=int, default=2, help="mutations at once")
+    options.add_argument("--output", type=Path, default=Path("mutations.csv"), help="table of what came out")
+    options.add_argument("--list", action="store_true", help="list the sample, and run none")
+    options.add_argument("--summary", type=Path, metavar="FILE", help="count what a table holds, and run none")
+    asked = options.parse_args()
+    if asked.summary:
+        summary(asked.summary)
+        return 0
+    every = list(mutations(asked.packages or list(PACKAGES)))
+    sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
+    if asked.list:
+        for entry in sample:
+            print(f"{entry['file']}:{entry['line']}: {entry['right']} -> {entry['wrong']}")
+        print(f"{len(sample)} of {len(every)}")
+        return 0
+    done = 0
+    if asked.output.exists():
+        with asked.output.open(newline="", encoding="utf-8") as table:
+            done = sum(1 for _ in csv.DictReader(table))
+    with (
+        asked.output.open("a", newline="", encoding="utf-8") as table,
+        tempfile.TemporaryDirectory() as folder,
+        ThreadPoolExecutor(asked.jobs) as pool,
+    ):
+        rows = csv.DictWriter(table, FIELDS, lineterminator="\n")
+        if not done:
+            rows.writeheader()
+        copies: SimpleQueue[Copy] = SimpleQueue()
+        for number in range(asked.jobs):
+            copies.put(Copy(Path(folder, str(number))))
+
+        def run(entry: dict[str, Any]) -> dict[str, Any]:
+            start, copy = time.perf_counter(), copies.get()
+            try:
+                noticed = copy.test(as_mutation(entry))
+            finally:
+                copies.put(copy)
+            return {**entry, "noticed": noticed, "seconds": f"{time.perf_counter() - start:.0f}", "equivalent": ""}
+
+        for count, row in enumerate(pool.map(run, sample[done:]), start=done + 1):
+            rows.writerow(row)
+            table.flush()
+            print(f"{count}/{len(sample)} {row['file']}:{row['line']}: {row['noticed']}", flush=True)
+    summary(asked.output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
