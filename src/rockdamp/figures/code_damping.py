@@ -110,7 +110,7 @@ def fig_code_damping_caption(amplitude: xr.Dataset) -> str:
     secant = listed(f"{number(secant_restitution_of(amplitude, x0, level))} at {plain(x0)}" for x0 in shown)
     return f"""
     A damping ratio alone states no e: it depends on how it is read. <em>By the loss of each half cycle</em> (coloured),
-    {percent(level, 1)} stand for e&nbsp;=&nbsp;{exact:.3f} under {RECOMMENDED}, whatever the curve and the amplitude;
+    {percent(level, 1)} stand for e&nbsp;=&nbsp;{exact:.4f} under {RECOMMENDED}, whatever the curve and the amplitude;
     under the paper's dampers for {others}, but only for the paper's curve and a release from
     {plain(match["release_amplitude"])}&nbsp;u<sub>ins</sub>. <em>By the loop at the secant period</em> (grey), as
     displacement checks read it, {percent(level, 1)} stand for e&nbsp;=&nbsp;{secant}&nbsp;u<sub>ins</sub>. The mean of
