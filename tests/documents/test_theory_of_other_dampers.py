@@ -14,6 +14,7 @@ from rockdamp.vocabulary import LOCAL, RECOMMENDED
 
 PAGE = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
 CURVE = TrilinearCurve(0.04, 0.85)
+NAMES = ("ECD", RECOMMENDED, LOCAL)  # of the table
 
 
 def test_ecd_meets_chiellini_s_condition_on_any_curve():
@@ -80,3 +81,12 @@ def test_the_first_peaks_of_four_dampers_under_a_half_sine():
         damping = Damping.of_restitution(0.85, model)
         run = event_driven.history(CURVE, damping, [2.0], load=load, load_step=step)
         assert run.turning_displacement[0] == pytest.approx(peak, abs=6e-4)
+
+
+def test_what_the_page_says_of_local_damping_under_load_is_in_its_table():
+    rows = {cells[0]: cells for line in PAGE.splitlines() if (cells := line.strip("| ").split(" | "))[0] in NAMES}
+    median, error, safe = ({name: float(rows[name][column].split()[0]) for name in NAMES} for column in (4, 5, 6))
+    assert median[LOCAL] == pytest.approx(0.95, abs=0.01) == float(rows[LOCAL][1])
+    assert error[LOCAL] == pytest.approx(error["ECD"], rel=0.1)
+    assert error[LOCAL] / error[RECOMMENDED] == pytest.approx(3, abs=0.5)
+    assert safe[LOCAL] > max(safe["ECD"], safe[RECOMMENDED])

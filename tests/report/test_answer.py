@@ -4,10 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+import report_content
 
 from rockdamp import report
 from rockdamp.report.answer import answer
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
+from rockdamp.report.programs import OFFERS, by_offer, factor
+from rockdamp.text import percent
+from rockdamp.vocabulary import LOCAL, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
 
 
 @pytest.fixture
@@ -65,3 +68,22 @@ def test_a_study_that_needs_another_order_says_so(short, data, order):
 def test_without_the_recommendation_there_is_no_answer(data):
     del data["recommendation"]
     assert answer(data) is None
+
+
+def test_a_program_s_damper_has_its_cost_from_the_recommendation_and_local_damping_its_own(data):
+    whole = data["recommendation"]
+    at_e = whole.isel(restitution=whole.sizes["restitution"] // 2)
+    rows = {row["model"]: row for row in by_offer(data)["rows"]}
+    assert list(rows)[: len(OFFERS)] == list(OFFERS)
+    exact = at_e.sel(damping_model=RECOMMENDED, damping_ratio_source="closed form")
+    assert rows[RECOMMENDED]["error"] == factor(exact["log_error"])
+    assert rows[RECOMMENDED]["false_safe"] == percent(exact["false_safe_rate"])
+    of_cdc = at_e.sel(damping_model="CDC")
+    least = of_cdc.isel(damping_ratio_source=int(np.argmin(of_cdc["log_error"].values)))
+    assert rows["CDC"]["error"] == factor(least["log_error"])
+    local = report_content.made_up("local_damping").isel(damping_model=[0, 1, 2])
+    local = local.assign_coords(damping_model=["ECD", RECOMMENDED, LOCAL])
+    row = by_offer({**data, "local_damping": local})["rows"][-1]
+    of_local = local.sel(damping_model=LOCAL)
+    assert (row["model"], row["error"]) == (LOCAL, factor(of_local["record_log_error"]))
+    assert factor(np.nan) == "–" and by_offer({}) is None

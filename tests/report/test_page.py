@@ -102,6 +102,7 @@ def test_the_answer_comes_first_then_the_bridge_the_explorer_earthquakes_figures
     assert order == [
         "answer",
         "bridge",
+        "programs",
         "explorer",
         "earthquakes",
         "figures",

@@ -15,6 +15,7 @@ from rockdamp.figures.style import (
     RESTITUTION,
     SINGLE_COLUMN,
     at_nearest,
+    by_model,
     line_of,
     new_figure,
     numbers,
@@ -107,12 +108,16 @@ def fig_code_damping_caption(amplitude: xr.Dataset) -> str:
     others = by_name({model: number(restitution_of(match, model, level)) for model in PAPER_MODELS})
     amplitudes = numbers(amplitude, "release_amplitude")
     shown = [amplitudes[index] for index in present(amplitudes, SECANT_AMPLITUDES)]
+    ratios = by_model(
+        match["damping_ratio"].sel(damping_model=list(PAPER_MODELS)).interp(restitution=TESTED[1]), percent
+    )
     secant = listed(f"{number(secant_restitution_of(amplitude, x0, level))} at {plain(x0)}" for x0 in shown)
     return f"""
     A damping ratio alone states no e: it depends on how it is read. <em>By the loss of each half cycle</em> (coloured),
-    {percent(level, 1)} stand for e&nbsp;=&nbsp;{exact:.3f} under {RECOMMENDED}, whatever the curve and the amplitude;
+    {percent(level, 1)} stand for e&nbsp;=&nbsp;{exact:.4f} under {RECOMMENDED}, whatever the curve and the amplitude;
     under the paper's dampers for {others}, but only for the paper's curve and a release from
     {plain(match["release_amplitude"])}&nbsp;u<sub>ins</sub>. <em>By the loop at the secant period</em> (grey), as
     displacement checks read it, {percent(level, 1)} stand for e&nbsp;=&nbsp;{secant}&nbsp;u<sub>ins</sub>. The mean of
-    tested walls is {mean} (grey band, {lowest} to {highest}; Graziotti et al., as the paper quotes them).
+    tested walls is {mean} (grey band, {lowest} to {highest}; Graziotti et al., as the paper quotes them); under the
+    paper's dampers it needs ξ&nbsp;=&nbsp;{ratios}.
     """

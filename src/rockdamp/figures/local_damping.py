@@ -12,7 +12,7 @@ from rockdamp.figures.style import DOUBLE_COLUMN, PALE, by_model, line_of, new_f
 from rockdamp.text import number, percent, plain
 
 APART = 1.06  # of the marks of two dampers in one band
-RATIOS = (0.5, 0.7, 1.0, 1.4, 2.0)  # labelled
+RATIOS = (0.5, 0.65, 0.8, 1.0, 1.25, 1.5, 2.0)  # labelled
 
 
 @styled

@@ -198,7 +198,7 @@ def angular_momentum_restitution(thickness: Quantity, height: Quantity, hinge_ra
     return (product - 3 * np.square(thickness)) / (product + 3 * np.square(thickness))
 
 
-def weakest_hinge_ratio(thickness: Quantity, overburden_ratio: Quantity, eccentricity: Quantity) -> Quantity:
+def weakest_hinge_ratio(thickness: Quantity, overburden_ratio: Quantity, eccentricity: Quantity) -> Array:
     r"""Return r = h1/h at which F0 of Eq. (5) is least, within `HINGE_RANGE`. [-]
 
     .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad \Psi = \frac{O}{W}
@@ -272,7 +272,7 @@ class Wall(_Mechanism):
         super().__post_init__()
 
     @property
-    def weakest_hinge_ratio(self) -> Quantity:
+    def weakest_hinge_ratio(self) -> Array:
         """Hinge height over h, between 0.5 and 0.7, at which F0 of Eq. (5) is least. [-]"""
         return weakest_hinge_ratio(self.thickness, self.overburden_ratio, self.eccentricity)
 
