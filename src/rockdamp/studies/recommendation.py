@@ -18,8 +18,7 @@ from rockdamp.config.settings import RecommendationSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
 from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
-from rockdamp.studies.earthquakes.order_criterion import DECIDES
-from rockdamp.vocabulary import RECOMMENDED_ORDER, REFERENCE
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, REFERENCE
 
 EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
 
@@ -54,7 +53,7 @@ def recommend(
         damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
         release_amplitude=given.release_amplitude,
         crossing_force=_crossing_force(by_order),
-        recommended_order=orders["recommended_order"].sel(change=DECIDES, drop=True),
+        recommended_order=orders["recommended_order"].sel(change=DECISIVE_CHANGE, drop=True),
         restitution_change=orders["restitution_change"],
         records=orders["records"],
     )

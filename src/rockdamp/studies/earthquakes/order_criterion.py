@@ -20,9 +20,6 @@ from rockdamp.statistics.fragility import interval, resample
 
 # By the name of a change of e: the side that loses more, and the side that loses less.
 SIDES = {"e": ("lower e", "higher e"), "loss": ("more loss", "less loss"), "tests": ("low test", "high test")}
-# ASSUME: the paper has no such damper. The same part of the loss at every e decides; a change by 0.01 of e is four
-# times as large a part at e = 0.95 as at 0.75.
-DECIDES = "loss"
 MEASURES = ("log_error", "false_safe_rate", "false_collapse_rate")
 ENOUGH, UNDECIDED, EXCEEDS = 1, 0, -1  # verdicts on an order
 
@@ -105,7 +102,7 @@ def judge(sums: Sums, weights: Array) -> tuple[Array, Array, NDArray[np.int8]]:
 
 
 def verdict(bounds: Array) -> NDArray[np.int8]:
-    """Return `ENOUGH` where no measure's interval (measures, ..., 2) reaches above 0, `EXCEEDS` where one lies above."""
+    """Return `ENOUGH` where no interval (measures, ..., 2) reaches above 0, `EXCEEDS` where one lies above."""
     enough, exceeds = (bounds[..., 1] <= 0).all(axis=0), (bounds[..., 0] > 0).any(axis=0)
     return np.select([enough, exceeds], [ENOUGH, EXCEEDS], UNDECIDED).astype(np.int8)
 
@@ -125,7 +122,7 @@ def recommended_order(smallest: Array) -> Array:
 
 
 def split(sums: Sums, order: Array, station: NDArray[np.generic], count: int, replicates: int, seed: int) -> xr.Dataset:
-    """Choose an order on one half of the stations and judge every order on the other, `count` times, all walls together.
+    """Choose an order on one half of the stations and judge all on the other, `count` times, all walls together.
 
     ``split_order`` is the one chosen, NaN where none is enough at every e. ``split_verdict`` is the worst over e of the
     other half's verdicts on each order.
