@@ -10,7 +10,7 @@ STUDIES = {
     "cracked_stiffness": "yield_displacement_ratio",
 }
 
-# ASSUME: the paper has no such damper. The order m of ECD that is offered as a model beside ECD. It was chosen as the one
+# ASSUME: the paper has no such damper. The order m of ECD that is offered as a model beside ECD. It was chosen as that
 # from which on ECD is nearer to restitution than restitution is to itself with e a hundredth lower or higher.
 # results/earthquakes/orders.nc says how it does beside other changes of e, wall by wall; docs/earthquakes.md tells it.
 RECOMMENDED_ORDER = 16

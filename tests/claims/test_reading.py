@@ -21,7 +21,7 @@ def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(liste
 def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(listed, data):
     table = claims.table(claims.judge(listed, data))
     assert list(table.columns[:7]) == ["id", "section", "claim", "verdict", "measured", "threshold", "condition"]
-    assert list(table.columns[7:]) == ["finding", "holds", "holds_in_part", "does_not_hold", "figure"]
+    assert list(table.columns[7:]) == ["finding", "holds", "holds_in_part", "does_not_hold", "figure", "later"]
     assert list(table["id"]) == [claim["id"] for claim in listed]
     assert set(table["verdict"]) <= {REPRODUCED, CONDITIONAL, NOT_REPRODUCED}
     assert (table.drop(columns=["condition", "figure", "holds", "holds_in_part", "does_not_hold"]) != "").all(axis=None)

@@ -117,6 +117,7 @@ def content():
             "holds_in_part": [f"some part of {i} (e 0.{i})"],
             "does_not_hold": [f"no part of {i}"] if i % 2 else [],
             "figure": "fig5" if i % 2 else "",
+            "later": f"changed later {i}" if i % 2 else "",
         }
         for i in range(5)
     ]

@@ -208,13 +208,13 @@ def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -
     )
     return f"""
     With a rising order m the viscous damper becomes restitution, without a fit. The grey bands are CR itself with e
-    changed by ∓{plain(damper_order["restitution_change"])}. Under earthquakes, all walls together, ECD of order m departs
-    from CR by no more than a change of the loss by {percent(judged["loss_change"], 1)} does, errors, false safe and
-    false collapse alike, from m&nbsp;=&nbsp;{number(enough.sel(restitution=earthquakes["restitution"]))} on at
+    changed by ∓{plain(damper_order["restitution_change"])}. Under earthquakes, all walls together, ECD of order m
+    departs from CR by no more than a change of the loss by {percent(judged["loss_change"], 1)} does, errors, false safe
+    and false collapse alike, from m&nbsp;=&nbsp;{number(enough.sel(restitution=earthquakes["restitution"]))} on at
     e&nbsp;=&nbsp;{plain(earthquakes["restitution"])}, and from m&nbsp;=&nbsp;{number(everywhere)} on at every e
     studied (– is none). Under pulses, at e&nbsp;=&nbsp;{plain(at_e["restitution"])}, its error is below the grey band
-    from m&nbsp;=&nbsp;{number(order.where(within).min())} on. A quick pulse needs the higher order: it starts the wall at
-    rest, upright, where the damper acts and no impact occurs. In free decay at
+    from m&nbsp;=&nbsp;{number(order.where(within).min())} on. A quick pulse needs the higher order: it starts the wall
+    at rest, upright, where the damper acts and no impact occurs. In free decay at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])} the root mean square of the difference of |u|/u<sub>ins</sub> falls from
     {number(error[0], 2)} (m&nbsp;=&nbsp;{plain(order[0])}) to {number(error[-1], 2)}
     (m&nbsp;=&nbsp;{plain(order[-1])}); the fitted dampers leave

@@ -67,6 +67,7 @@ def build(content: Content) -> str:
         reference=REFERENCE,
         recommended=RECOMMENDED,
         verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
+        later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         figures=list(pictures.values()),
