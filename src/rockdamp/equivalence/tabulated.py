@@ -152,7 +152,7 @@ def _largest_a1(b1: Array) -> Array:
 def damping_ratio_table(
     curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike = 0.5
 ) -> Array:
-    """Return damping ratios without matching, for any number of walls: of least Err from a table, or exact by the peaks.
+    """Return damping ratios without matching, for any number of walls: of least Err by a table, or exact by the peaks.
 
     Of CDC, CDR and SDR it is the ratio of least Err, which `equivalent` finds over the default length of the response,
     within 1 %, read from a table that the package ships. Of ECD and ECD16 it is the exact ratio, which has every peak

@@ -67,7 +67,7 @@ def under_earthquakes(compared: xr.Dataset) -> xr.Dataset:
     change = {name: compared[f"varied_{name}"].sel(variation=list(CHANGES_OF_E)).min("variation") for name in SIZES}
     more_loss, less_loss = (compared.sel(variation=side) for side in CHANGES_OF_E)
     return judge(whole).assign(
-        {name: whole[name] for name in SIZES},
+        **{name: whole[name] for name in SIZES},
         tail_share=whole["tail_share"],
         log_error_interval=whole["log_error_interval"],
         excess=whole["log_error_excess"],
