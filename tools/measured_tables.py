@@ -20,14 +20,16 @@ import xarray as xr
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.identification import compared
 from rockdamp.figures.style import nearest, numbers
+from rockdamp.report.earthquake_criterion import MARKS, NONE, by_wall, changes, counted, sizes, smallest, splits
 from rockdamp.report.earthquake_histories import STRATA
-from rockdamp.report.earthquakes import SOURCES, grouped, recommended
+from rockdamp.report.earthquakes import SOURCES, Choice, grouped, recommended
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
+from rockdamp.studies.earthquakes.order_criterion import SIDES
 from rockdamp.studies.recommendation import EXACT_SOURCE
-from rockdamp.text import number
-from rockdamp.vocabulary import STUDIES
+from rockdamp.text import listed, number, plain
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
@@ -41,7 +43,6 @@ BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<
 Data = dict[str, xr.Dataset]
 
 LEVELS = (0.5, 0.9)
-NONE = "none"
 PARAMETERS = {
     "yield_displacement_ratio": "a1",
     "strength_ratio": "b1",
@@ -210,7 +211,24 @@ def earthquakes(data: Data) -> str:
     return (
         f"{first}\n\n{table(['model', *columns], rows)}\n\nAll for e = {float(one['restitution']):g} and ξ of the "
         f"{SOURCES[source]}, with 95 % intervals. There CR's own sensitivity, an error too, is "
-        f"{number(sensitivity, 2)}."
+        f"{number(sensitivity, 2)}.{_by_band(data, chosen)}"
+    )
+
+
+def _by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
+    """Typical size, tail and root mean square by band of CR's peak, beside those of a change of e; none of no damper."""
+    if not chosen:
+        return ""
+    compared, use = data["comparison"], chosen[0]
+    cell = compared.sel(damping_model=use.model, damping_ratio_source=use.source)
+    change = plain(data["recommendation"].get("restitution_change", xr.DataArray(np.nan)))
+    head = ["peak of CR, u/u_ins"]
+    for e in numbers(compared, "restitution"):
+        head += [f"e = {e:g}", f"e = {e:g}, e ∓ {change}"]
+    rows = [[band, *(words for pair in cells for words in pair)] for band, cells in sizes(compared, cell)]
+    return (
+        f"\n\nHow far {use.model} is off CR's peaks, and CR with e changed: median, 90 % and root mean square of abs(ln r) as"
+        f" percentages.\n\n{table(head, rows)}"
     )
 
 
@@ -234,25 +252,55 @@ def share(fraction: xr.DataArray) -> str:
 
 
 def orders(data: Data) -> str:
-    """How far ECD of each order is from CR, beside CR's own sensitivity to e, and the smallest order that is enough."""
+    """How far ECD of each order is from CR beside CR with another e, and the order that is enough, also by wall."""
     compared = data["earthquakes/orders"]
-    everywhere = compared.isel(record_set=0)
+    everywhere, named = compared.isel(record_set=0), changes(compared)
+    at_e = numbers(compared, "restitution")
     head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order"))]
-    head += [f"CR, e ∓ {float(compared['restitution_change']):g}", "smallest m"]
+    head += [f"CR, {name}" for name in named.values()] + [f"smallest m, {name}" for name in named.values()]
     rows = []
-    for at_e in (everywhere.sel(restitution=e) for e in numbers(compared, "restitution")):
-        changes = [number(at_e["varied_log_error"].sel(variation=name), 2) for name in ("lower e", "higher e")]
-        errors = [number(error, 2) for error in at_e["log_error"]]
-        rows.append([f"{float(at_e['restitution']):g}", *errors, ", ".join(changes), _order(at_e["smallest_order"])])
-    by_set = [[name, *map(_order, of_set["smallest_order"])] for name, of_set in models(compared, "record_set")]
-    enough = _order(compared["recommended_order"])
+    for one in (everywhere.sel(restitution=e) for e in at_e):
+        sides = [[number(one["varied_log_error"].sel(variation=side), 2) for side in SIDES[name]] for name in named]
+        errors = [number(error, 2) for error in one["log_error"]]
+        least = [smallest(one["smallest_order"].sel(change=name)) for name in named]
+        rows.append([f"{float(one['restitution']):g}", *errors, *map(", ".join, sides), *least])
+    decided = compared.sel(change=DECISIVE_CHANGE)
+    by_set = [[name, *map(smallest, of_set["smallest_order"])] for name, of_set in models(decided, "record_set")]
+    enough, over = smallest(decided["recommended_order"]), f"{int(compared['records'])} records of "
     first = "No order is enough at every e" if enough == NONE else f"**Order {enough} is enough at every e**"
-    over = f"{int(compared['records'])} records of {int(compared['stations'])} stations"
-    head_by_set = ["records", *(f"e = {e:g}" for e in numbers(compared, "restitution"))]
+    head_by_set = ["records", *(f"e = {e:g}" for e in at_e)]
+    walls = [[name, *(f"{least} {MARKS[verdict]}" for least, verdict in cells)] for name, cells in by_wall(compared)]
+    told = splits(compared)
     return (
-        f"{first}, over {over}.\n\n{table(head, rows)}\n\n"
-        f"The smallest order that is enough, by set of records:\n\n{table(head_by_set, by_set)}"
+        f"{first}, over all walls together and {over}{int(compared['stations'])} stations. Error of each order, and of CR"
+        f" with e changed:\n\n{table(head, rows)}\n\n"
+        f"The smallest order that is enough beside a {named[DECISIVE_CHANGE]}, by set of records:\n\n"
+        f"{table(head_by_set, by_set)}\n\n"
+        f"The same by wall, and whether order {RECOMMENDED_ORDER} is enough by itself (✓ enough, ✗ exceeds,"
+        f" – undecided):\n\n{table(['wall', *head_by_set[1:]], walls)}\n\n"
+        f"Order {RECOMMENDED_ORDER} is enough for {listed(counted(compared))}.\n\n{_typical(everywhere, named)}\n\n"
+        f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}. Order {RECOMMENDED_ORDER} was\n"
+        f"chosen and then enough on the other half in {told['both']}. Whatever was chosen, order {RECOMMENDED_ORDER} was"
+        f" enough\non the other half in {told['recommended_passes']}, and exceeded the limit in "
+        f"{told['recommended_exceeds']}."
     )
+
+
+def _typical(everywhere: xr.Dataset, named: dict[str, str]) -> str:
+    """Typical size, tail and false answers of the recommended order, beside those of CR with e changed."""
+    head = ["e", "what", f"m = {RECOMMENDED_ORDER}", *(f"CR, {name}" for name in named.values())]
+    what = {"log_error_median": "median of abs(ln r)", "log_error_90": "90 % of abs(ln r)", "log_error": "error"}
+    rows = []
+    for e in numbers(everywhere, "restitution"):
+        one = everywhere.sel(restitution=e)
+        of_order = one.sel(order=RECOMMENDED_ORDER, method="nearest")
+        for name, words in what.items():
+            sides = [one[f"varied_{name}"].sel(variation=list(SIDES[change])).min() for change in named]
+            rows.append([f"{e:g}", words, number(of_order[name], 2), *(number(side, 2) for side in sides)])
+        for side, (name, words) in enumerate({"safe": "false safe", "collapse": "false collapse"}.items()):
+            varied = [one[f"varied_false_{name}_rate"].sel(variation=SIDES[change][side]) for change in named]
+            rows.append([f"{e:g}", words, percent(of_order[f"false_{name}_rate"]), *map(percent, varied)])
+    return f"Order {RECOMMENDED_ORDER} by size and false answers, beside the side of each change that it is compared with:\n\n{table(head, rows)}"
 
 
 def pulses(data: Data) -> str:
@@ -262,7 +310,7 @@ def pulses(data: Data) -> str:
     bands = [
         f"{float(low):g}-{float(high):g}" for low, high in zip(shown["band_start"], shown["band_end"], strict=True)
     ]
-    head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
+    head = ["model", "xi", "all", *bands, "no impact before (pairs)", "false safe", "false collapse"]
     rows = []
     for model, one in models(shown):
         medians, scatters = (
@@ -273,13 +321,9 @@ def pulses(data: Data) -> str:
             f"{int(one[wrong])} of {int(one[cases])}"
             for wrong, cases in (("false_safe", "reference_collapses"), ("false_collapse", "reference_survivals"))
         ]
-        before = f"{float(one['median_ratio_before_impact']):.2f}"
+        before = f"{float(one['median_ratio_before_impact']):.2f} ({int(one['pairs_before_impact'])})"
         rows.append([model, f"{float(one['damping_ratio']):.4f}", *ratios, before, *counts])
     return table(head, rows)
-
-
-def _order(order: xr.DataArray) -> str:
-    return f"{float(order):g}" if np.isfinite(order) else NONE
 
 
 def interval(one: xr.Dataset, name: str) -> str:

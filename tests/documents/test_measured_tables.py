@@ -82,6 +82,7 @@ def orders_as_configured():
         "order": earthquakes["orders"]["order"],
         "restitution": earthquakes["orders"]["restitution"],
         "record_set": sets,
+        "wall": [wall["name"] for wall in earthquakes["walls"]],
     }
     made_up = report_content.made_up("earthquake_orders")
     repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}

@@ -2,6 +2,7 @@
 
 import io
 import zlib
+from itertools import chain
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,7 @@ from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.amplitude_dependence import DAMPERS
+from rockdamp.studies.earthquakes.order_criterion import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
@@ -32,7 +34,7 @@ COORDINATES = {
     "overburden_ratio": [0.0, 2.0],
     "yield_displacement_ratio": [0.02, 0.04, 0.1],
     "damping_ratio_source": ["polynomial", "least error", "closed form"],
-    "variation": ["step", "impact", "lower e", "higher e"],
+    "variation": ["step", "impact", *chain(*SIDES.values())],
     "bound": ["lower", "upper"],
     "share": [0.5, 0.9, 1.0],
     "change": ["e", "loss", "tests"],
