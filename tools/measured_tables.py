@@ -216,7 +216,7 @@ def earthquakes(data: Data) -> str:
 
 
 def _by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
-    """Typical size, tail and root mean square by band of CR's peak, beside those of a change of e; none of no damper."""
+    """Typical size, tail and root mean square by band of CR's peak, beside those of a change of e."""
     if not chosen:
         return ""
     compared, use = data["comparison"], chosen[0]
@@ -227,8 +227,8 @@ def _by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
         head += [f"e = {e:g}", f"e = {e:g}, e ∓ {change}"]
     rows = [[band, *(words for pair in cells for words in pair)] for band, cells in sizes(compared, cell)]
     return (
-        f"\n\nHow far {use.model} is off CR's peaks, and CR with e changed: median, 90 % and root mean square of abs(ln r) as"
-        f" percentages.\n\n{table(head, rows)}"
+        f"\n\nHow far {use.model} is off CR's peaks, and CR with e changed: median, 90 % and root mean square of"
+        f" abs(ln r), as percentages.\n\n{table(head, rows)}"
     )
 
 
@@ -271,18 +271,18 @@ def orders(data: Data) -> str:
     head_by_set = ["records", *(f"e = {e:g}" for e in at_e)]
     walls = [[name, *(f"{least} {MARKS[verdict]}" for least, verdict in cells)] for name, cells in by_wall(compared)]
     told = splits(compared)
+    m, other = RECOMMENDED_ORDER, "on the other half in"
     return (
-        f"{first}, over all walls together and {over}{int(compared['stations'])} stations. Error of each order, and of CR"
-        f" with e changed:\n\n{table(head, rows)}\n\n"
+        f"{first}, over all walls together and {over}{int(compared['stations'])} stations. Error of each order,"
+        f" and of CR with e changed:\n\n{table(head, rows)}\n\n"
         f"The smallest order that is enough beside a {named[DECISIVE_CHANGE]}, by set of records:\n\n"
         f"{table(head_by_set, by_set)}\n\n"
-        f"The same by wall, and whether order {RECOMMENDED_ORDER} is enough by itself (✓ enough, ✗ exceeds,"
-        f" – undecided):\n\n{table(['wall', *head_by_set[1:]], walls)}\n\n"
-        f"Order {RECOMMENDED_ORDER} is enough for {listed(counted(compared))}.\n\n{_typical(everywhere, named)}\n\n"
-        f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}. Order {RECOMMENDED_ORDER} was\n"
-        f"chosen and then enough on the other half in {told['both']}. Whatever was chosen, order {RECOMMENDED_ORDER} was"
-        f" enough\non the other half in {told['recommended_passes']}, and exceeded the limit in "
-        f"{told['recommended_exceeds']}."
+        f"The same by wall, and whether order {m} is enough by itself (✓ enough, ✗ exceeds, – undecided):\n\n"
+        f"{table(['wall', *head_by_set[1:]], walls)}\n\n"
+        f"Order {m} is enough for {listed(counted(compared))}.\n\n{_typical(everywhere, named)}\n\n"
+        f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}.\nOrder {m} was"
+        f" chosen and then enough {other} {told['both']}. Whatever was chosen,\norder {m} was enough {other}"
+        f" {told['recommended_passes']}, and exceeded the limit in {told['recommended_exceeds']}."
     )
 
 
@@ -300,7 +300,10 @@ def _typical(everywhere: xr.Dataset, named: dict[str, str]) -> str:
         for side, (name, words) in enumerate({"safe": "false safe", "collapse": "false collapse"}.items()):
             varied = [one[f"varied_false_{name}_rate"].sel(variation=SIDES[change][side]) for change in named]
             rows.append([f"{e:g}", words, percent(of_order[f"false_{name}_rate"]), *map(percent, varied)])
-    return f"Order {RECOMMENDED_ORDER} by size and false answers, beside the side of each change that it is compared with:\n\n{table(head, rows)}"
+    return (
+        f"Order {RECOMMENDED_ORDER} by size and false answers, beside the side of each change that it is compared with:"
+        f"\n\n{table(head, rows)}"
+    )
 
 
 def pulses(data: Data) -> str:

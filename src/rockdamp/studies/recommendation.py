@@ -66,23 +66,26 @@ def under_earthquakes(compared: xr.Dataset) -> xr.Dataset:
     # The smaller of both sides: what a change of e makes at the least.
     change = {name: compared[f"varied_{name}"].sel(variation=list(CHANGES_OF_E)).min("variation") for name in SIZES}
     more_loss, less_loss = (compared.sel(variation=side) for side in CHANGES_OF_E)
+    sizes = {name: whole[name] for name in SIZES}
+    sizes |= {_of_change(name): change[name].isel(band=0, drop=True) for name in SIZES}
+    sizes |= {f"near_collapse_{name}": largest[name] for name in SIZES}
+    sizes |= {f"near_collapse_{_of_change(name)}": change[name].isel(band=-1, drop=True) for name in SIZES}
     return judge(whole).assign(
-        **{name: whole[name] for name in SIZES},
-        tail_share=whole["tail_share"],
-        log_error_interval=whole["log_error_interval"],
-        excess=whole["log_error_excess"],
-        excess_interval=whole["log_error_excess_interval"],
-        sensitivity=own,
-        holds=holds(compared["log_error"], own).astype(np.int8),
-        **{_of_change(name): change[name].isel(band=0, drop=True) for name in SIZES},
-        near_collapse_start=compared["band_start"].values[-1],
-        **{f"near_collapse_{name}": largest[name] for name in SIZES},
-        **{f"near_collapse_{_of_change(name)}": change[name].isel(band=-1, drop=True) for name in SIZES},
-        false_safe_rate=whole["false_safe_rate"],
-        false_collapse_rate=whole["false_collapse_rate"],
-        # More loss misses collapses, less loss adds them.
-        sensitivity_false_safe_rate=more_loss["varied_false_safe_rate"].drop_vars("variation"),
-        sensitivity_false_collapse_rate=less_loss["varied_false_collapse_rate"].drop_vars("variation"),
+        {
+            **sizes,
+            "tail_share": whole["tail_share"],
+            "log_error_interval": whole["log_error_interval"],
+            "excess": whole["log_error_excess"],
+            "excess_interval": whole["log_error_excess_interval"],
+            "sensitivity": own,
+            "holds": holds(compared["log_error"], own).astype(np.int8),
+            "near_collapse_start": compared["band_start"].values[-1],
+            "false_safe_rate": whole["false_safe_rate"],
+            "false_collapse_rate": whole["false_collapse_rate"],
+            # More loss misses collapses, less loss adds them.
+            "sensitivity_false_safe_rate": more_loss["varied_false_safe_rate"].drop_vars("variation"),
+            "sensitivity_false_collapse_rate": less_loss["varied_false_collapse_rate"].drop_vars("variation"),
+        }
     )
 
 
