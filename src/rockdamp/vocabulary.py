@@ -11,7 +11,7 @@ STUDIES = {
 }
 
 # ASSUME: the paper has no such damper. The order m of ECD that is offered as a model beside ECD. It was chosen as that
-# from which on ECD is nearer to restitution than restitution is to itself with e a hundredth lower or higher.
+# from which on the peaks of ECD are nearer to restitution's than those with e a hundredth lower or higher are.
 # results/earthquakes/orders.nc says how it does beside other changes of e, wall by wall; docs/earthquakes.md tells it.
 RECOMMENDED_ORDER = 16
 # ASSUME: of the changes of e in that dataset the one that decides: the same part of the loss at every e. A change by a

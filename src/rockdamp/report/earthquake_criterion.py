@@ -88,13 +88,14 @@ def verdicts(verdict: xr.DataArray) -> list[str]:
 
 
 def counted(orders: xr.Dataset) -> list[str]:
-    """Say at each e for how many walls the recommended order is enough: "3 of 8 at e = 0.75 (1 undecided)"."""
+    """Say at each e for how many walls the recommended order is enough: "3 of 8 at e = 0.75 (4 undecided)"."""
     judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)["wall_verdict"]
     told = []
     for e in orders["restitution"].values:
         words = verdicts(judged.sel(restitution=e))
-        open_walls = f" ({words.count('undecided')} undecided)" if "undecided" in words else ""
-        told.append(f"{words.count('enough')} of {len(words)} at e = {plain(e)}{open_walls}")
+        others = {"undecided": words.count("undecided"), "beyond the limit": words.count("exceeds")}
+        rest = ", ".join(f"{count} {name}" for name, count in others.items() if count)
+        told.append(f"{words.count('enough')} of {len(words)} at e = {plain(e)}{f' ({rest})' if rest else ''}")
     return told
 
 
