@@ -13,7 +13,7 @@ from rockdamp.report import interactive
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE
-from rockdamp.text import listed, number, percent, plain
+from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
 
 SIZES = {"median": "log_error_median", "tail": "log_error_90", "rms": "log_error"}  # of the difference of the peaks
@@ -51,8 +51,8 @@ def answer(data: Datasets) -> dict[str, Any] | None:
         "safe_of_change": percent(cell["sensitivity_false_safe_rate"]),
         "collapse": percent(cell["false_collapse_rate"]),
         "collapse_of_change": percent(cell["sensitivity_false_collapse_rate"]),
-        "force": number(whole["crossing_force"], 2),
-        "by_wall": listed(criterion.counted(data[ORDERS])) if ORDERS in data else None,
+        "force": number(whole["crossing_force"]),
+        "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
         "before": off(whole["before_impact_log_error"]),
         "slow": off(cell["slow_pulse_log_error"]),
         "quick": off(cell["quick_pulse_log_error"]),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.text import listed, percent, plain
+from rockdamp.text import listed, percent, plain, span
 from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER
 
 NONE = "none"
@@ -97,6 +97,20 @@ def counted(orders: xr.Dataset) -> list[str]:
         rest = ", ".join(f"{count} {name}" for name, count in others.items() if count)
         told.append(f"{words.count('enough')} of {len(words)} at e = {plain(e)}{f' ({rest})' if rest else ''}")
     return told
+
+
+def counted_in_short(orders: xr.Dataset) -> str:
+    """Say for how many walls the recommended order is enough, over all e: "2 to 6 of 8 walls, by e; ..."."""
+    judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)["wall_verdict"]
+    of_each = [verdicts(judged.sel(restitution=e)) for e in orders["restitution"].values]
+    enough = np.array([words.count("enough") for words in of_each])
+    others = [
+        name
+        for name, word in (("undecided", "undecided"), ("beyond the limit", "exceeds"))
+        if any(word in words for words in of_each)
+    ]
+    rest = f"; the others are {' or '.join(others)}" if others else ""
+    return f"{span(enough, str)} of {orders.sizes['wall']} walls, by e{rest}"
 
 
 def splits(orders: xr.Dataset, change: str = DECISIVE_CHANGE) -> dict[str, str]:

@@ -212,7 +212,7 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: number(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], percent),
         "sizes": criterion.sizes(compared, cell),
-        "crossing_force": number(advice["crossing_force"], 2) if "crossing_force" in advice else "",
+        "crossing_force": number(advice["crossing_force"]) if "crossing_force" in advice else "",
         "tail_share": span(cell["tail_share"].isel(band=0), percent),
         "false_answers": [_false_answers(*(each.isel(restitution=index) for each in (cell, advice))) for index in at_e],
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
