@@ -10,12 +10,14 @@ import math
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from markdown_tables import models, percent, table
+from order_tables import by_band, orders
 
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.identification import compared
@@ -42,7 +44,6 @@ BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<
 Data = dict[str, xr.Dataset]
 
 LEVELS = (0.5, 0.9)
-NONE = "none"
 PARAMETERS = {
     "yield_displacement_ratio": "a1",
     "strength_ratio": "b1",
@@ -55,25 +56,9 @@ INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison",
 INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
 
 
-def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = [list(head), *map(list, rows)]
-    lines.insert(1, ["---"] * len(lines[0]))
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
 def power(value: xr.DataArray) -> str:
     """Two digits and the power of ten: 2.3e-4."""
     return re.sub(r"e-0?", "e-", f"{float(value):.1e}")
-
-
-def percent(fraction: xr.DataArray) -> str:
-    return f"{number(100 * fraction, 2)} %"
-
-
-def models(values: xr.Dataset, dim: str = "damping_model") -> list[tuple[str, xr.Dataset]]:
-    """Return each damping model with its part of a dataset."""
-    return [(str(model), values.sel({dim: model})) for model in values[dim].values]
 
 
 def solver(data: Data) -> str:
@@ -211,7 +196,7 @@ def earthquakes(data: Data) -> str:
     return (
         f"{first}\n\n{table(['model', *columns], rows)}\n\nAll for e = {float(one['restitution']):g} and ξ of the "
         f"{SOURCES[source]}, with 95 % intervals. There CR's own sensitivity, an error too, is "
-        f"{number(sensitivity, 2)}."
+        f"{number(sensitivity, 2)}.{by_band(data, chosen)}"
     )
 
 
@@ -234,28 +219,6 @@ def share(fraction: xr.DataArray) -> str:
     return f"{float(f'{100 * fraction:.2g}'):g} %" if np.isfinite(fraction) else "–"
 
 
-def orders(data: Data) -> str:
-    """How far ECD of each order is from CR, beside CR's own sensitivity to e, and the smallest order that is enough."""
-    compared = data["earthquakes/orders"]
-    everywhere = compared.isel(record_set=0)
-    head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order"))]
-    head += [f"CR, e ∓ {float(compared['restitution_change']):g}", "smallest m"]
-    rows = []
-    for at_e in (everywhere.sel(restitution=e) for e in numbers(compared, "restitution")):
-        changes = [number(at_e["varied_log_error"].sel(variation=name), 2) for name in ("lower e", "higher e")]
-        errors = [number(error, 2) for error in at_e["log_error"]]
-        rows.append([f"{float(at_e['restitution']):g}", *errors, ", ".join(changes), _order(at_e["smallest_order"])])
-    by_set = [[name, *map(_order, of_set["smallest_order"])] for name, of_set in models(compared, "record_set")]
-    enough = _order(compared["recommended_order"])
-    first = "No order is enough at every e" if enough == NONE else f"**Order {enough} is enough at every e**"
-    over = f"{int(compared['records'])} records of {int(compared['stations'])} stations"
-    head_by_set = ["records", *(f"e = {e:g}" for e in numbers(compared, "restitution"))]
-    return (
-        f"{first}, over {over}.\n\n{table(head, rows)}\n\n"
-        f"The smallest order that is enough, by set of records:\n\n{table(head_by_set, by_set)}"
-    )
-
-
 def pulses(data: Data) -> str:
     """The dampers against restitution under pulses at the middle e, with ξ of the closed form, by band of the peak."""
     study = data["pulses"]
@@ -263,7 +226,7 @@ def pulses(data: Data) -> str:
     bands = [
         f"{float(low):g}-{float(high):g}" for low, high in zip(shown["band_start"], shown["band_end"], strict=True)
     ]
-    head = ["model", "xi", "all", *bands, "no impact before", "false safe", "false collapse"]
+    head = ["model", "xi", "all", *bands, "no impact before (pairs)", "false safe", "false collapse"]
     rows = []
     for model, one in models(shown):
         medians, scatters = (
@@ -274,7 +237,7 @@ def pulses(data: Data) -> str:
             f"{int(one[wrong])} of {int(one[cases])}"
             for wrong, cases in (("false_safe", "reference_collapses"), ("false_collapse", "reference_survivals"))
         ]
-        before = f"{float(one['median_ratio_before_impact']):.2f}"
+        before = f"{float(one['median_ratio_before_impact']):.2f} ({int(one['pairs_before_impact'])})"
         rows.append([model, f"{float(one['damping_ratio']):.4f}", *ratios, before, *counts])
     return table(head, rows)
 
@@ -296,16 +259,12 @@ def local_damping(data: Data) -> str:
 def by_program(data: Data) -> str:
     """Which damper to use by what a program offers."""
     told = by_offer(data)
-    head = ["your program offers", "use", "with", "factor of its peaks", "collapses that it misses"]
+    head = ["your program offers", "use", "with", "error of its peaks", "collapses that it misses"]
     rows = told["rows"] if told else []
     return (
         table(head, ([row[key] for key in ("offer", "model", "parameter", "error", "false_safe")] for row in rows))
         + f"\n\nAgainst restitution with e = {told['e'] if told else '–'}, under the records of the earthquakes' study."
     )
-
-
-def _order(order: xr.DataArray) -> str:
-    return f"{float(order):g}" if np.isfinite(order) else NONE
 
 
 def interval(one: xr.Dataset, name: str) -> str:

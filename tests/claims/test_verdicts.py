@@ -64,7 +64,7 @@ def test_parts_add_up_to_a_verdict(needed, parts, verdict):
 def test_conditions_say_what_holds_what_holds_in_part_and_what_does_not():
     words = {"a": "A", "b": "B", "c": "C"}
     parts = verdicts.sorted_out({"parts": words}, {"a": YES, "b": PARTLY, "c": NO})
-    text = dict.fromkeys(("id", "section", "claim", "threshold", "finding", "figure"), "")
+    text = dict.fromkeys(("id", "section", "claim", "threshold", "finding", "figure", "later"), "")
     verdict = verdicts.Verdict(**text, verdict=CONDITIONAL, measured=(), reasons=("because",), **parts)
     assert verdict.condition == "because; holds: A; holds in part: B (e 0.7); does not hold: C"
 

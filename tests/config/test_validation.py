@@ -239,6 +239,11 @@ BAD = [
         [0.995],
         "earthquakes.restitution_change is 0.01; every e of earthquakes, 0.75 to 0.995, must",
     ),
+    (
+        "earthquakes.orders.test_spread",
+        0.06,
+        "earthquakes.orders.test_spread is 0.06; e of earthquakes.orders, up to 0.95, must stay up to 1",
+    ),
     ("damper_order.restitution_change", 0.16, "damper_order.restitution_change is 0.16; every e of damper_order"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
     ("validation.test_series", ["data/none.csv"], "validation.test_series[0] is 'data/none.csv'; it must be a file"),

@@ -111,6 +111,26 @@ def test_one_wall_outside_the_range_is_refused_with_its_value_and_among_many_it_
     assert rd.table_refusal(curve, "SDR", [e], x0)[0].startswith(f"{name} {allowed.removeprefix('it ')}")
 
 
+ENDS = {  # a wall at an end of the range, and how far beyond it is refused: e, a1, b1, a3, release
+    "e from below": ((0.70, 0.04, 0.85, 1.0, 0.5), (-1e-4, 0, 0, 0, 0)),
+    "e from above": ((0.99, 0.04, 0.85, 1.0, 0.5), (1e-4, 0, 0, 0, 0)),
+    "a1": ((0.85, 0.02, 0.85, 1.0, 0.5), (0, -1e-5, 0, 0, 0)),
+    "b1 from below": ((0.85, 0.04, 0.4, 1.0, 0.5), (0, 0, -1e-4, 0, 0)),
+    "b1 from above": ((0.85, 0.04, 0.9, 1.0, 0.5), (0, 0, 1e-4, 0, 0)),
+    "a3": ((0.85, 0.04, 0.85, 0.7, 0.4), (0, 0, 0, -1e-4, 0)),
+    "release from below": ((0.85, 0.04, 0.85, 1.0, 0.1 + 1.5 * 0.04), (0, 0, 0, 0, -1e-4)),
+    "release from above": ((0.85, 0.04, 0.85, 1.0, 0.8), (0, 0, 0, 0, 1e-4)),
+}
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_the_table_reaches_to_the_ends_that_are_stated_and_no_further(end):
+    at, beyond = (np.array(values) for values in ENDS[end])
+    for values, answered in ((at, True), (at + beyond, False)):
+        e, a1, b1, a3, x0 = values
+        assert (rd.table_refusal(rd.TrilinearCurve(a1, b1, a3), "SDR", [e], x0)[0] == "") == answered
+
+
 def test_a_cell_near_a_switch_is_refused_and_its_neighbours_answer():
     cells = tabulated.shipped("CDC").refused
     beside = np.argwhere(cells[..., :-1] & ~cells[..., 1:])[0]

@@ -109,4 +109,4 @@ def test_a_test_series_is_told_by_model_and_amplitude_and_what_depends_on_what_m
         in text
     )
     assert "0.91 to 0.99 (ECD) and 0.86 to 0.98 (CR, degrading)" in text
-    assert "leaves CR at 0.95 of the record's peak" in text
+    assert "leave CR at 0.95 of the record's peak" in text

@@ -4,7 +4,8 @@ import numpy as np
 from figure_reading import drawn, labelled, panel_titled, shows
 from report_content import of_name
 
-from rockdamp.figures.damper_order import at_middle, at_shown
+from rockdamp.figures.damper_order import at_middle, at_shown, fig_order_caption
+from rockdamp.text import plain
 
 
 def test_fig_order_shows_each_error_against_the_order_and_the_band_of_restitution_itself():
@@ -45,3 +46,22 @@ def test_fig_order_shows_the_damping_force_and_the_velocity_of_the_orders_beside
         later = of_order["shown_velocity"].values[-labelled(velocity, f"$m = {m}$").get_xdata().size :]
         np.testing.assert_array_equal(labelled(velocity, f"$m = {m}$").get_ydata(), later)
     assert set(labelled(force, "impact").get_xdata()) == {0}
+
+
+def test_the_caption_tells_the_largest_difference_of_the_peaks_over_every_e_curve_and_order():
+    by_order, earthquakes = of_name("damper_order"), of_name("earthquakes/orders")
+    by_order = by_order.assign({name: by_order[name] * 0 + 0.001 for name in ("peak_error", "curve_peak_error")})
+    by_order["peak_error"][-1, 0, 0, 0] = 0.0123  # not at the shown e
+    assert "they differ by 1.2 % at most" in " ".join(fig_order_caption(by_order, earthquakes).split())
+
+
+def test_the_caption_holds_an_order_against_the_smaller_side_of_the_change_of_e_under_pulses():
+    by_order, earthquakes = of_name("damper_order"), of_name("earthquakes/orders")
+    error = by_order["pulse_log_error"] * 0 + [[0.3], [0.15], [0.1]][: by_order.sizes["order"]]
+    varied = by_order["varied_pulse_log_error"] * 0 + 0.2
+    varied[0] = 0.1
+    made = by_order.assign(pulse_log_error=error, varied_pulse_log_error=varied)
+    text = " ".join(fig_order_caption(made, earthquakes).split())
+    assert f"below the grey band from m&nbsp;=&nbsp;{plain(by_order['order'][2])} on" in text
+    none = by_order.assign(pulse_log_error=error + 1.0, varied_pulse_log_error=varied)
+    assert "below the grey band at no order" in " ".join(fig_order_caption(none, earthquakes).split())

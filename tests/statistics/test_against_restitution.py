@@ -1,9 +1,10 @@
 """Statistics against restitution: the sums written out, and the order of the stations and walls, which says nothing."""
 
 import numpy as np
+import pytest
 import xarray as xr
 
-from rockdamp.statistics.against_restitution import HISTORIES, bootstrapped, fragilities, of_outcomes, of_pairs
+from rockdamp.statistics.against_restitution import HISTORIES, bootstrapped, fragilities, of_outcomes, of_pairs, tail
 from rockdamp.statistics.fragility import fit_fragility, resample
 
 STATION = [f"s{i // 2}" for i in range(24)]
@@ -36,6 +37,28 @@ def test_the_statistics_are_the_sums_over_pairs_that_stand_and_over_outcomes():
         pairs["log_error"] ** 2, np.log(pairs["median_ratio"]) ** 2 + pairs["log_dispersion"] ** 2, atol=0.01
     )
     np.testing.assert_allclose(whole["false_safe_rate"], whole["false_safe"] / fell.sum(HISTORIES), rtol=1e-12)
+
+
+def test_typical_size_and_tail_are_those_of_the_sorted_logarithms():
+    """Of 200 pairs two are the hundredth; a ratio and its inverse are equally far off."""
+    logarithm = np.r_[0.01 * np.ones(150), -0.02 * np.ones(48), 0.3, -0.4]
+    found = tail(np.random.default_rng(2).permutation(logarithm))
+    assert (found["log_error_median"], found["log_error_90"]) == (0.01, 0.02)
+    expected = (0.3**2 + 0.4**2) / (150 * 0.01**2 + 48 * 0.02**2 + 0.3**2 + 0.4**2)
+    assert found["tail_share"] == pytest.approx(expected)
+    assert tail(np.array([0.5]))["tail_share"] == 1.0
+    assert all(np.isnan(value) for value in tail(np.zeros(0)).values())
+
+
+def test_typical_size_and_tail_are_of_the_pairs_that_stand_in_each_band():
+    made = histories()
+    edges = [(0.0, 0.5), (0.5, np.inf)]
+    found = bootstrapped(made, resample(STATION, 10, 1), edges).isel(restitution=1, damper=0)
+    peak, reference = made["peak"].isel(restitution=1, damper=0), made["reference_peak"].isel(restitution=1)
+    for band, (low, high) in enumerate(edges):
+        part = ((peak <= 1) & (reference <= 1) & (reference >= low) & (reference < high)).values
+        for name, value in tail(np.log(peak.values[part] / reference.values[part])).items():
+            assert float(found[name][band]) == pytest.approx(value)
 
 
 def test_what_is_twice_restitution_has_the_ratio_two_without_doubt_and_inverts_with_the_sides():

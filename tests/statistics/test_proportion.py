@@ -57,3 +57,22 @@ def test_the_interval_of_pairs_covers_however_much_they_agree(agreement):
     bounds = wilson(counted.mean(axis=0), effective_count(counted, groups, 400, 3))
     covered = ((bounds[:, 0] <= share) & (share <= bounds[:, 1])).mean()
     assert 0.92 < covered < 0.99
+
+
+def test_of_few_groups_the_variance_of_the_bootstrap_is_too_small_by_what_theory_says():
+    """Three stations that agree, of the outcomes 1, 0, 0: Kish's count from the exact variance, p (1 - p)/(g - 1)."""
+    groups, outcome = np.repeat(np.arange(3), 4), np.repeat([True, False, False], 4)
+    # The exact variance of the mean over bootstraps of g groups is p (1 - p)/g, times g/(g - 1).
+    assert effective_count(outcome, groups, 20000, 1) == 3  # (g - 1) of the formula, never fewer than the groups
+    mixed = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 1, 0], dtype=bool)
+    p, of_group = mixed.mean(), mixed.reshape(3, 4).mean(axis=1)
+    exact = p * (1 - p) / (of_group.var() / 2)
+    assert effective_count(mixed, groups, 20000, 1) == pytest.approx(exact, rel=0.05)
+
+
+def test_an_interval_of_all_or_none_reaches_no_further_than_the_rule_of_the_score_test():
+    """Where every trial counts the lower end is n/(n + z^2), where none does the upper one is z^2/(n + z^2)."""
+    z = norm.ppf(0.975) ** 2
+    for n in (1, 10, 44):
+        assert wilson(1.0, n) == pytest.approx([n / (n + z), 1.0])
+        assert wilson(0.0, n) == pytest.approx([0.0, z / (n + z)])

@@ -99,10 +99,17 @@ def test_a_damper_holds_within_twice_the_sensitivity_of_restitution_or_a_tenth(e
 @pytest.fixture
 def others():
     """ECD of each order under earthquakes and in free decay: the numbers that the recommendation takes of them."""
-    orders = xr.Dataset({"recommended_order": 8.0, "restitution_change": 0.02, "records": 7})
+    orders = xr.Dataset(
+        {"recommended_order": ("change", [4.0, 8.0, 0.0]), "restitution_change": 0.02, "records": 7},
+        coords={"change": ["e", "loss", "tests"]},
+    )
     values = np.arange(6.0).reshape(3, 2)
     by_order = xr.Dataset(
-        {"pulse_before_impact_log_error": (("order", "restitution"), values), "shown_restitution": 0.86},
+        {
+            "pulse_before_impact_log_error": (("order", "restitution"), values),
+            "shown_damping_force": (("order", "tau"), [[-0.3, 0.1], [-1.2, 0.4], [-2.0, 0.5]]),
+            "shown_restitution": 0.86,
+        },
         coords={"order": [0.0, 8.0, 32.0], "restitution": [0.7, 0.9]},
     )
     return orders, by_order
@@ -122,7 +129,28 @@ def test_the_dataset_is_what_the_registry_says_and_holds_the_numbers_of_each_stu
         ratio = damping_ratio_energy(CURVE, model, np.array(E), 0.5)
         np.testing.assert_allclose(advice["damping_ratio_energy"].sel(damping_model=model), ratio)
     np.testing.assert_allclose(advice["sensitivity"].isel(band=0), 0.07)
-    np.testing.assert_allclose(advice["near_collapse_sensitivity_to_restitution"], 0.07 * 1.5)
+    np.testing.assert_allclose(advice["near_collapse_sensitivity_to_restitution"], 0.06 * 1.5)
+    assert float(advice["crossing_force"]) == 1.2  # of the order nearest to the recommended one, whatever its sign
+
+
+def test_a_damper_stands_beside_the_smaller_of_what_a_lower_and_a_higher_e_do(config, others):
+    """Typical size, tail and root mean square; and false answers beside the e that makes each."""
+    compared = made_up.comparison()
+    variation = compared["variation"]
+    of_e = variation.isin(["lower e", "higher e"])
+    for name, low, high in (("log_error", 0.06, 0.07), ("log_error_median", 0.03, 0.02), ("log_error_90", 0.05, 0.09)):
+        sides = xr.where(variation == "lower e", low, high)
+        values = xr.zeros_like(compared[f"varied_{name}"])
+        compared[f"varied_{name}"] = values + xr.where(of_e, sides, 0.001)
+    for name in ("safe", "collapse"):
+        rate = xr.where(variation == "lower e", 0.3, xr.where(variation == "higher e", 0.1, 0.9))
+        compared[f"varied_false_{name}_rate"] = xr.zeros_like(compared[f"varied_false_{name}_rate"]) + rate
+    advice = recommend(config, compared, *others, pulses())
+    for ending, smaller in (("", 0.06), ("_median", 0.02), ("_90", 0.05)):
+        np.testing.assert_allclose(advice[f"sensitivity_to_restitution{ending}"], smaller)
+        np.testing.assert_allclose(advice[f"near_collapse_sensitivity_to_restitution{ending}"], smaller)
+    np.testing.assert_allclose(advice["sensitivity_false_safe_rate"], 0.3)
+    np.testing.assert_allclose(advice["sensitivity_false_collapse_rate"], 0.1)
 
 
 def test_errors_under_pulses_are_those_of_the_slowest_and_the_quickest_that_stand(config, others):

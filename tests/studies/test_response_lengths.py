@@ -20,6 +20,19 @@ def test_response_lengths_agree_with_the_match_at_its_response_length(config, de
     np.testing.assert_allclose(here, matches["amplitude"]["damping_ratio"].sel(release_amplitude=0.5), rtol=0.02)
 
 
+def test_a_damping_ratio_of_one_step_lies_within_its_uncertainty(config, decays, matches):
+    """Of the exact one, which the match follows to a finer step with an uncertainty of its own."""
+    found = response_lengths.response_lengths(config, decays["amplitude"])
+    length = float(matches["amplitude"]["response_length"])
+    here = found.sel(response_length=length).transpose("damping_model", "restitution", ...)
+    exact = matches["amplitude"].sel(release_amplitude=0.5).transpose("damping_model", "restitution")
+    off = np.abs(here["damping_ratio"] - exact["damping_ratio"])
+    assert (off <= here["damping_ratio_uncertainty"] + exact["damping_ratio_uncertainty"]).mean() >= 0.9
+    assert (here["damping_ratio_uncertainty"] >= 3e-5 * here["damping_ratio"]).all()
+    # It says something: at a step of 0.1 in tau, thousands of a percent would be no bound.
+    assert float((here["damping_ratio_uncertainty"] / here["damping_ratio"]).median()) < 0.1
+
+
 @pytest.mark.no_cover
 def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
     """The inference on the paper's grid of e, over the response lengths that hold its minimum, at twice the step."""

@@ -2,6 +2,7 @@
 
 import io
 import zlib
+from itertools import chain
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,7 @@ from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.amplitude_dependence import DAMPERS
+from rockdamp.studies.earthquakes.order_criterion import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
@@ -32,9 +34,11 @@ COORDINATES = {
     "overburden_ratio": [0.0, 2.0],
     "yield_displacement_ratio": [0.02, 0.04, 0.1],
     "damping_ratio_source": ["polynomial", "least error", "closed form"],
-    "variation": ["step", "impact", "lower e", "higher e"],
+    "variation": ["step", "impact", *chain(*SIDES.values())],
     "bound": ["lower", "upper"],
     "share": [0.5, 0.9, 1.0],
+    "change": ["e", "loss", "tests"],
+    "measure": ["log_error", "false_safe_rate", "false_collapse_rate"],
     "wall": ["veneer", "church", "parapet"],
     "quantile": [0.5, 0.9, 1.0],
     "tau": [0.05 * i for i in range(61)],
@@ -115,6 +119,7 @@ def content():
             "holds_in_part": [f"some part of {i} (e 0.{i})"],
             "does_not_hold": [f"no part of {i}"] if i % 2 else [],
             "figure": "fig5" if i % 2 else "",
+            "later": f"changed later {i}" if i % 2 else "",
         }
         for i in range(5)
     ]

@@ -32,7 +32,7 @@ from rockdamp.storage.dataset import Datasets
 
 COLUMNS = (
     *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
-    *("finding", "holds", "holds_in_part", "does_not_hold", "figure"),
+    *("finding", "holds", "holds_in_part", "does_not_hold", "figure", "later"),
 )
 JUDGES: dict[str, Judge] = {**mechanics.JUDGES, **histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}
 
@@ -90,8 +90,9 @@ def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
     missing = [str(item) for part in parts.values() if not part.testable for item in part.measured]
     capped = bool(claim.get("inferred"))
-    if synthetic or missing:  # a record that a model made tells of that model alone
-        verdict, reasons = NOT_JUDGED, [claim["condition"]] * synthetic + missing
+    ambiguous = bool(claim.get("ambiguous"))
+    if ambiguous or synthetic or missing:  # a record that a model made tells of that model alone
+        verdict, reasons = NOT_JUDGED, [claim["condition"]] * (ambiguous or synthetic) + missing
     else:
         verdict = combine(claim, parts, capped)
         reasons = [claim["condition"]] if capped and verdict == CONDITIONAL else []
@@ -108,6 +109,7 @@ def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
         # What cannot be judged has parts that neither hold nor fail.
         **sorted_out(claim, {} if verdict == NOT_JUDGED else parts),
         figure=claim.get("figure", ""),
+        later=claim.get("later", ""),
     )
 
 
@@ -124,7 +126,8 @@ def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]
         if isinstance(needed, Mapping) and needed["count"] > len(names):
             text = f"is {needed['count']}; it must be at most {len(names)}, the number of parts named"
             problems.append((("claims", index, "needed", "count"), text))
-        if "condition" not in claim and (claim.get("inferred") or "validation" in claim["datasets"]):
+        held_back = claim.get("inferred") or claim.get("ambiguous") or "validation" in claim["datasets"]
+        if "condition" not in claim and held_back:
             text = "has no condition; it must say what holds the verdict back"
             problems.append((("claims", index), text))
         try:

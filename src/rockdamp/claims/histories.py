@@ -190,6 +190,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
     more = float(sdr / others.mean(skipna=False)) - 1
     slight = bool(more > 0) & bool(more <= little)
+    side = "above" if more > 0 else "below"
     return {
         "more": Part(
             bool((sdr > others).all()),
@@ -198,8 +199,8 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         ),
         "slightly": Part(
             slight,
-            measured(f"SDR {percent(more)} above the others' mean"),
-            finding={"decay": f"SDR has {brief(1 + more)} of the others' mean logarithmic decrement"},
+            measured(f"SDR {percent(abs(more))} {side} the others' mean"),
+            finding={"decay": f"SDR's logarithmic decrement is {brief(abs(more))} {side} the mean of the others'"},
         ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),

@@ -157,9 +157,8 @@ def amp_dispersion(limits: Limits, data: Datasets) -> dict[str, Part]:
         low, high = (dispersion.isel(restitution=part) for part in (slice(None, third), slice(-third, None)))
         growth = high.mean("restitution") / low.mean("restitution")
         growth_in_words = measured(f"{name}, high over low e", per_model(growth))
-        parts[name] = Part(
-            bool((growth > limits["more"]).all()), growth_in_words, finding={name: between(growth, number)}
-        )
+        held = growth > limits["more"]
+        parts[name] = judged(held, growth_in_words, "models", limits["enough"], {name: between(growth, number)})
     return parts
 
 
@@ -212,8 +211,9 @@ def _independence(dim: str, study: str) -> Judge:
         for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):
             values = spread(ratios(data[study], variable), dim).max("restitution")
             in_words = measured(f"equal {name}", spreads(values))
-            finding = {f"in_{name}": brief(values.max())}
-            parts[name] = Part(bool((values <= limits[name]).all()), in_words, finding)
+            holds = bool((values <= limits[name]).all())
+            finding = {f"in_{name}": brief(values.max()), f"{name}_holds": "holds" if holds else "does not hold"}
+            parts[name] = Part(holds, in_words, finding)
         return parts
 
     return judge
@@ -258,13 +258,12 @@ def a1_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Follow the direction of the change with a1 at each e."""
     xi, dim = ratios(data["match/cracked_stiffness"]).sortby("yield_displacement_ratio"), "yield_displacement_ratio"
     parts = {}
-    for name, model, sign in (("cdc", "CDC", 1), ("cdr", "CDR", 1), ("sdr-less", "SDR", 1), ("sdr-more", "SDR", -1)):
-        held = steady(xi.sel(damping_model=model), dim, sign)
+    for name, model in (("cdc", "CDC"), ("cdr", "CDR")):
+        held = steady(xi.sel(damping_model=model), dim, 1)
         ends = xi.sel(damping_model=model).isel({dim: [0, -1]}).mean("restitution").values
-        less = "less" if sign > 0 else "more"
         change = f"{number(ends[0])} to {number(ends[1])}"
-        in_words = measured(f"{model} mean xi {change} ({less} at low a1 for {spans_of(held)})")
-        parts[name] = judged(held, in_words, "e", limits["enough"], {model.lower(): change})
+        in_words = measured(f"{model} mean xi {change} (less at low a1 for {spans_of(held)})")
+        parts[name] = judged(held, in_words, "e", limits["enough"], {name: change})
     return parts
 
 

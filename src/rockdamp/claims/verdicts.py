@@ -16,7 +16,7 @@ from rockdamp.storage.dataset import Datasets
 REPRODUCED = "reproduced"
 CONDITIONAL = "reproduced under conditions"
 NOT_REPRODUCED = "not reproduced"
-NOT_JUDGED = "not judged: no measurement"
+NOT_JUDGED = "not judged"
 
 Claim = Mapping[str, Any]
 
@@ -66,6 +66,7 @@ class Verdict:
     holds_in_part: tuple[str, ...]
     does_not_hold: tuple[str, ...]
     figure: str
+    later: str  # what was added or corrected with results known
 
     @property
     def condition(self) -> str:

@@ -32,6 +32,12 @@ class Bootstrap:
     seed: int
 
 
+@dataclass(frozen=True)
+class Splits:
+    count: int
+    seed: int
+
+
 def _distributions(value: Any, key: str) -> dict[str, Distribution]:
     """Parse the distribution of each parameter of a population."""
     parameters = members(value, key, PARAMETERS)
@@ -87,11 +93,16 @@ class OrderRecordSettings(RecordSettings):
     restitution: Annotated[Ascending, "earthquakes.orders.restitution"]
     order: Annotated[Ascending, "earthquakes.orders.order"]
     step: Annotated[float, "earthquakes.orders.step"]
+    loss_change: Annotated[float, "earthquakes.orders.loss_change"]
+    test_spread: Annotated[float, "earthquakes.orders.test_spread"]
 
 
 @dataclass(frozen=True)
 class OrderComparisonSettings(ComparisonSettings):
     restitution_change: Annotated[float, "earthquakes.restitution_change"]
+    loss_change: Annotated[float, "earthquakes.orders.loss_change"]
+    test_spread: Annotated[float, "earthquakes.orders.test_spread"]
+    splits: Annotated[Splits, "earthquakes.orders.splits"]
 
 
 @dataclass(frozen=True)

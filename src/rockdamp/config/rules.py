@@ -196,6 +196,9 @@ def changed_restitution_stays_possible(config: Config) -> Problems:
         if not (min(e) - change > 0 and max(e) + change <= 1):
             text = f"is {change}; every e of {key}, {min(e):g} to {max(e):g}, must stay above 0 and up to 1 with it"
             yield ConfigError(f"{key}.restitution_change", text)
+    if not (highest := float(np.max(orders.restitution))) * np.exp(orders.test_spread) <= 1:
+        text = f"is {orders.test_spread}; e of earthquakes.orders, up to {highest:g}, must stay up to 1 with it"
+        yield ConfigError("earthquakes.orders.test_spread", text)
 
 
 def amplitude_dependence_has_both_variants(config: Config) -> Problems:

@@ -1,4 +1,4 @@
-"""The damping ratio of least Err from a table that the package ships, for as many walls as are given.
+"""Look up the damping ratio of least Err of CDC, CDR and SDR in a table that the package ships, for many walls.
 
 In tau and u/u_ins xi follows from e, a1, b1, a3 and the release alone: slenderness, overburden and size drop out. With
 translated softening a3 drops out too, as such a curve is one of a3 = 1 with displacements, forces and squares of
@@ -152,11 +152,11 @@ def _largest_a1(b1: Array) -> Array:
 def damping_ratio_table(
     curve: TrilinearCurve, damping_model: str, restitution: ArrayLike, release_amplitude: ArrayLike = 0.5
 ) -> Array:
-    """Return the damping ratio of least Err without matching, for any number of walls: from a table, or exact.
+    """Return damping ratios without matching, for any number of walls: of least Err by a table, or exact by the peaks.
 
-    Of CDC, CDR and SDR it is what `equivalent` finds over the default length of the response, within 1 %, read from a
-    table that the package ships. ECD and ECD16 need none: theirs is the exact ratio, which has every peak of the decay
-    right.
+    Of CDC, CDR and SDR it is the ratio of least Err, which `equivalent` finds over the default length of the response,
+    within 1 %, read from a table that the package ships. Of ECD and ECD16 it is the exact ratio, which has every peak
+    of the decay right; that of least Err is another, for ECD by some per cent (docs/theory.md, section 5).
 
     Parameters
     ----------

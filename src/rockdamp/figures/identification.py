@@ -221,7 +221,7 @@ def fig_identification_caption(identification: xr.Dataset) -> str:
     }
     return f"""
     Of {identified} simulated records, posterior intervals hold the truth in {listed(held)} (least to most of the
-    parameters, ± the standard error that so many records leave). {draws - identified} of {draws} records were refused.
-    Below: the model that made a record of the test series has a mean probability of {by_name(true_model)}. A test
-    series with a curve that degrades is made by none of the models.
+    parameters, ± the standard error that so many records leave). Of {draws} records {draws - identified} could not be
+    identified. Below: the model that made a record of the test series has a mean probability of {by_name(true_model)}.
+    A test series with a curve that degrades is made by none of the models.
     """

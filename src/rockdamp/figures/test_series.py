@@ -111,8 +111,8 @@ def fig_test_series_caption(validation: xr.Dataset) -> str:
     reference = [f"{value:.2f}" for value in peaks.pop(maker).values]
     others = listed(f"{float(ratio.min()):.2f} to {float(ratio.max()):.2f} ({name})" for name, ratio in peaks.items())
     near = (
-        f"The models' curve and e are near those that made the records, and not the same: this alone leaves "
-        f"{REFERENCE} at {reference[0]} of the record's peak on the lowest level."
+        f"The models' curve and e are near those that made the records, and not the same. That and the sensors' noise "
+        f"leave {REFERENCE} at {reference[0]} of the record's peak on the lowest level."
     )
     return f"""
     Against the records made by {maker} the peak is right within {percent(RIGHT)} under {_right_at(first, "peak")}; the

@@ -12,9 +12,11 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.sampling import by_spline
 from rockdamp.solvers.response import Options
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
+SPLINE_PARTS = 16  # straight parts between two samples in place of the spline, where a solver knows lines alone
 ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
 
 
@@ -27,15 +29,17 @@ class Load(TypedDict):
 
 @dataclass(frozen=True)
 class Forcing:
-    """A ground motion as a load on a wall, linear between its samples. The wall starts at rest.
+    """A ground motion as a load on a wall. The wall starts at rest.
 
     `ground_acceleration` includes the rest after the motion [m s-2]. `sampling` is p dt, the time between two samples
-    in tau; `load_factor` makes the ground acceleration the dimensionless load. [s2 m-1]
+    in tau; `load_factor` makes the ground acceleration the dimensionless load. [s2 m-1] A `smooth` motion runs along a
+    cubic spline between its samples, any other along straight lines.
     """
 
     ground_acceleration: Array
     sampling: Quantity
     load_factor: Quantity
+    smooth: bool = False
 
     @classmethod
     def of(cls, wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, rest: float = 0.0) -> Forcing:
@@ -44,6 +48,9 @@ class Forcing:
             followed_by_rest(record.ground_acceleration, record.step, rest),
             wall.frequency_parameter * record.step,
             wall.load_factor * np.asarray(factor),
+            # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight
+            # lines would cut the peaks of a pulse off. An accelerogram alone is linear, as its publishers process it.
+            smooth=record.displacement is not None,
         )
 
     @property
@@ -61,13 +68,18 @@ class Forcing:
             "step": self.sampling / substeps,
             "steps": substeps * self.intervals,
             "load_factor": self.load_factor,
-            "ground_acceleration": self.ground_acceleration,
-            "substeps": substeps,
+            "ground_acceleration": self._every(substeps) if self.smooth else self.ground_acceleration,
+            "substeps": 1 if self.smooth else substeps,
         }
 
     def event_driven(self) -> Load:
         """Return the arguments of `event_driven.history`, for one wall and one factor."""
-        return {"load": self.load_factor * self.ground_acceleration, "load_step": float(self.sampling)}
+        parts = SPLINE_PARTS if self.smooth else 1
+        return {"load": self.load_factor * self._every(parts), "load_step": float(self.sampling) / parts}
+
+    def _every(self, parts: int) -> Array:
+        """Return the motion at so many times for each sample, along the spline."""
+        return self.ground_acceleration if parts == 1 else by_spline(self.ground_acceleration, parts)
 
 
 def require_affordable(steps: float, cause: str) -> None:

@@ -8,12 +8,16 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.mechanics.damping import kinds
+from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import interactive
-from rockdamp.report.programs import factor
+from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE
-from rockdamp.text import percent, plain
+from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
+
+SIZES = {"median": "log_error_median", "tail": "log_error_90", "rms": "log_error"}  # of the difference of the peaks
+ORDERS = "earthquakes/orders"
 
 
 def answer(data: Datasets) -> dict[str, Any] | None:
@@ -33,23 +37,34 @@ def answer(data: Datasets) -> dict[str, Any] | None:
         "ratios": ratios(middle["damping_ratio_energy"]),
         "release": plain(whole["release_amplitude"]),
         "records": int(whole["records"]),
-        "error": factor(cell["log_error"]),
-        "own": factor(cell["sensitivity_to_restitution"]),
-        "within": float(cell["log_error"]) <= float(cell["sensitivity_to_restitution"]),
+        "sizes": {kind: (off(cell[name]), off(cell[of_change(name)])) for kind, name in SIZES.items()},
+        "within": all(float(cell[name]) <= float(cell[of_change(name)]) for name in SIZES.values()),
         "large": plain(whole["near_collapse_start"]),
-        "large_error": factor(cell["near_collapse_log_error"]),
-        "large_own": factor(cell["near_collapse_sensitivity_to_restitution"]),
+        "large_sizes": {
+            kind: (off(cell[f"near_collapse_{name}"]), off(cell[f"near_collapse_{of_change(name)}"]))
+            for kind, name in SIZES.items()
+        },
         "change": plain(whole["restitution_change"]),
         "paper_model": nearest_of_paper,
-        "paper_error": factor(papers.sel(damping_model=nearest_of_paper)),
+        "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
         "safe": percent(cell["false_safe_rate"]),
-        "before": factor(whole["before_impact_log_error"]),
-        "slow": factor(cell["slow_pulse_log_error"]),
-        "quick": factor(cell["quick_pulse_log_error"]),
+        "safe_of_change": percent(cell["sensitivity_false_safe_rate"]),
+        "collapse": percent(cell["false_collapse_rate"]),
+        "collapse_of_change": percent(cell["sensitivity_false_collapse_rate"]),
+        "force": number(whole["crossing_force"]),
+        "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
+        "before": off(whole["before_impact_log_error"]),
+        "slow": off(cell["slow_pulse_log_error"]),
+        "quick": off(cell["quick_pulse_log_error"]),
         "found": plain(enough) if np.isfinite(enough) else None,
         "agrees": enough == RECOMMENDED_ORDER,
         "order": RECOMMENDED_ORDER,
     }
+
+
+def of_change(name: str) -> str:
+    """Return the name of the same size of the difference that a change of e makes."""
+    return f"sensitivity_to_restitution{name.removeprefix('log_error')}"
 
 
 def ratios(damping_ratio: xr.DataArray) -> list[dict[str, Any]]:

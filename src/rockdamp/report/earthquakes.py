@@ -16,10 +16,12 @@ from markupsafe import Markup
 
 from rockdamp.figures.style import dampers
 from rockdamp.mechanics.damping import Damping
+from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import earthquake_histories as histories
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE, MULTIPLE, TOLERANCE
 from rockdamp.text import listed, number, percent, plain, span
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}
@@ -52,6 +54,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         "exceptions": histories.exceptions(data.get("earthquakes"), SOURCES),
         **_sensitivity(compared, advice, change),
         **_recommendation(compared, advice),
+        **_orders(data.get("earthquakes/orders"), advice),
         **_walls(compared, walls),
         "change": change,
         "fit_plateau": plain(config["curve"]["strength_ratio"]),
@@ -208,9 +211,41 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "everywhere": listed(row["band"] for row in amplitudes if all(entry["holds"] for entry in row["cells"])),
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: number(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], percent),
+        "sizes": criterion.sizes(compared, cell),
+        "crossing_force": number(advice["crossing_force"]) if "crossing_force" in advice else "",
+        "tail_share": span(cell["tail_share"].isel(band=0), percent),
+        "false_answers": [_false_answers(*(each.isel(restitution=index) for each in (cell, advice))) for index in at_e],
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
         "refused": _refused(compared, advice),
         "odd_walls": _odd_walls(compared, first),
+    }
+
+
+def _orders(orders: xr.Dataset | None, advice: xr.Dataset) -> dict[str, Any]:
+    """Say which order is enough wall by wall, and of halves of the stations, beside the change of e that decides."""
+    if orders is None:
+        return {"by_wall": None}
+    found = float(advice["recommended_order"]) if "recommended_order" in advice else np.nan
+    return {
+        "by_wall": criterion.by_wall(orders),
+        "marks": criterion.MARKS,
+        "order": RECOMMENDED_ORDER,
+        "enough_order": plain(found) if np.isfinite(found) else None,
+        "order_e": [plain(e) for e in orders["restitution"].values],
+        "loss_change": criterion.changes(orders)[DECISIVE_CHANGE],
+        "counted": listed(criterion.counted(orders)),
+        "splits": criterion.splits(orders),
+    }
+
+
+def _false_answers(cell: xr.Dataset, advice: xr.Dataset) -> dict[str, str]:
+    """Return a damper's false answers at one e, beside those of CR with the e that makes each."""
+    return {
+        "e": _e(advice),
+        "safe": percent(cell["false_safe_rate"]),
+        "safe_of_change": percent(advice["sensitivity_false_safe_rate"]),
+        "collapse": percent(cell["false_collapse_rate"]),
+        "collapse_of_change": percent(advice["sensitivity_false_collapse_rate"]),
     }
 
 

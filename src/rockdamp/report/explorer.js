@@ -65,13 +65,16 @@ const explorer = (function () {
     find("xi-eq15").textContent = form.gianniniMasiani(state.e).toFixed(6);
   }
 
-  // The ratio of least Err, from the table; of dampers with an exact ratio, that one.
+  // The ratio of least Err, from the table, which has none of the dampers whose closed form is exact.
   function drawLeast(dampers) {
     const refused = {};
     for (const model of models) {
-      const exact = { xi: dampers[model].xi, refusal: "" };
       const none = { refusal: "Err is summed here over another length of the response than that of the table" };
-      const { xi, refusal } = form.exact(model) ? exact : table ? table.read(model, state) : none;
+      if (form.exact(model)) {
+        find(`least-${model}`).textContent = "–";
+        continue;
+      }
+      const { xi, refusal } = table ? table.read(model, state) : none;
       find(`least-${model}`).textContent = refusal ? "–" : xi.toFixed(4);
       if (refusal) (refused[refusal] ??= []).push(model);
     }

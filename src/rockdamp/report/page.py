@@ -19,6 +19,7 @@ from markupsafe import Markup
 from rockdamp.config.walls import make_curve, make_wall
 from rockdamp.equivalence.tabulated import LARGEST_ERROR
 from rockdamp.errors import InputError
+from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquakes, interactive, tables
@@ -26,6 +27,7 @@ from rockdamp.report.answer import answer
 from rockdamp.report.programs import by_offer
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
+from rockdamp.text import percent
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
@@ -64,10 +66,13 @@ def build(content: Content) -> str:
         explorer=_explorer(content, curve),
         controls=interactive.CONTROLS,
         table_error=f"{100 * LARGEST_ERROR:g}",
+        exact=list(interactive.exact_dampers()),
+        exact_off=_above_exact(content.datasets),
         styles=interactive.styles(),
         reference=REFERENCE,
         recommended=RECOMMENDED,
         verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
+        later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         figures=list(pictures.values()),
@@ -112,6 +117,15 @@ def _explorer(content: Content, curve: TrilinearCurve) -> Markup:
         float(loops["release_amplitude"]),
     )
     return Markup(json.dumps(explorer, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
+
+
+def _above_exact(datasets: Datasets) -> str:
+    """Say how far the ratios of least Err of the exact dampers lie above their closed forms, at most: "5 % (ECD)"."""
+    if "equivalence" not in datasets:
+        return ""
+    of_exact = datasets["equivalence"].sel(damping_model=list(interactive.exact_dampers()))
+    above = of_exact["damping_ratio"] / of_exact["damping_ratio_energy"] - 1
+    return by_model(above.max(("yield_displacement_ratio", "restitution")), percent)
 
 
 def _figures(content: Content) -> list[dict[str, Any]]:

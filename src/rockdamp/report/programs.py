@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rockdamp.report.earthquake_criterion import off
 from rockdamp.report.earthquakes import SOURCES
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import EXACT_SOURCE
@@ -21,12 +22,6 @@ OFFERS = {  # what a program must offer for a damper, the best first
     "CDC": "a constant coefficient alone",
 }
 OFFER_OF_LOCAL = "local damping alone (discrete elements)"
-
-
-def factor(log_error: Any) -> str:
-    """Write a root mean square of logarithms as the factor that it stands for: no percentage, as damping ratios are."""
-    value = float(np.exp(float(log_error)))
-    return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
 def by_offer(data: Datasets) -> dict[str, Any] | None:
@@ -54,7 +49,7 @@ def _row(one: xr.Dataset, model: str, offer: str) -> dict[str, str]:
         "offer": offer,
         "model": model,
         "parameter": f"ξ of the {SOURCES[source]}",
-        "error": factor(cell["log_error"]),
+        "error": off(cell["log_error"]),
         "false_safe": percent(cell["false_safe_rate"]),
     }
 
@@ -64,6 +59,6 @@ def _row_of_local(one: xr.Dataset) -> dict[str, str]:
         "offer": OFFER_OF_LOCAL,
         "model": LOCAL,
         "parameter": f"α = tanh(−ln e) = {float(one['local_damping']):.3f}",
-        "error": factor(one["record_log_error"]),
+        "error": off(one["record_log_error"]),
         "false_safe": percent(one["record_false_safe_rate"]),
     }

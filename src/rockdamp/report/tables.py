@@ -24,7 +24,7 @@ from rockdamp.text import number, span
 VERDICTS = {
     "not reproduced": ("no", "✗"),
     "reproduced under conditions": ("partly", "◐"),
-    "not judged: no measurement": ("unknown", "–"),
+    "not judged": ("unknown", "–"),
     "reproduced": ("yes", "✓"),
 }
 # How the parts of a claim are marked.

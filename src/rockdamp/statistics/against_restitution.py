@@ -1,10 +1,12 @@
 """Compare an alternative with restitution: how far its peaks are off, and which walls it collapses otherwise.
 
 An alternative is a damper, or restitution with a slightly different e. The same walls stand under the same records
-with both, so histories come in pairs. Four numbers describe the pairs:
+with both, so histories come in pairs. These numbers describe the pairs:
 
 - median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
-- log error: root mean square of the logarithm of that ratio; log dispersion: its standard deviation;
+- log error: root mean square of the logarithm of that ratio; log dispersion: its standard deviation; its typical size
+  and its tail: the median of the logarithm's size, its 90 % quantile, and the part of the squares that comes from the
+  largest hundredth of the pairs;
 - false safe and false collapse: collapses that only restitution, or only the alternative, has;
 - median intensity ratio: the intensity that collapses half of the walls over that under restitution.
 
@@ -39,6 +41,7 @@ BOUND = ("lower", "upper")
 HISTORIES = ("record", "velocity_ratio", "wall")
 CHANGES_OF_E = ("lower e", "higher e")  # alternatives too: restitution with another e
 ALL = ((0.0, np.inf),)  # one band that holds every peak
+TAIL = 0.01  # of the pairs, those that are furthest apart
 
 
 # --- without a bootstrap ----------------------------------------------------------------------------------------------
@@ -129,8 +132,23 @@ def _ratios(
         whole, drawn = (_moments(logarithm, w) for w in (np.ones((1, logarithm.size)), weights[:, record[part]]))
         of_band: dict[str, Any] = {name: value[0] for name, value in whole.items()}
         of_band |= {f"{name}_interval": interval(value) for name, value in drawn.items()}
-        results.append({**of_band, "pairs": logarithm.size})
+        results.append({**of_band, **tail(logarithm), "pairs": logarithm.size})
     return {name: np.array([of_band[name] for of_band in results]) for name in results[0]}
+
+
+def tail(logarithm: Array) -> dict[str, float]:
+    """Return what a root mean square hides of logarithms of ratios, all counted alike; NaN of none.
+
+    The median and the 90 % quantile of their size, and the part of the sum of squares that comes from the largest
+    hundredth of them, at least one.
+    """
+    if not logarithm.size:
+        return dict.fromkeys(("log_error_median", "log_error_90", "tail_share"), np.nan)
+    size = np.sort(np.abs(logarithm))
+    most = size[-max(round(TAIL * size.size), 1) :]
+    median, high = np.quantile(size, (0.5, 0.9))
+    share = float(quotient((most**2).sum(), (size**2).sum()))
+    return {"log_error_median": float(median), "log_error_90": float(high), "tail_share": share}
 
 
 def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:

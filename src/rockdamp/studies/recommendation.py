@@ -1,8 +1,8 @@
 """Recommend a damper in place of restitution, from the studies of earthquakes, orders, pulses and decays.
 
-The damper to use is the one that errs least from restitution under earthquakes, or that no test of the study tells
-apart from the least error, at every coefficient of restitution. Beside it stands what a user has to know of it: where
-its error is within what restitution's own answer moves, what it misses, and how far it is off under single pulses.
+The damper to use is the one that errs least from restitution under earthquakes, or whose error is not told apart from
+the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical difference
+and the tail beside those that another e makes, what it misses, and how far it is off under single pulses.
 """
 
 from __future__ import annotations
@@ -18,16 +18,17 @@ from rockdamp.config.settings import RecommendationSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
 from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
-from rockdamp.vocabulary import RECOMMENDED_ORDER, REFERENCE
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, REFERENCE
 
 EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
 
-# ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a change that no test
-# could tell, or where it is a tenth, finer than what is known of any wall.
+# ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a small change of e or
+# of the analysis, or where it is a tenth.
 MULTIPLE = 2.0  # of CR's own sensitivity
 TOLERANCE = 0.10
 
 CHOICES = ("damping_model", "damping_ratio_source")
+SIZES = ("log_error", "log_error_median", "log_error_90")  # of the difference of the peaks: rms, typical, tail
 
 
 def recommend(
@@ -51,7 +52,8 @@ def recommend(
         before_impact_log_error=_before_impact(by_order),
         damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
         release_amplitude=given.release_amplitude,
-        recommended_order=orders["recommended_order"],
+        crossing_force=_crossing_force(by_order),
+        recommended_order=orders["recommended_order"].sel(change=DECISIVE_CHANGE, drop=True),
         restitution_change=orders["restitution_change"],
         records=orders["records"],
     )
@@ -61,20 +63,35 @@ def under_earthquakes(compared: xr.Dataset) -> xr.Dataset:
     """Return the part of the recommendation that the comparison under earthquakes gives."""
     whole, largest = (compared.isel(band=band, drop=True) for band in (0, -1))
     own = compared["varied_log_error"].max("variation")
-    change = compared["varied_log_error"].sel(variation=list(CHANGES_OF_E)).max("variation")
+    # The smaller of both sides: what a change of e makes at the least.
+    change = {name: compared[f"varied_{name}"].sel(variation=list(CHANGES_OF_E)).min("variation") for name in SIZES}
+    more_loss, less_loss = (compared.sel(variation=side) for side in CHANGES_OF_E)
+    sizes = {name: whole[name] for name in SIZES}
+    sizes |= {_of_change(name): change[name].isel(band=0, drop=True) for name in SIZES}
+    sizes |= {f"near_collapse_{name}": largest[name] for name in SIZES}
+    sizes |= {f"near_collapse_{_of_change(name)}": change[name].isel(band=-1, drop=True) for name in SIZES}
     return judge(whole).assign(
-        log_error=whole["log_error"],
-        log_error_interval=whole["log_error_interval"],
-        excess=whole["log_error_excess"],
-        excess_interval=whole["log_error_excess_interval"],
-        sensitivity=own,
-        holds=holds(compared["log_error"], own).astype(np.int8),
-        sensitivity_to_restitution=change.isel(band=0, drop=True),
-        near_collapse_start=compared["band_start"].values[-1],
-        near_collapse_log_error=largest["log_error"],
-        near_collapse_sensitivity_to_restitution=change.isel(band=-1, drop=True),
-        false_safe_rate=whole["false_safe_rate"],
+        {
+            **sizes,
+            "tail_share": whole["tail_share"],
+            "log_error_interval": whole["log_error_interval"],
+            "excess": whole["log_error_excess"],
+            "excess_interval": whole["log_error_excess_interval"],
+            "sensitivity": own,
+            "holds": holds(compared["log_error"], own).astype(np.int8),
+            "near_collapse_start": compared["band_start"].values[-1],
+            "false_safe_rate": whole["false_safe_rate"],
+            "false_collapse_rate": whole["false_collapse_rate"],
+            # More loss misses collapses, less loss adds them.
+            "sensitivity_false_safe_rate": more_loss["varied_false_safe_rate"].drop_vars("variation"),
+            "sensitivity_false_collapse_rate": less_loss["varied_false_collapse_rate"].drop_vars("variation"),
+        }
     )
+
+
+def _of_change(name: str) -> str:
+    """Return the name of a size of the difference that a change of e makes."""
+    return f"sensitivity_to_restitution{name.removeprefix('log_error')}"
 
 
 # --- which damper -----------------------------------------------------------------------------------------------------
@@ -129,6 +146,12 @@ def _before_impact(by_order: xr.Dataset) -> float:
     """Error up to CR's first impact under pulses at the shown e, of the order nearest to the recommended one."""
     at_e = by_order["pulse_before_impact_log_error"].sel(restitution=by_order["shown_restitution"], method="nearest")
     return float(at_e.sel(order=RECOMMENDED_ORDER, method="nearest"))
+
+
+def _crossing_force(by_order: xr.Dataset) -> float:
+    """Largest damping force in the shown decay over F0, of the order nearest to the recommended one. [-]"""
+    force = by_order["shown_damping_force"].sel(order=RECOMMENDED_ORDER, method="nearest")
+    return float(np.abs(force).max())
 
 
 def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:

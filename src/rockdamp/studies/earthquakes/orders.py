@@ -1,13 +1,14 @@
-"""ECD of order m under earthquakes: the order from which on it errs less than restitution with a slightly changed e.
+"""ECD of order m under earthquakes, beside restitution and restitution with a changed e.
 
-That change of e is smaller than any test could tell. Every order has the damping ratio that loses what an impact takes
-(docs/theory.md, section 8): nothing is fitted. Differences are taken over the same histories, and bootstrapped over
-stations: see `statistics.against_restitution`.
+Every order has the damping ratio that loses what an impact takes (docs/theory.md, section 8): nothing is fitted.
+Differences are taken over the same histories, and bootstrapped over stations: see `statistics.against_restitution`.
+Which order is enough is judged in `order_criterion`.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -28,17 +29,17 @@ from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.against_restitution import (
     BOUND,
-    CHANGES_OF_E,
     HISTORIES,
     bootstrapped,
     fragilities,
     in_bands,
     of_pairs,
-    root_mean_square,
 )
-from rockdamp.statistics.fragility import interval, resample
+from rockdamp.statistics.fragility import resample
+from rockdamp.studies.earthquakes import order_criterion
+from rockdamp.studies.earthquakes.order_criterion import MEASURES, SIDES, Sums
 
-VARIATIONS = ("step", *CHANGES_OF_E)  # of CR: a step twice as long, and e a little lower and higher
+VARIATIONS = ("step", *chain(*SIDES.values()))  # of CR: a step twice as long, and each change of e
 EVERY_SET = "all"
 
 
@@ -94,7 +95,8 @@ def _of_wall(
 
     e, finer = settings.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
-    changed = run(Damping.cr(e[:, None] + settings.restitution_change * np.array([0.0, -1.0, 1.0])), finer)
+    changes = settings.restitution_change, settings.loss_change, settings.test_spread
+    changed = run(Damping.cr(np.column_stack([e, order_criterion.changed(e, *changes)])), finer)
     coarse = run(Damping.cr(e), coarser)
     orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in settings.order]
     peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
@@ -109,11 +111,10 @@ def _of_wall(
 
 
 def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
-    """Compare each order with CR, and with CR's sensitivity to e, over all records, by set of records and by wall.
+    """Compare each order with CR, and with CR after each change of e, over all records, by set of records and by wall.
 
-    The first set is all records. ``excess`` is log_error less CR's sensitivity, the smaller of those to a lower and a
-    higher e, over the histories that stand with all of them. From ``smallest_order`` on the excess is negative, its
-    interval included; ``recommended_order`` is the smallest that is enough at every e over all records.
+    The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
+    says whether that is enough. ``recommended_order`` is the smallest that is enough at every e over all records.
     """
     settings = OrderComparisonSettings.of(config)
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
@@ -123,13 +124,16 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
         weights = resample(of_set["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
         parts.append(_compare_set(of_set, weights, settings.bands))
-    compared = xr.concat(parts, "record_set", join="exact")
+    compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, settings))
     return compared.assign_coords(
         record_set=sets,
         wall=histories["wall"].values,
         restitution=histories["restitution"].values,
         order=histories["order"].values,
         variation=list(VARIATIONS),
+        change=list(SIDES),
+        measure=list(MEASURES),
+        split=np.arange(compared.sizes["split"]),
         bound=list(BOUND),
         band=np.arange(1, settings.bands.size),
         band_start=("band", settings.bands[:-1]),
@@ -138,7 +142,9 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
         restitution_change=settings.restitution_change,
-        recommended_order=recommended_order(compared["smallest_order"].values[0]),
+        loss_change=settings.loss_change,
+        test_spread=settings.test_spread,
+        recommended_order=("change", order_criterion.recommended_order(compared["smallest_order"].values[0])),
     )
 
 
@@ -148,7 +154,39 @@ def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Data
     varied = histories.drop_dims("order").rename(varied_peak="peak", varied_collapsed="collapsed")
     of_varied = _statistics(varied, weights, bands)
     statistics = _statistics(orders, weights, bands).assign({f"varied_{name}": of_varied[name] for name in of_varied})
-    return statistics.merge(_excess(histories, weights))
+    judged = [_judged(histories, change, weights) for change in SIDES]
+    return statistics.merge(xr.concat(judged, "change", join="exact"))
+
+
+def _judged(histories: xr.Dataset, change: str, weights: Array) -> xr.Dataset:
+    """Judge every order beside one change of e, over all walls together and by wall."""
+    by = ("restitution", "order")
+    excess, bounds, verdict = order_criterion.judge(Sums.of(histories, change), weights)
+    smallest = order_criterion.smallest_order(histories["order"].values, verdict)
+    return xr.Dataset(
+        {
+            "excess": (("measure", *by), excess[:, 0]),
+            "excess_interval": (("measure", *by, "bound"), bounds[:, 0]),
+            "verdict": (by, verdict[0]),
+            "smallest_order": (by[:1], smallest[0]),
+            "wall_excess": (("measure", "wall", *by), excess[:, 1:]),
+            "wall_excess_interval": (("measure", "wall", *by, "bound"), bounds[:, 1:]),
+            "wall_verdict": (("wall", *by), verdict[1:]),
+            "wall_smallest_order": (("wall", *by[:1]), smallest[1:]),
+        }
+    )
+
+
+def _splits(histories: xr.Dataset, settings: OrderComparisonSettings) -> xr.Dataset:
+    """Choose and judge on different halves of the stations, beside each change of e."""
+    order, station, halves = histories["order"].values, histories["station"].values, settings.splits
+    parts = [
+        order_criterion.split(
+            Sums.of(histories, change), order, station, halves.count, settings.bootstrap.replicates, halves.seed
+        )
+        for change in track(list(SIDES), "Orders by halves of the stations")
+    ]
+    return xr.concat(parts, "change", join="exact")
 
 
 def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
@@ -175,59 +213,3 @@ def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
     return xr.Dataset(
         {"median_intensity_ratio": (dims, ratio), "median_intensity_ratio_interval": ((*dims, "bound"), bounds)}
     )
-
-
-def _excess(histories: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Return how much more each order errs than CR with e changed, where the wall stands with all; and by wall."""
-    changes = histories.sel(variation=list(CHANGES_OF_E))
-    peak, reference = histories["peak_ratio"].values, histories["reference_peak"].values
-    changed = np.moveaxis(changes["varied_peak"].values, -1, 0)
-    falls = histories["reference_collapsed"] + changes["varied_collapsed"].sum("variation") + histories["collapsed"]
-    walls, shape = histories.sizes["wall"], peak.shape[3:]
-    excess, bounds = np.empty((1 + walls, *shape)), np.empty((1 + walls, *shape, 2))  # all walls first
-    for e, m in np.ndindex(shape):
-        ratio = np.stack([peak[..., e, m], *changed[..., e]]) / reference[..., e]
-        stand = falls.values[..., e, m] == 0
-        square = np.where(stand, np.log(ratio) ** 2, 0.0)
-        sums, counts = square.sum(axis=2), stand.sum(axis=1).astype(float)  # of each record and wall
-        parts = [(sums.sum(axis=-1), counts.sum(axis=-1)), *((sums[..., i], counts[:, i]) for i in range(walls))]
-        for row, (squares, count) in enumerate(parts):
-            excess[row, e, m] = _over_sensitivity(squares, count, np.ones((1, count.size)))[0]
-            bounds[row, e, m] = interval(_over_sensitivity(squares, count, weights))
-    smallest = smallest_order(histories["order"].values, bounds[..., 1])
-    by = ("restitution", "order")
-    return xr.Dataset(
-        {
-            "excess": (by, excess[0]),
-            "excess_interval": ((*by, "bound"), bounds[0]),
-            "smallest_order": (by[:1], smallest[0]),
-            "wall_excess": (("wall", *by), excess[1:]),
-            "wall_excess_interval": (("wall", *by, "bound"), bounds[1:]),
-            "wall_smallest_order": (("wall", *by[:1]), smallest[1:]),
-        }
-    )
-
-
-def _over_sensitivity(sums: Array, counts: Array, weight: Array) -> Array:
-    """Return the error of an order less the smaller one of CR with a lower and a higher e, in each replicate.
-
-    `sums`, shape (3, records), are squares of the order, of the lower and of the higher e; `counts`, shape (records,),
-    are the histories, the same for all three; `weight` has the shape (replicates, records).
-    """
-    order, lower, higher = root_mean_square(np.einsum("br,ar->ab", weight, sums), (weight @ counts)[None])
-    return np.asarray(order - np.minimum(lower, higher))
-
-
-def smallest_order(order: Array, upper: Array) -> Array:
-    """Return the order from which on the excess's upper bound, shape (..., orders), is at most 0; NaN if none is."""
-    within = np.nan_to_num(upper, nan=np.inf) <= 0
-    onwards = np.logical_and.accumulate(within[..., ::-1], axis=-1)[..., ::-1]
-    return np.where(onwards.any(axis=-1), order[onwards.argmax(axis=-1)], np.nan)
-
-
-def recommended_order(smallest: Array) -> float:
-    """Return the order that is enough at every e, from the smallest at each; NaN if some e has none.
-
-    `rockdamp.vocabulary.RECOMMENDED_ORDER` is that of the full study.
-    """
-    return float(np.max(smallest))

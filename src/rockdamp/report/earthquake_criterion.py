@@ -1,0 +1,143 @@
+"""How far a damper is from restitution beside another e, in words: typical size and tail, and which order is enough."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.text import listed, percent, plain, span
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER
+
+NONE = "none"
+VERDICTS = {1: "enough", 0: "undecided", -1: "exceeds"}
+MARKS = {"enough": "✓", "undecided": "–", "exceeds": "✗"}
+ALL_WALLS = "all together"
+
+
+# --- typical size and tail --------------------------------------------------------------------------------------------
+
+SIZES = ("log_error_median", "log_error_90", "log_error")  # of the difference of the peaks
+SIDES = ["lower e", "higher e"]
+
+
+def off(log_error: Any) -> str:
+    """Return a size of the logarithm of a ratio as the percentage that it stands for."""
+    return percent(np.expm1(float(log_error)))
+
+
+def sizes(compared: xr.Dataset, cell: xr.Dataset) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return, for all peaks and each band of CR's, what a damper and a change of e make at each e.
+
+    Median, 90 % and root mean square of the size of ln r, of the change the smaller one of both sides.
+    """
+    varied = {name: compared[f"varied_{name}"].sel(variation=SIDES).min("variation") for name in SIZES}
+    rows = []
+    for band in range(compared.sizes["band"]):
+        ends = f"{plain(compared['band_start'][band])} to {plain(compared['band_end'][band])}"
+        at_band = [
+            (
+                "; ".join(off(cell[name].isel(at)) for name in SIZES),
+                "; ".join(off(varied[name].isel(at)) for name in SIZES),
+            )
+            for at in ({"restitution": e, "band": band} for e in range(compared.sizes["restitution"]))
+        ]
+        rows.append(("all" if band == 0 else ends, at_band))
+    return rows
+
+
+# --- which order ------------------------------------------------------------------------------------------------------
+
+
+def changes(orders: xr.Dataset) -> dict[str, str]:
+    """Name each change of e that orders are judged against: "loss ± 7 %"."""
+    return {
+        "e": f"e ∓ {plain(orders['restitution_change'])}",
+        "loss": f"loss ± {percent(orders['loss_change'], 1)}",
+        "tests": f"ln e ∓ {plain(orders['test_spread'])}",
+    }
+
+
+def smallest(order: xr.DataArray) -> str:
+    """Write the smallest order that is enough, or that there is none."""
+    return plain(order) if np.isfinite(order) else NONE
+
+
+def by_wall(orders: xr.Dataset) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return, for all walls and for each, the smallest order and the verdict on the recommended one, by e.
+
+    All records, beside the change of e that decides.
+    """
+    judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)
+    rows = [(ALL_WALLS, judged["smallest_order"], judged["verdict"])]
+    rows += [
+        (str(wall), judged["wall_smallest_order"].sel(wall=wall), judged["wall_verdict"].sel(wall=wall))
+        for wall in orders["wall"].values
+    ]
+    return [
+        (name, [(smallest(order), of_order) for order, of_order in zip(least, verdicts(verdict), strict=True)])
+        for name, least, verdict in rows
+    ]
+
+
+def verdicts(verdict: xr.DataArray) -> list[str]:
+    """Return the words of the verdicts on the recommended order, over the last dimension that is left."""
+    of_order = verdict.sel(order=RECOMMENDED_ORDER, method="nearest")
+    return [VERDICTS[int(value)] for value in of_order.values.ravel()]
+
+
+def counted(orders: xr.Dataset) -> list[str]:
+    """Say at each e for how many walls the recommended order is enough: "3 of 8 at e = 0.75 (4 undecided)"."""
+    judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)["wall_verdict"]
+    told = []
+    for e in orders["restitution"].values:
+        words = verdicts(judged.sel(restitution=e))
+        others = {"undecided": words.count("undecided"), "beyond the limit": words.count("exceeds")}
+        rest = ", ".join(f"{count} {name}" for name, count in others.items() if count)
+        told.append(f"{words.count('enough')} of {len(words)} at e = {plain(e)}{f' ({rest})' if rest else ''}")
+    return told
+
+
+def counted_in_short(orders: xr.Dataset) -> str:
+    """Say for how many walls the recommended order is enough, over all e: "2 to 6 of 8 walls, by e; ..."."""
+    judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)["wall_verdict"]
+    of_each = [verdicts(judged.sel(restitution=e)) for e in orders["restitution"].values]
+    enough = np.array([words.count("enough") for words in of_each])
+    others = [
+        name
+        for name, word in (("undecided", "undecided"), ("beyond the limit", "exceeds"))
+        if any(word in words for words in of_each)
+    ]
+    rest = f"; the others are {' or '.join(others)}" if others else ""
+    return f"{span(enough, str)} of {orders.sizes['wall']} walls, by e{rest}"
+
+
+def splits(orders: xr.Dataset, change: str = DECISIVE_CHANGE) -> dict[str, str]:
+    """Say how often each order is chosen on one half of the stations, and what the other half says of it.
+
+    ``chosen`` lists the orders with their shares, ``recommended`` is the share of the recommended one, ``passes`` that
+    of the splits in which the chosen order is enough on the other half, and ``both`` that of both.
+    """
+    one = orders.sel(change=change)
+    chosen, of_other = one["split_order"].values, one["split_verdict"]
+    verdict = np.array(
+        [
+            int(of_other.isel(split=i).sel(order=order, method="nearest")) if np.isfinite(order) else -1
+            for i, order in enumerate(chosen)
+        ]
+    )
+    names = ["none" if np.isnan(order) else plain(order) for order in chosen]
+    ranked = sorted(set(names), key=lambda name: (-names.count(name), name))
+    recommended = chosen == RECOMMENDED_ORDER
+    of_recommended = of_other.sel(order=RECOMMENDED_ORDER, method="nearest").values
+    return {
+        "count": str(chosen.size),
+        "chosen": listed(f"{name} in {percent(names.count(name) / chosen.size)}" for name in ranked),
+        "recommended": percent(recommended.mean()),
+        "passes": percent((verdict == 1).mean()),
+        "undecided": percent((verdict == 0).mean()),
+        "both": percent((recommended & (verdict == 1)).mean()),
+        "recommended_passes": percent((of_recommended == 1).mean()),
+        "recommended_exceeds": percent((of_recommended == -1).mean()),
+    }

@@ -1,0 +1,63 @@
+"""Numbers in the words of the documents, outside of the tables, against the built datasets."""
+
+import re
+
+import numpy as np
+import pytest
+from repository import ROOT
+
+from rockdamp.storage import dataset
+from rockdamp.vocabulary import STUDIES
+
+
+def built(name):
+    path = ROOT / f"results/{name}.nc"
+    if not path.exists():
+        pytest.skip("the full results are not built")
+    return dataset.open(path)
+
+
+def stated(page, pattern):
+    """The numbers in the brackets of a pattern, which stands once on a page."""
+    text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+    (found,) = re.findall(pattern, text)
+    return [float(number) for number in (found if isinstance(found, tuple) else (found,))]
+
+
+def off_middle(model):
+    of = built("amplitude_dependence").sel(damping_model=model)
+    return 100 * float(np.abs(of["damping_ratio_middle"] / of["damping_ratio_peaks"] - 1).max())
+
+
+def test_the_closed_form_at_the_middle_energy_is_within_what_is_stated():
+    secant, constant = stated("docs/theory.md", r"is within ([\d.]+) % for CDR, SDR .*? within ([\d.]+) % for CDC")
+    assert 0.9 * secant < max(map(off_middle, ("CDR", "SDR"))) <= secant
+    assert 0.95 * constant < off_middle("CDC") <= constant
+
+
+def test_before_the_first_impact_peaks_are_too_small_by_what_is_stated():
+    study = built("pulses")
+    shown = study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source="closed form")
+    least, most = stated("docs/theory.md", r"out (\d) to (\d) % too small in the median")
+    short = 100 * (1 - shown["median_ratio_before_impact"].sel(damping_model=["CDC", "CDR", "SDR", "ECD"]))
+    assert (round(float(short.min())), round(float(short.max()))) == (least, most)
+
+
+def test_damping_ratios_of_the_studies_are_as_certain_as_is_stated():
+    bound, most = stated("docs/accuracy.md", r"are certain to ([\d.]+) %, and most to the resolution .*?, ([\d.]+) %")
+    parts = []
+    for study in STUDIES:
+        matched = built(f"match/{study}")
+        parts.append((100 * matched["damping_ratio_uncertainty"] / matched["damping_ratio"]).values.ravel())
+    certain = np.concatenate(parts)
+    assert certain.max() <= bound and (certain <= most * (1 + 1e-9)).mean() > 0.5
+
+
+def test_damping_ratios_against_the_length_of_the_response_lie_within_their_own_uncertainty():
+    lengths, matched = built("response_lengths"), built("match/amplitude")
+    at = {"response_length": float(matched["response_length"])}
+    exact = matched.sel(release_amplitude=0.5)
+    off = np.abs(lengths["damping_ratio"].sel(at) - exact["damping_ratio"])
+    bound = lengths["damping_ratio_uncertainty"].sel(at) + exact["damping_ratio_uncertainty"]
+    share = stated("docs/accuracy.md", r"response_lengths.nc`.*? hold (\d+) % of the differences")[0]
+    assert 100 * float((off <= bound).mean()) >= share
