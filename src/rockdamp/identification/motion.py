@@ -36,13 +36,19 @@ class MotionNoise:
 
     fit: Fit  # under the measured motion and the noise z_0
     directions: Array  # of the noise, shape (directions, samples) [m s-2]
-    parameters: Array  # theta_0, of which the noise follows the first three
+    parameters: Array  # theta_0, of which the noise follows all but the order of a damper
     about: Array  # z_0, shape (directions,)
     effect: Array  # derivative of the response by z, shape (directions, samples) [m]
-    derivative: Array  # of the response by the parameters, shape (3, samples) [m]
+    derivative: Array  # of the response by the parameters that the noise follows, shape (3 or more, samples) [m]
     noise: Noise  # the sensor's zero and drift, and the main directions of the effect
-    follows: Array  # Z, shape (directions, 3)
-    precision: Array  # of the parameters, by the linear problem, shape (3, 3)
+    follows: Array  # Z, shape (directions, 3 or more)
+    precision: Array  # of the parameters that it follows, by the linear problem
+
+    @classmethod
+    def before(cls, measured: Fit) -> MotionNoise:
+        """Return what has no linear response yet: that of a fit that has the measured motion."""
+        nothing = np.empty((0, 0))
+        return cls(measured, nothing, nothing, nothing, nothing, nothing, Noise(nothing), nothing, nothing)
 
     @classmethod
     def at(
@@ -71,18 +77,18 @@ class MotionNoise:
 
     @cached_property
     def _shift(self) -> tuple[Array, Array]:
-        """Return what z_0 and Z add to the response, shape (samples,) and (3, samples). [m]"""
+        """Return what z_0 and Z add to the response, shape (samples,) and (3 or more, samples). [m]"""
         by_parameters = np.einsum("kp,kt->pt", self.follows, self.effect)
         return np.einsum("k,kt->t", self.about, self.effect), by_parameters
 
     @cached_property
     def _motions(self) -> Array:
-        """Of the noise that follows the parameters, shape (3, samples). [m s-2]"""
+        """Of the noise that follows the parameters, shape (3 or more, samples). [m s-2]"""
         return np.einsum("kp,ks->ps", self.follows, self.directions)
 
     def _followed(self, parameters: Array) -> Array:
-        """Return how far the noise follows parameters, shape (batch, 3)."""
-        away = parameters[:, :3] - self.parameters[:3]
+        """Return how far the noise follows parameters, shape (batch, 3 or more)."""
+        away = self.fit.followed(parameters) - self.fit.followed(self.parameters)
         square = np.einsum("bp,pq,bq->b", away, self.precision, away)
         return np.asarray(away * np.exp(-0.5 * square / NEAR**2)[:, None])
 
