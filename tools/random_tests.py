@@ -76,11 +76,12 @@ def drawn(seed: int, number: int) -> RandomTest:
         centre = before + (cycles / 2 if kind == "wavelet" else 2.0) / frequency
         samples = round((centre + after) * rate)
         fine = np.arange(samples * OVERSAMPLING + 1) / (rate * OVERSAMPLING) - centre
-        motion = {
-            "ricker": lambda: ricker(fine, frequency, peak),
-            "table": lambda: table_pulse(fine, peak, width=width, side_lobe=side),
-            "wavelet": lambda: wavelet(fine, frequency, cycles, peak),
-        }[kind]()
+        if kind == "ricker":
+            motion = ricker(fine, frequency, peak)
+        elif kind == "table":
+            motion = table_pulse(fine, peak, width=width, side_lobe=side)
+        else:
+            motion = wavelet(fine, frequency, cycles, peak)
         elapsed = np.arange(samples + 1) / rate
         history = event_driven.history(
             TrilinearCurve(a1, b1),

@@ -54,6 +54,7 @@ class Fit:
     step: float
     motion: Array  # the ground acceleration at the solver's steps [m s-2]
     sizes: tuple[str, ...] = ()  # of the wall, that are the last parameters; the others are known
+    trend_degree: int = 1  # of the polynomial that the sensor shows beside the displacement
 
     @classmethod
     def of(
@@ -105,9 +106,9 @@ class Fit:
 
     @cached_property
     def trend(self) -> Array:
-        """Offset and drift of the sensor, shape (samples, 2)."""
+        """Offset and drift of the sensor, shape (samples, 2), or more where the trend's degree is higher."""
         elapsed = self.record.elapsed - self.record.elapsed[0]
-        return np.stack([np.ones_like(elapsed), elapsed], axis=1)
+        return np.stack([elapsed**power for power in range(self.trend_degree + 1)], axis=1)
 
     @cached_property
     def basis(self) -> Array:
@@ -140,7 +141,9 @@ class Fit:
         if not self.sizes:
             return self.wall
         with as_meant():  # of an unlikely size the wall itself was warned of
-            return replace(self.wall, **dict(zip(self.sizes, np.moveaxis(self._split(parameters)[1], -1, 0), strict=True)))
+            return replace(
+                self.wall, **dict(zip(self.sizes, np.moveaxis(self._split(parameters)[1], -1, 0), strict=True))
+            )
 
     def followed(self, parameters: Array) -> Array:
         """Return those parameters that the noise of the motion follows: all but the order of a damper."""
@@ -203,7 +206,7 @@ class Fit:
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
     def tangent(self, parameters: Array, directions: Array) -> tuple[Array, Array]:
-        """Return derivatives of the computed history along it, by directions of the motion and by what the noise follows.
+        """Return derivatives of the computed history along it: by directions of the motion, and by what that follows.
 
         Unlike differences of histories they are free of the solver's roughness; those by a size are differences. The
         directions are histories of the motion [m s-2]. The shapes are (directions, samples) [m] and (3 or more,
@@ -270,15 +273,15 @@ class Fit:
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
         lowest = np.argsort(misfit, axis=None, kind="stable")
         points, found = grid[lowest[:KEPT]], grid[lowest[np.isin(lowest, minima)]]
-        best = coarse._descend(coarse._refine(points))
+        best = coarse.descend(coarse._refine(points))
         for _ in range(ROUNDS - 1):
             if np.sqrt(2 * best.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
                 break
-            again = coarse._descend(coarse._refine(best.x[None]))
+            again = coarse.descend(coarse._refine(best.x[None]))
             if again.cost > 0.99 * best.cost:
                 break
             best = again
-        return self._descend(best.x).x, found
+        return self.descend(best.x).x, found
 
     def _refine(self, points: Array) -> Array:
         """Look around each point, keep the best of all, halve the distance, and so on; return the best."""
@@ -296,7 +299,8 @@ class Fit:
             points, misfit = points[best], misfit[best]
         return points[0]
 
-    def _descend(self, start: Array) -> OptimizeResult:
+    def descend(self, start: Array) -> OptimizeResult:
+        """Return the local least squares that are reached from a point."""
 
         def residual(point: Array) -> Array:
             return self.without_trend(self.computed(self.physical(point)[None])[0] - self.measured)
@@ -307,14 +311,7 @@ class Fit:
             inside = DIFFERENCE * self.width
             return self.derivative(np.clip(point, low + inside, high - inside), at_point=True)
 
-        return least_squares(
-            residual,
-            start,
-            derivative,
-            bounds=self.range,
-            x_scale=self.width,
-            **DESCENT,
-        )
+        return least_squares(residual, start, derivative, bounds=self.range, x_scale=self.width, **DESCENT)
 
 
 @dataclass(frozen=True)
@@ -336,6 +333,12 @@ class Solution:
     def derivative(self) -> Array:
         """Derivative of the history by the parameters, without offset and drift; shape (samples, 3)."""
         return self.fit.derivative(self.estimate)
+
+    def with_size(self, name: str, change: float) -> Array:
+        """Return the estimate of a wall of which a size is larger by so much, descended to from this one."""
+        wall = replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change})
+        other = replace(self.fit, wall=wall)
+        return other.physical(other.descend(self.point).x)
 
     @cached_property
     def shifts(self) -> Array:
