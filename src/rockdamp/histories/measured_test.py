@@ -20,7 +20,7 @@ QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the
 STRONG = 1 / 3  # of the plateau's strength: once the load stays below it, it can no longer make the wall rock
 FREE = 0.02  # of the plateau's strength: once the load stays below it, the motion is that of a free decay
 SHORTEST_REST = 10  # samples
-NOISY, MOST_NOISY = 5.0, 0.1  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
+NOISY, MOST_NOISY = 5.0, 0.3  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
 
 
 def record_attributes(record: Record) -> dict[str, str]:

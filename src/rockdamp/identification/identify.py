@@ -171,8 +171,7 @@ class _Predicted:
 def _predicted(problem: Problem, values: Array, random: np.random.RandomState, run: int) -> _Predicted:
     """Predict what the sensor would show of a run."""
     noise, measured = problem.runs[run].noise, problem.runs[run].fit.measured
-    computed = problem.computed(values, run)
-    residuals = problem.residuals(values, computed, run)
+    _, residuals = problem.response(values, run)
     linear = noise.draw(residuals, values[:, -2], values[:, -1], random)
     shown = measured - residuals + linear @ noise.rows
     shown += np.stack([_sensor_noise(row, random, shown.shape[1]) for row in values[:, -2:]])

@@ -21,6 +21,7 @@ from rockdamp.text import listed
 # ASSUME: a wall that stands does not go beyond u_ins, where it falls; a sensor's drift and a slack measure may add
 # half of that. Tests that restitution explains well leave some per cent of the peak.
 FARTHEST = 1.5  # of u_ins
+SMALL = 0.005  # of the peak: what less leaves is no doubt
 POOR, POOREST = 0.03, 0.10  # of the peak: from the first on slips are looked for, from the second on it is refused
 NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besides
 BETTER = 3.0  # times smaller is the misfit of a record without its slip
@@ -64,7 +65,11 @@ class Misfit:
     @property
     def doubts(self) -> list[str]:
         """A warning if the best fit leaves more than the sensor's noise."""
-        return [f"the best fit leaves {self}: errors tell what holds under this model alone"] if self.exceeds(0) else []
+        return (
+            [f"the best fit leaves {self}: errors tell what holds under this model alone"]
+            if self.exceeds(SMALL)
+            else []
+        )
 
     def exceeds(self, share: float) -> bool:
         """Return True if the misfit is more than a share of the peak, and more than noise."""
@@ -98,7 +103,7 @@ def require_explained(solution: Solution) -> Misfit:
     """
     misfit = Misfit.of(solution)
     stated = f"the best fit leaves {misfit}"
-    clipped = list(_clipped(solution.fit.record)) if misfit.exceeds(0) else []
+    clipped = list(_clipped(solution.fit.record)) if misfit.exceeds(SMALL) else []
     if clipped:
         raise InputError(f"{stated}{_ask(clipped)}")
     if not misfit.exceeds(POOR):

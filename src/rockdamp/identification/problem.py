@@ -31,6 +31,7 @@ CORRELATION = (0.01, 0.995)  # of what a model leaves, as it is taken in the sea
 PARTS = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a step, of which the best is taken
 GAINED = 0.1  # in the logarithm of the density: below it the mode is found
 LINEAR = 0.3  # of the sensor's deviation: what the response may differ from a linear one, a tenth of the variance
+FINER = 0.25  # of the solver's step, where the noise is corrected: the solver's roughness would decide there
 AGAIN = 2  # times at most that draws start about another mode
 HIGHER = 2.0  # in the logarithm of the density: a mode that was missed, and not a draw near the mode
 CHECKED, CHECKED_SEED = 32, 0  # draws at which it must be that linear
@@ -143,13 +144,12 @@ class Problem:
         """From points of the unit cube, shape (batch, parameters), to values."""
         return self.prior.values(self.names, points)
 
-    def computed(self, values: Array, run: int = 0) -> Array:
-        """Displacement of a run for rows of values, under the noise of the motion that its record asks for. [m]"""
-        return self.runs[run].computed(values[:, self.columns(run)])
+    def response(self, values: Array, run: int = 0) -> tuple[Array, Array]:
+        """Return a run's displacement for rows of values, under the noise of the motion that its record asks for. [m]
 
-    def residuals(self, values: Array, computed: Array, run: int = 0) -> Array:
-        """Return the part of a run's measured displacement that is left for the instruments' errors. [m]"""
-        return self.runs[run].residuals(values[:, self.columns(run)], computed)
+        Beside it stands the part of the measured displacement that is left for the instruments' errors. [m]
+        """
+        return self.runs[run].response(values[:, self.columns(run)], values[:, -2], values[:, -1])
 
     def log_density(self, points: Array) -> Array:
         """Return the logarithm of prior times likelihood in the unit cube, shape (batch,); -inf where it is zero.
@@ -168,8 +168,7 @@ class Problem:
         values = values[inside]
         total = np.zeros(len(values))
         for index, run in enumerate(self.runs):
-            computed = self.computed(values, index)
-            left = self.residuals(values, computed, index)
+            computed, left = self.response(values, index)
             likelihood = run.noise.log_likelihood(left, values[:, -2], values[:, -1])
             largest = np.abs(computed).max(axis=1)
             u_ins = run.fit.mechanism(values[:, self.columns(index)]).instability_displacement
@@ -182,32 +181,68 @@ class Problem:
     def drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
         """Draw from the posterior until enough draws are effective; return the problem about the mode with them.
 
-        Where the draws show a mode that is higher than the one of the search, the draws start again about that. It
-        raises `InputError` if this takes too long, or the response to the noise of the motion is not linear there.
+        Where the response to the noise of the motion is not linear at the draws, or they take too long, they start
+        again with a noise that is corrected at each of them. It raises `InputError` if that does not help either.
         """
+        try:
+            problem, draws = self._drawn(effective, seed)
+            if problem.beyond_linear(draws) <= LINEAR:
+                return problem, draws
+        except InputError:
+            problem = self
+        try:
+            problem, draws = problem._corrected()._drawn(effective, seed)
+        except InputError as error:
+            raise InputError(f"{error}; {self._sensitivity()}") from None
+        share = problem.beyond_linear(draws)
+        if not share <= LINEAR:
+            raise InputError(
+                f"the response to the noise of the measured motion differs from a linear one by {share:.2g} of the"
+                f" sensor's deviation; it must be at most {LINEAR}; {self._sensitivity()}"
+            )
+        return problem, draws
+
+    def _corrected(self) -> Problem:
+        """Search the mode again by finer steps of the solver, and correct the noise at each point from there on."""
+        fine = tuple(replace(run, fit=run.fit.with_step(FINER * run.fit.step)) for run in self.runs)
+        values = self.values(self.mode[None])
+        about = replace(self, runs=fine)._at(values[0, :-2], [run.about for run in self.runs], values[0, -2:])
+        about = about._at_mode(values[:, :-2])._nearest()
+        runs = tuple(replace(run, corrected=True) for run in about.runs)
+        return replace(about, runs=runs)._at_mode(about.values(about.mode[None])[:, :-2])
+
+    def _drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
+        """Draw as they are; where draws show a mode that is higher than the one of the search, start about that."""
         problem = self
         for _ in range(AGAIN):
             draws = sample(problem.log_density, problem._neighbourhood(), effective, seed)
             best = np.argmax(draws.log_density)
             if draws.log_density[best] < problem.log_density(problem.mode[None])[0] + HIGHER:
                 break
-            problem = problem._at_mode(problem.values(draws.points[best][None])[:, :-2])._nearest()
-        problem.require_linear(draws.resampled(CHECKED, np.random.RandomState(CHECKED_SEED)))
+            problem = problem._at_mode(problem.values(draws.points[best][None])[:, :-2])
+            problem = problem if problem.runs[0].corrected else problem._nearest()
         return problem, draws
 
-    def require_linear(self, points: Array) -> None:
-        """Raise `InputError` unless the response to the noise of the motion is linear at draws of the posterior."""
-        values = self.values(points)
+    def beyond_linear(self, draws: Draws) -> float:
+        """Return by how much the response to the noise of the motion differs from a linear one, over the sensor's.
+
+        Of several runs it is the largest.
+        """
+        values = self.values(draws.resampled(CHECKED, np.random.RandomState(CHECKED_SEED)))
+        shares = []
         for index, run in enumerate(self.runs):
-            computed = self.computed(values, index)
-            noise = run.mean(self.residuals(values, computed, index), values[:, -2], values[:, -1])
-            beyond = run.beyond_linear(values[:, self.columns(index)], computed, noise)
-            share = float(np.sqrt(np.mean((beyond / values[:, -2, None]) ** 2)))
-            if not share <= LINEAR:
-                raise InputError(
-                    f"the response to the noise of the measured motion differs from a linear one by {share:.2g} of the"
-                    f" sensor's deviation; it must be at most {LINEAR}: the wall rocks too long or too near to collapse"
-                )
+            beyond = run.beyond(values[:, self.columns(index)], values[:, -2], values[:, -1])
+            shares.append(float(np.sqrt(np.mean((beyond / values[:, -2, None]) ** 2))))
+        return max(shares)
+
+    def _sensitivity(self) -> str:
+        """Say by how much the noise of the motion moves the response, where that is why a record is refused."""
+        moved = max(float(np.sqrt(np.einsum("kt,kt->t", run.effect, run.effect).max())) for run in self.runs)
+        times = moved / min(run.fit.rest_deviation for run in self.runs)
+        return (
+            f"the accelerometer's noise moves the response by {1000 * moved:.2g} mm, {times:.2g} times the displacement"
+            " sensor's: the wall rocks too long or too near to collapse for such noise"
+        )
 
     def doubts(self, deviation: float) -> list[str]:
         """Return a warning if the model leaves more [m] of the records than the sensor's noise at rest."""
@@ -276,7 +311,7 @@ class Problem:
         shift = SHIFT * np.eye(wall, points.shape[1])
         around = np.concatenate([points[:, None], points[:, None] + shift, points[:, None] - shift], axis=1)
         values = self.values(around.reshape(-1, points.shape[1]))
-        residuals = self.residuals(values, self.computed(values, run), run).reshape(len(points), 2 * wall + 1, -1)
+        residuals = self.response(values, run)[1].reshape(len(points), 2 * wall + 1, -1)
         return residuals[:, 0], (residuals[:, 1 : wall + 1] - residuals[:, wall + 1 :]) / (2 * SHIFT)
 
     def _precision(self, derivatives: Sequence[Array], deviation: Array, phi: Array) -> Array:
@@ -307,10 +342,7 @@ class Problem:
         """
         values = self.values(self.mode[None])
         deviation, phi = values[:, -2], values[:, -1]
-        asked = [
-            run.mean(self.residuals(values, self.computed(values, index), index), deviation, phi)[0]
-            for index, run in enumerate(self.runs)
-        ]
+        asked = [run.mean(self.response(values, index)[1], deviation, phi)[0] for index, run in enumerate(self.runs)]
 
         def explained(part: float) -> tuple[float, list[Array]]:
             total, noises = 0.0, []
