@@ -51,7 +51,8 @@ PARAMETERS = {
     "sensor_deviation": "deviation of the sensor's noise",
     "sensor_correlation": "its correlation from sample to sample",
 }
-OF_IDENTIFICATION = ("coverage", "support")
+RANDOM_TESTS = "random-tests-7"  # that tools/check_posterior.py --tests keeps
+NEEDED = {"coverage": IDENTIFICATION, "support": IDENTIFICATION, "random_tests": RANDOM_TESTS}  # that few have built
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
 
@@ -345,16 +346,47 @@ def support(data: Data) -> str:
     return f"{table(head, rows)}\n\n{told}"
 
 
+def random_tests(data: Data) -> str:
+    """What the posterior says of random tests that the event-driven solver made, by how far the wall rocks."""
+    rows = data[RANDOM_TESTS].to_dataframe()
+    bands = {"all": rows, "below half": rows[rows["peak_ratio"] < 0.5], "beyond": rows[rows["peak_ratio"] >= 0.5]}
+    head = ["", *(f"{name} of u_ins" if name == "below half" else name for name in bands)]
+    table_rows = [["tests", *(str(len(some)) for some in bands.values())]]
+    for ended, words in (("answered", "answered"), ("refused", "refused"), ("failed", "ended in a traceback")):
+        table_rows.append([words, *(str(int((some["ended"] == ended).sum())) for some in bands.values())])
+    for name in ("yield_displacement_ratio", "strength_ratio", "restitution"):
+        shares = [some.loc[some["ended"] == "answered", f"held_{name}"] for some in bands.values()]
+        shown = [
+            f"{percent(held.mean())} ± {percent(np.sqrt(0.09 / len(held)))}" if len(held) else "–" for held in shares
+        ]
+        table_rows.append([f"90 % intervals that hold {PARAMETERS[name]}", *shown])
+    seconds = [(some["seconds"].median(), some["seconds"].max()) for some in bands.values()]
+    table_rows.append(["time of a processor, median and longest", *(f"{a:.0f} s, {b:.0f} s" for a, b in seconds)])
+    refused = rows.loc[rows["ended"] == "refused", "reason"]
+    causes = {
+        "the response to the accelerometer's noise decides": refused.str.contains("accelerometer's noise").sum(),
+        "the rest before the motion is too short": refused.str.contains("samples at rest").sum(),
+    }
+    causes["another reason"] = len(refused) - sum(causes.values())
+    why = "; ".join(f"{words}: {int(count)}" for words, count in causes.items())
+    return f"{table(head, table_rows)}\n\nWhy tests were refused: {why}."
+
+
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
-_LAST = (local_damping, by_program, response_length, coverage, support, verdicts)
+_LAST = (local_damping, by_program, response_length, coverage, random_tests, support, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
+
+
+def is_built(name: str, data: Data) -> bool:
+    """Return False for a table whose dataset is one that few have built, and that is not there."""
+    return name not in NEEDED or NEEDED[name] in data
 
 
 def written(page: str, data: Data) -> str:
     """Return the text of a page with its tables made anew."""
 
     def anew(block: re.Match[str]) -> str:
-        if block["name"] in OF_IDENTIFICATION and IDENTIFICATION not in data:
+        if not is_built(block["name"], data):
             return block[0]
         return f"{block['name']} -->\n{TABLES[block['name']](data)}\n"
 
@@ -367,6 +399,8 @@ def read(results: Path) -> Data:
     if (results / f"{IDENTIFICATION}.nc").exists():
         names.append(IDENTIFICATION)
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
+    if (results / f"{RANDOM_TESTS}.csv").exists():
+        opened[RANDOM_TESTS] = pd.read_csv(results / f"{RANDOM_TESTS}.csv").to_xarray()
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
 

@@ -198,6 +198,9 @@ def quick(monkeypatch):
             "standard_error_by_motion": ("parameter", 0.005 * one),
             "measured": ("elapsed", 0.001 * np.arange(5.0)),
             "displacement": ("elapsed", 0.0011 * np.arange(5.0)),
+            "residual_rms": 2e-4,
+            "residual_over_peak": 0.05,
+            "residual_over_noise": 2.0,
             **dict.fromkeys(["residual_deviation", "rest_deviation", "sensor_offset", "sensor_drift"], 1e-4),
             "bandwidth": 3,
             "local_minima": 2,
@@ -219,7 +222,9 @@ def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
     given, made = quick
     output, plot = tmp_path / "fit.nc", tmp_path / "fit.png"
     arguments = ("calibrate", "--record", record, *WALL, "--a3", 0.9, "--softening", "translated")
-    rows = printed(*arguments, "--output", output, "--plot", plot)
+    told = printed(*arguments, "--output", output, "--plot", plot)
+    rows = told["parameters"]
+    assert [told[f"residual_{name}"] for name in ("rms", "over_peak", "over_noise")] == [2e-4, 0.05, 2.0]
     assert [row["parameter"] for row in rows] == list(made["parameter"].values)
     assert [row["estimate"] for row in rows] == list(made["estimate"].values)
     assert [row["standard_error"] for row in rows] == list(made["standard_error"].values)
@@ -228,7 +233,28 @@ def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
     assert (given["ultimate_displacement_ratio"], given["softening"]) == (0.9, "translated")
     dataset.check(dataset.open(output), "calibration")
     assert plot.read_bytes().startswith(b"\x89PNG")
-    assert run(*arguments).stdout.splitlines()[0].split() == ["parameter", "estimate", "standard_error"]
+    misfit, _, head, *_ = run(*arguments).stdout.splitlines()
+    assert misfit == "the best fit leaves 0.2 mm, 5 % of the peak, 2 times the sensor's noise at rest"
+    assert head.split() == ["parameter", "estimate", "standard_error"]
+
+
+def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(quick, record):
+    given, _ = quick
+    for stated in ("110±2mm", "0.11+-0.002", "110mm±0.002m"):
+        printed("calibrate", "--record", record, *WALL[2:], "--thickness", stated)
+        assert given["uncertain"] == {"thickness": 0.002} and float(given["wall"].thickness) == 0.11
+    for stated, named in (
+        ("0.11±", "is no finite"),
+        ("0.11±0", "no standard deviation above 0"),
+        ("1±1±1", "more than"),
+    ):
+        assert named in refused("calibrate", "--record", record, *WALL[2:], "--thickness", stated)
+
+
+def test_several_records_are_runs_of_a_posterior_alone(quick, record):
+    assert "several --record must be given with --posterior" in refused(
+        "calibrate", "--record", record, "--record", record, *WALL
+    )
 
 
 def test_calibrate_names_the_record_that_it_cannot_use(record):

@@ -1,5 +1,7 @@
 """The noise of the measured motion: its main directions, its mean, and the response to it as it follows parameters."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from repository import ROOT
@@ -12,6 +14,7 @@ from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.motion import MotionNoise, main_directions
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
+from rockdamp.identification.sampler import Draws
 from rockdamp.motions.records import read_record
 from rockdamp.synthetic.experimental_style import WALL
 
@@ -77,14 +80,28 @@ def made(noise):
     return Problem.about(noise.fit.with_step(0.02).solution(), Prior())
 
 
-def test_a_response_that_is_not_linear_in_the_noise_is_refused(monkeypatch, made):
-    draws = made.mode + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made._neighbourhood().lower.T
-    draws = np.clip(draws, 1e-3, 1 - 1e-3)
+def test_a_noise_that_is_corrected_leaves_less_that_is_not_linear_and_the_same_likelihood_near_by(noise, ridge):
+    there, corrected = np.stack([MADE + 2 * ridge, MADE - 2 * ridge]), replace(noise, corrected=True)
+    sensor = [np.full(2, value) for value in SENSOR]
+    assert np.std(corrected.beyond(there, *sensor)) < 0.2 * np.std(noise.beyond(there, *sensor))
+    near = np.stack([MADE, MADE + 0.02 * ridge])
+    likelihoods = [one.noise.log_likelihood(one.response(near, *sensor)[1], *sensor) for one in (noise, corrected)]
+    assert np.abs(np.diff(likelihoods[0])) > 0.01
+    np.testing.assert_allclose(*(value - value[0] for value in likelihoods), atol=0.1)
+
+
+def test_a_response_that_is_not_linear_in_the_noise_is_corrected_or_refused(monkeypatch, made):
+    points = made.mode + 0.5 * np.random.RandomState(3).standard_normal((4, 5)) @ made._neighbourhood().lower.T
+    draws = Draws(np.clip(points, 1e-3, 1 - 1e-3), np.full(4, 0.25), np.zeros(4), 0.0)
+    monkeypatch.setattr(Problem, "_drawn", lambda self, *_: (self, draws))
     monkeypatch.setattr(problem, "LINEAR", 10.0)
-    made.require_linear(draws)
-    monkeypatch.setattr(problem, "LINEAR", 1e-6)
-    with pytest.raises(InputError, match=r"differs from a linear one by .* of the sensor's deviation; it must be at"):
-        made.require_linear(draws)
+    assert made.drawn(300, 1)[0] is made
+    monkeypatch.setattr(problem, "LINEAR", made.beyond_linear(draws) / 2)
+    monkeypatch.setattr(problem, "FINER", 1.0)
+    assert made.drawn(300, 1)[0].runs[0].corrected
+    monkeypatch.setattr(problem, "LINEAR", 1e-9)
+    with pytest.raises(InputError, match=r"differs from a linear one by .* noise moves the response by .* mm"):
+        made.drawn(300, 1)
 
 
 def test_a_model_that_leaves_more_than_the_noise_at_rest_is_doubted(made):

@@ -30,6 +30,9 @@ def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
             "measured": ("elapsed", measured),
             "predicted": (("bound", "elapsed"), np.stack([measured - 3e-4, measured + 3e-4])),
             "share_inside": 0.9,
+            "residual_rms": 1.5e-4,
+            "residual_over_peak": 0.0075,
+            "residual_over_noise": 1.0,
         },
         coords={"parameter": PARAMETERS, "level": [0.5, 0.9], "bound": ["low", "high"], "elapsed": elapsed}
         | {"draw": np.arange(1, 201)},
@@ -44,4 +47,5 @@ def made_up_posterior(*, compared: bool = True) -> xr.Dataset:
         log_evidence=("damping_model", logarithm),
         log_evidence_error=("damping_model", np.full(count, 0.02)),
         probability=("damping_model", probability / np.nansum(probability)),
+        undetermined=("damping_model", ["too near to collapse", *[""] * (count - 1)]),
     ).assign_coords(damping_model=list(CANDIDATES))

@@ -9,22 +9,27 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
-from rockdamp.cli.options import (
-    json_option,
-    make_wall,
-    record_option,
-    refuse_unused,
-    softening_options,
-    wall_options,
-    with_default,
-)
-from rockdamp.cli.types import OutputFile, Whole
+from rockdamp.cli.options import json_option, make_wall, refuse_unused, softening_options, wall_options, with_default
+from rockdamp.cli.types import Measured, OutputFile, Uncertain, Whole
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
     import xarray as xr
 
+UNCERTAIN = {"thickness": "m", "height": "m", "hinge_ratio": "", "overburden_ratio": ""}
+REACH = 6.0  # standard deviations that a prior of a size has on either side
+MOST_CERTAIN = 0.99  # no probability is printed as 1 while the evidence of a model is missing
 
+
+def _with_uncertain_sizes(command: click.Command) -> click.Command:
+    """Let sizes of the wall have a standard deviation."""
+    for option in command.params:
+        if option.name in UNCERTAIN:
+            option.type = Uncertain(UNCERTAIN[option.name])
+    return command
+
+
+@_with_uncertain_sizes
 @click.command(
     "calibrate",
     cls=Command,
@@ -33,7 +38,15 @@ if TYPE_CHECKING:
         " --overburden-ratio 6.2 --output calibration.nc --plot calibration.png",
     ],
 )
-@record_option
+@click.option(
+    "--record",
+    "records",
+    type=click.Path(path_type=Path),
+    required=True,
+    multiple=True,
+    metavar="FILE",
+    help="Record to read: CSV of this project. Several, each with its own --record, are runs of one --posterior.",
+)
 @wall_options()
 @softening_options
 @click.option("--posterior", is_flag=True, help="Sample the posterior, with the sensors' errors as unknowns.")
@@ -43,20 +56,27 @@ if TYPE_CHECKING:
     help=f"Damping model of --posterior; {ANY_ORDER!r} fits m too.  [default: {REFERENCE}]",
 )
 @click.option("--evidence", is_flag=True, help="Compare all damping models by --posterior.")
+@click.option("--loss-by-run", is_flag=True, help="Let e, or xi, differ between the records of --posterior.")
 @click.option("--priors", type=click.Path(path_type=Path), help="YAML file with priors of --posterior.")
 @with_default("--seed", type=Whole(0, 2**31), default=2017, help="Random seed of --posterior.")
 @click.option("--output", type=OutputFile(".nc"), help="Write the result and both histories as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw measured against fitted.")
 @json_option
 def calibrate_command(
-    record: Path, posterior: bool, output: Path | None, plot: Path | None, as_json: bool, **options: Any
+    records: tuple[Path, ...],
+    posterior: bool,
+    output: Path | None,
+    plot: Path | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Fit a1, b1 and e to a measured record.
 
     By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
     with the sensors' zero, drift and noise as unknowns. A posterior is refused where it cannot be drawn from. The
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
-    taken as known.
+    taken as known; its thickness, height, hinge and overburden may have a standard deviation, as 110mm±2mm or
+    0.11+-0.002. A record is refused if the best fit leaves far more of it than noise.
     """
     from rockdamp.identification import calibration, identify
     from rockdamp.motions.records import read_record
@@ -66,13 +86,22 @@ def calibrate_command(
     if posterior:
         known |= _posterior_options(options)
     else:
-        refuse_unused(("damping_model", "evidence", "priors", "seed"), "--posterior")
-    measured = read_record(record)
-    with concerning(record):
-        fitted = (identify.posterior if posterior else calibration.calibrate)(measured, wall, **known)
+        refuse_unused(("damping_model", "evidence", "loss_by_run", "priors", "seed"), "--posterior")
+        if len(records) > 1:
+            raise click.UsageError("several --record must be given with --posterior; without it, give one")
+        known["uncertain"] = _deviations(options)
+    measured = [read_record(path) for path in records]
+    with concerning(", ".join(map(str, records))):
+        fitted = (
+            identify.posterior(measured, wall, **known)
+            if posterior
+            else calibration.calibrate(measured[0], wall, **known)
+        )
     if output is not None:
         kind, module = ("posterior", "identify") if posterior else ("calibration", "calibration")
-        write_dataset(fitted, output, kind, f"rockdamp.identification.{module}", record=measured.digest)
+        kind = "joint_posterior" if len(records) > 1 else kind
+        read = {"records": [record.digest for record in measured], "deviations": _deviations(options)}
+        write_dataset(fitted, output, kind, f"rockdamp.identification.{module}", **read)
     if plot is not None:
         from rockdamp.figures.identification import posterior_figure
         from rockdamp.figures.single import calibration_figure
@@ -82,11 +111,24 @@ def calibrate_command(
         _print_posterior(fitted, known["damping_model"], options["evidence"], as_json)
         return
     rows = [_row(fitted.sel(parameter=name)) for name in map(str, fitted["parameter"].values)]
-    print_json(rows) if as_json else print_table(_without_unknown(rows))
+    if as_json:
+        print_json({"parameters": rows, **_misfit(fitted)})
+        return
+    click.echo(f"{_misfit_in_words(fitted)}\n")
+    print_table(_without_unknown(rows))
+
+
+def _deviations(options: dict[str, Any]) -> dict[str, float]:
+    """Return the standard deviations of those sizes of the wall that have one."""
+    measured = {name: options[name] for name in UNCERTAIN if isinstance(options[name], Measured)}
+    return {name: value.deviation for name, value in measured.items() if value.deviation > 0}
 
 
 def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
+    from dataclasses import replace
+
     from rockdamp.identification.prior import Prior
+    from rockdamp.statistics.distribution import Distribution
     from rockdamp.storage import yaml_file
 
     prior = Prior()
@@ -94,9 +136,38 @@ def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
         stated = yaml_file.read(options["priors"])
         with concerning(options["priors"]):
             prior = Prior.of(stated)
-    compared = CANDIDATES if options["evidence"] else ()
-    model = options["damping_model"] or REFERENCE
-    return {"damping_model": model, "compared": compared, "prior": prior, "seed": options["seed"]}
+    sizes: dict[str, Any] = {}
+    for name, deviation in _deviations(options).items():
+        middle, reach = float(options[name]), REACH * deviation
+        highest = 1 - REACH * 1e-6 if name == "hinge_ratio" else math.inf
+        low, high = max(middle - reach, 1e-6), min(middle + reach, highest)
+        sizes[name] = Distribution("normal", low, high, middle, deviation)
+    return {
+        "damping_model": options["damping_model"] or REFERENCE,
+        "compared": CANDIDATES if options["evidence"] else (),
+        "loss_by_run": options["loss_by_run"],
+        "prior": replace(prior, **sizes),
+        "seed": options["seed"],
+    }
+
+
+def _misfit(fitted: xr.Dataset) -> dict[str, Any]:
+    """Return what the least squares leave: the root mean square [m], over the peak, over the noise at rest."""
+    names = ("residual_rms", "residual_over_peak", "residual_over_noise")
+    return {
+        name: [_known(one) for one in fitted[name]] if fitted[name].ndim else _known(fitted[name]) for name in names
+    }
+
+
+def _misfit_in_words(fitted: xr.Dataset) -> str:
+    """Return the misfit of each record, in millimetres."""
+    from rockdamp.identification.misfit import Misfit
+
+    rows = [fitted.sel(run=run) for run in fitted["run"]] if "run" in fitted.dims else [fitted]
+    misfits = [Misfit(*_misfit(row).values()) for row in rows]
+    if len(misfits) == 1:
+        return f"the best fit leaves {misfits[0]}"
+    return "\n".join(f"record {run}: the best fit leaves {misfit}" for run, misfit in enumerate(misfits, start=1))
 
 
 def _print_posterior(fitted: xr.Dataset, damping_model: str, evidence: bool, as_json: bool) -> None:
@@ -104,15 +175,42 @@ def _print_posterior(fitted: xr.Dataset, damping_model: str, evidence: bool, as_
     compared = [_evidence_row(fitted.sel(damping_model=name)) for name in CANDIDATES] if evidence else []
     if as_json:
         log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
-        print_json({"damping_model": damping_model, "parameters": rows, "evidence": log_evidence})
+        undetermined = {row["damping_model"]: row["reason"] for row in compared if row["reason"]}
+        print_json(
+            {
+                "damping_model": damping_model,
+                "parameters": rows,
+                **_misfit(fitted),
+                "evidence": log_evidence,
+                "undetermined": undetermined,
+            }
+        )
         return
     effective = f"{float(fitted['effective_draws']):.0f} effective draws"
-    click.echo(f"{damping_model}; {float(fitted['share_inside']):.1%} of the record in its band of 90 %; {effective}\n")
+    inside = float(fitted["share_inside"].mean())
+    click.echo(f"{damping_model}; {inside:.1%} of the record in its band of 90 %; {effective}\n")
+    click.echo(f"{_misfit_in_words(fitted)}\n")
     plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
     print_table(_without_unknown(plain))
     if compared:
         click.echo()
-        print_table(compared)
+        print_table(_evidence_in_words(compared))
+
+
+def _evidence_in_words(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Say which evidence is not determined and why; no model is certain while that of another is missing."""
+    missing = any(row["reason"] for row in rows)
+    shown = []
+    for row in rows:
+        probability = row["probability"]
+        if row["reason"]:
+            probability = f"not determined: {row['reason']}"
+        elif missing:
+            certain = probability > MOST_CERTAIN
+            probability = f"{f'over {MOST_CERTAIN}' if certain else f'{probability:.2g}'}, among those determined"
+        numbers = {name: row[name] for name in ("damping_model", "log_evidence", "log_evidence_error")}
+        shown.append({**numbers, "probability": probability})
+    return shown
 
 
 def _posterior_row(fitted: xr.Dataset) -> dict[str, Any]:
@@ -130,7 +228,11 @@ def _evidence_row(fitted: xr.Dataset) -> dict[str, Any]:
     known = math.isfinite(fitted["log_evidence"])
     names = ("log_evidence", "log_evidence_error", "probability")
     values = {name: float(fitted[name]) if known else None for name in names}
-    return {"damping_model": str(fitted["damping_model"].item()), **values}
+    return {
+        "damping_model": str(fitted["damping_model"].item()),
+        **values,
+        "reason": str(fitted["undetermined"].item()),
+    }
 
 
 def _without_unknown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -88,6 +88,38 @@ class Quantity(_InUnit):
         return f"[{self.unit}]"
 
 
+class Measured(float):
+    """A number with its standard deviation, 0 where it is exact."""
+
+    deviation: float = 0.0
+
+    @classmethod
+    def of(cls, value: float, deviation: float) -> Measured:
+        measured = cls(value)
+        measured.deviation = deviation
+        return measured
+
+
+class Uncertain(_InUnit):
+    """A quantity, exact or with its standard deviation: `110mm±2mm`, `0.11+-0.002`."""
+
+    name = "uncertain quantity"
+
+    def read(self, text: str) -> Measured:
+        value, *deviation = text.replace("+-", "±").split("±")
+        if len(deviation) > 1:
+            raise units.UnitError(f"{text!r} has more than one standard deviation")
+        if not deviation:
+            return Measured(units.quantity(value, self.unit))
+        numbers = units.quantities(f"{value},{deviation[0]}", self.unit)
+        if len(numbers) != 2 or not numbers[1] > 0:
+            raise units.UnitError(f"{text!r} has no standard deviation above 0")
+        return Measured.of(*numbers)
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return f"{f'[{self.unit}]' if self.unit else 'NUMBER'}[±DEVIATION]"
+
+
 class Quantities(_InUnit):
     """A quantity, a list `A,B,...`, or a range `start:stop:step`; without a unit, plain numbers."""
 

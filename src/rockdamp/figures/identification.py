@@ -26,6 +26,10 @@ SYMBOLS = {
     "restitution": "$e$",
     "damping_ratio": r"$\xi$",
     "order": "$m$",
+    "thickness": "$t$ [m]",
+    "height": "$h$ [m]",
+    "hinge_ratio": "$h_1/h$",
+    "overburden_ratio": "$O/W$",
 }
 ALL_SYMBOLS = {**SYMBOLS, "sensor_deviation": r"$\sigma$", "sensor_correlation": r"$\varphi$"}
 LINES = ("#0072B2", "#D55E00", "#009E73", "#9A4C95", "#8C6D1F", "#1A1A1A")
@@ -37,14 +41,15 @@ ROW, BAND = 40.0, 66.0  # heights [mm]
 @styled
 def posterior_figure(posterior: xr.Dataset) -> Figure:
     """Draw the record in its predictive band, the posterior in pairs of parameters, and any evidence."""
-    names = [name for name in SYMBOLS if name in posterior["parameter"].values]
-    count = len(names)
-    figure = new_figure(DOUBLE_COLUMN, BAND + ROW * count)
-    parts = figure.add_gridspec(2, 1, height_ratios=[BAND, ROW * count])
-    record = parts[0].subgridspec(2, 1)
-    above = figure.add_subplot(record[0])
-    _band(above, figure.add_subplot(record[1], sharex=above), posterior)
-    cells = parts[1].subgridspec(count, count)
+    names = [name for name in posterior["parameter"].values.tolist() if _symbol(name)]
+    count, band = len(names), BAND if "predicted" in posterior else 0.0  # several runs have no band here
+    figure = new_figure(DOUBLE_COLUMN, band + ROW * count)
+    parts = figure.add_gridspec(2, 1, height_ratios=[band, ROW * count]) if band else figure.add_gridspec(1, 1)
+    if band:
+        record = parts[0].subgridspec(2, 1)
+        above = figure.add_subplot(record[0])
+        _band(above, figure.add_subplot(record[1], sharex=above), posterior)
+    cells = parts[-1].subgridspec(count, count)
     for row, name in enumerate(names):
         for column, other in enumerate(names[: row + 1]):
             axes = figure.add_subplot(cells[row, column])
@@ -54,6 +59,12 @@ def posterior_figure(posterior: xr.Dataset) -> Figure:
         _evidence(figure, cells[0, 1:], posterior)
     figure.suptitle(f"{record_title(posterior)}; {posterior.attrs['identified_model']}", fontsize=8)
     return figure
+
+
+def _symbol(name: str) -> str:
+    """Return the symbol of a parameter of wall or damper, of a run too, as of "restitution 2"; "" of another."""
+    symbol, run = SYMBOLS.get(name.split()[0], ""), name.split()[1:]
+    return f"{symbol[:-1]}_{run[0]}$" if symbol and run else symbol
 
 
 def _band(above: Axes, below: Axes, posterior: xr.Dataset) -> None:
@@ -82,7 +93,7 @@ def _marginal(axes: Axes, posterior: xr.Dataset, name: str) -> None:
         axes.axvline(float(bound), color=GREY, linewidth=0.8, linestyle="dashed")
     _true(axes.axvline, of_name)
     axes.set_yticks([])
-    axes.set_title(f"{SYMBOLS[name]} = {float(of_name['mean']):.4g} ± {float(of_name['standard_deviation']):.2g}")
+    axes.set_title(f"{_symbol(name)} = {float(of_name['mean']):.4g} ± {float(of_name['standard_deviation']):.2g}")
 
 
 def _pair(axes: Axes, posterior: xr.Dataset, across: str, up: str) -> None:
@@ -103,11 +114,11 @@ def _label(axes: Axes, across: str, up: str, *, at_bottom: bool, at_left: bool) 
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.tick_params(labelbottom=at_bottom)
     if at_bottom:
-        axes.set_xlabel(SYMBOLS[across])
+        axes.set_xlabel(_symbol(across))
         axes.ticklabel_format(axis="x", useOffset=False)
     if at_left:
         axes.yaxis.set_major_locator(MaxNLocator(4))
-        axes.set_ylabel(SYMBOLS[up])
+        axes.set_ylabel(_symbol(up))
         axes.ticklabel_format(axis="y", useOffset=False)
     elif across != up:
         axes.tick_params(labelleft=False)

@@ -20,6 +20,7 @@ QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the
 STRONG = 1 / 3  # of the plateau's strength: once the load stays below it, it can no longer make the wall rock
 FREE = 0.02  # of the plateau's strength: once the load stays below it, the motion is that of a free decay
 SHORTEST_REST = 10  # samples
+NOISY, MOST_NOISY = 5.0, 0.3  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
 
 
 def record_attributes(record: Record) -> dict[str, str]:
@@ -50,11 +51,21 @@ def computed_response(
     return solve(curve, damping, store_every=substeps, **forcing.newmark(substeps))
 
 
+def quiet_level(record: Record) -> float:
+    """Return the acceleration below which the ground is at rest: `QUIET` of the peak, or what noise reaches. [m s-2]
+
+    The noise is that of the differences of the first samples, as a smooth motion has small ones.
+    """
+    peak = float(np.abs(record.ground_acceleration).max())
+    noise = float(np.std(np.diff(record.ground_acceleration[:SHORTEST_REST])) / np.sqrt(2)) if peak else 0.0
+    return max(QUIET * peak, min(NOISY * noise, MOST_NOISY * peak))
+
+
 def rest_samples(record: Record) -> int:
     """Count the samples before the motion, in which the wall is at rest; refuse fewer than `SHORTEST_REST`."""
-    acceleration = np.abs(record.ground_acceleration)
-    count = int(np.argmax(acceleration >= QUIET * acceleration.max()))
-    allowed = f"at least {SHORTEST_REST}, in which the motion stays below {QUIET:.0%} of its peak"
+    level = quiet_level(record)
+    count = int(np.argmax(np.abs(record.ground_acceleration) >= level))
+    allowed = f"at least {SHORTEST_REST}, in which the motion stays below {level:.3g} m s-2"
     require(np.asarray(count >= SHORTEST_REST), "the number of samples at rest before the motion", count, allowed)
     return count
 

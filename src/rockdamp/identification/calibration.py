@@ -5,16 +5,21 @@ The paper's own calibration is "not reported".
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
+from rockdamp.arguments import instance
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes
 from rockdamp.identification.candidates import SEARCHED, Candidate, true_values
-from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.least_squares import Fit, Solution
+from rockdamp.identification.misfit import require_explained, require_possible
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
+from rockdamp.plausibility import warn
 from rockdamp.vocabulary import REFERENCE
 
 PARAMETERS = Candidate(REFERENCE).searched
@@ -28,6 +33,7 @@ def calibrate(
     ultimate_displacement_ratio: float = 1.0,
     softening: str = "steeper",
     step: float = 0.005,
+    uncertain: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     """Fit a1, b1 and e to a record by least squares, with their covariance.
 
@@ -36,30 +42,37 @@ def calibrate(
     minima is solution. The covariance has two parts. That of the residuals, which follow each other and are no white
     noise, is Newey and West's (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229). That of the
     accelerometer's noise, which the wall responds to, is propagated; near its strength the wall amplifies it, and it
-    is then the larger. Gains of the sensors and the wall's geometry are taken as exact: b1 takes up their errors.
+    is then the larger. A third part is that of sizes of the wall that are uncertain, by fits with other sizes. Gains of
+    the sensors are taken as exact: b1 takes up their errors.
+
+    Before all that a displacement is refused that no wall comes back from, and after the fit a misfit that is far above
+    the noise; slips that explain it are tried (`misfit.py`).
 
     Parameters
     ----------
     record : Record
         With a measured displacement, at rest before the motion.
     wall : Wall or Parapet
-        Its geometry and weights are taken as known.
+        Its geometry and weights are taken as known, but for those that are `uncertain`.
     ultimate_displacement_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
     step : float
         Of the solver, in tau, at most. [-]
+    uncertain : dict of float, optional
+        Standard deviation of sizes of the wall: thickness, height [m], hinge_ratio, overburden_ratio. [-]
 
     Returns
     -------
     xarray.Dataset
         ``estimate``, ``standard_error`` and ``true_value`` (parameter; the last NaN unless the record is synthetic and
-        says what made it), ``covariance``, and the fitted and measured displacement (elapsed).
+        says what made it), ``covariance``, ``residual_rms`` with its ratios to the peak and to the noise at rest, and
+        the fitted and measured displacement (elapsed).
 
     Raises
     ------
     InputError
-        If the record has no displacement or no rest, the best fit lies at a bound of the search, or the record does
-        not determine the parameters.
+        If the record has no displacement or no rest, the best fit lies at a bound of the search or leaves a misfit far
+        above the noise, or the record does not determine the parameters.
 
     Examples
     --------
@@ -72,8 +85,13 @@ def calibrate(
     """
     a3 = ultimate_displacement_ratio
     candidate = Candidate(REFERENCE)
+    instance("record", record, Record)
+    instance("wall", wall, Wall, Parapet)
+    require_possible(record, wall)
     fit = Fit.of(record, wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=step)
     solution = fit.solution()
+    misfit = require_explained(solution)
+    warn(misfit.doubts)
     estimate, computed, residual = solution.estimate, solution.computed, solution.residual
     for name, value, low, high in zip(PARAMETERS, solution.point, *fit.range, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):
@@ -82,6 +100,9 @@ def calibrate(
     by_sensor, bandwidth = solution.covariance_by_sensor
     by_motion = solution.covariance_by_motion
     covariance = by_sensor + by_motion
+    if uncertain:
+        covariance = covariance + _by_sizes(solution, uncertain)
+    _check_determined(estimate, np.sqrt(np.diag(covariance)))
     offset, drift = np.linalg.lstsq(fit.trend, fit.measured - computed, rcond=None)[0]
     degrees_of_freedom = residual.size - len(PARAMETERS) - fit.trend.shape[1]
     return xr.Dataset(
@@ -95,6 +116,7 @@ def calibrate(
             "displacement": ("elapsed", computed),
             "residual_deviation": np.sqrt(residual @ residual / degrees_of_freedom),
             "rest_deviation": fit.rest_deviation,
+            **misfit.variables,
             "sensor_offset": fit.sensor_zero + offset,
             "sensor_drift": drift,
             "bandwidth": bandwidth,
@@ -103,6 +125,26 @@ def calibrate(
         coords={"parameter": list(PARAMETERS), "parameter_other": list(PARAMETERS), "elapsed": record.elapsed},
         attrs=record_attributes(record),
     )
+
+
+def _by_sizes(solution: Solution, uncertain: Mapping[str, float]) -> Array:
+    """Return the covariance of the estimates by independent errors of sizes of the wall, to first order."""
+    covariance = np.zeros((len(PARAMETERS), len(PARAMETERS)))
+    for name, deviation in uncertain.items():
+        sides = [solution.with_size(name, sign * deviation) for sign in (1.0, -1.0)]
+        change = (sides[0] - sides[1]) / 2
+        covariance += np.outer(change, change)
+    return covariance
+
+
+def _check_determined(estimate: Array, error: Array) -> None:
+    """Raise where an error is larger than its value: such an estimate says nothing."""
+    for name, value, deviation in zip(PARAMETERS, estimate, error, strict=True):
+        if not deviation <= value:
+            raise InputError(
+                f"{SEARCHED[name].partition(' over')[0]} is {value:.4g} ± {deviation:.2g}; its standard error must be"
+                " less than its value: the record does not determine it"
+            )
 
 
 def _check_rocking(computed: Array, estimate: Array, u_ins: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,18 +18,20 @@ EFFECTIVE = 300.0  # draws, at least: the logarithm of the evidence is then know
 
 @dataclass(frozen=True)
 class Evidence:
-    """The logarithm of the evidence and its standard error; NaN where it could not be determined."""
+    """The logarithm of the evidence and its standard error; NaN, with the reason, where it could not be determined."""
 
     logarithm: float = np.nan
     standard_error: float = np.nan
+    reason: str = ""
 
 
-def evidence_of(fit: Fit, prior: Prior, seed: int) -> Evidence:
-    """Return the evidence of a model; undetermined where its posterior is refused."""
+def evidence_of(fit: Fit | Sequence[Fit], prior: Prior, seed: int, *, loss_by_run: bool = False) -> Evidence:
+    """Return the evidence of a model by one run or several; undetermined where its posterior is refused."""
     try:
-        _, drawn = Problem.of(fit, prior).drawn(EFFECTIVE, seed)
-    except InputError:
-        return Evidence()
+        solutions = [one.solution() for one in ([fit] if isinstance(fit, Fit) else fit)]
+        _, drawn = Problem.about(solutions, prior, loss_by_run=loss_by_run).drawn(EFFECTIVE, seed)
+    except InputError as error:
+        return Evidence(reason=str(error))
     return Evidence(drawn.log_evidence, drawn.error)
 
 

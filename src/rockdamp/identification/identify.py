@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
+from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
 from rockdamp.identification.candidates import Candidate, true_values
 from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
 from rockdamp.identification.least_squares import Fit
+from rockdamp.identification.misfit import Misfit, require_explained, require_possible
 from rockdamp.identification.noise import correlated
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
@@ -32,84 +36,120 @@ STEP = 0.01  # in tau, at most: at it the errors of the solver stay below those 
 
 
 def posterior(
-    record: Record,
+    record: Record | Sequence[Record],
     wall: Wall | Parapet,
     damping_model: str = REFERENCE,
     *,
     compared: Sequence[str] = (),
+    loss_by_run: bool = False,
     ultimate_displacement_ratio: float = 1.0,
     softening: str = "steeper",
     step: float = STEP,
     prior: Prior | None = None,
     seed: int = 2017,
 ) -> xr.Dataset:
-    """Return the posterior of a1, b1 and the damper from a measured record, with the instruments' errors as unknowns.
+    """Return the posterior of a1, b1 and the damper from measured records, with the instruments' errors as unknowns.
 
     The likelihood takes the displacement sensor's zero and drift, noise of the sensor whose neighbours are correlated,
     and the accelerometer's white noise, to which the wall responds. Zero, drift and the motion's noise are integrated
     out in closed form, the response to it as linear about the noise that leads to the record's trajectory. Nested
     sampling about the mode gives draws and evidence, for the models `compared` too. The same seed gives the same draws.
 
-    The record has a measured displacement and is at rest before the motion. The wall, a3 and the variant of softening
-    are taken as known; the solver's steps are at most `step` in tau. It raises `InputError` if the record does not
-    determine the parameters, or is so near to collapse that its noise decides or its response is not linear in it.
+    A record has a measured displacement and is at rest before the motion. Several records are runs of one test: they
+    share wall, damper and sensor, but for e or xi with `loss_by_run`. The wall is taken as known but for sizes that
+    have a distribution in the prior; a3 and the variant of softening are known. The solver's steps are at most `step`
+    in tau. It raises `InputError` if the least squares leave a misfit far above the noise, if the records do not
+    determine the parameters, or are so near to collapse that their noise decides or the response is not linear in it.
     """
     prior = instance("prior", prior or Prior(), Prior)
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
+    records = [record] if isinstance(record, Record) else list(record)
+    require(len(records) > 0, "the number of records", len(records), "at least 1")
+    require(all(hasattr(wall, name) for name in prior.sizes), "hinge_ratio", "uncertain", "that of a wall: no parapet")
 
-    def fit(name: str) -> Fit:
-        return Fit.of(
-            record,
-            wall,
-            Candidate.of(name),
-            ultimate_displacement_ratio=ultimate_displacement_ratio,
-            softening=softening,
-            step=step,
-        )
+    for run, one in enumerate(records, start=1):
+        with _concerning_run(run, len(records)):
+            require_possible(instance("record", one, Record), instance("wall", wall, Wall, Parapet))
 
-    chosen, draws = Problem.of(fit(names[0]), prior).drawn(EFFECTIVE, seed)
+    def fits(name: str) -> list[Fit]:
+        return [
+            Fit.of(
+                one,
+                wall,
+                Candidate.of(name),
+                ultimate_displacement_ratio=ultimate_displacement_ratio,
+                softening=softening,
+                step=step,
+            )
+            for one in records
+        ]
+
+    solutions, misfits = [], []
+    for run, fit in enumerate(fits(names[0]), start=1):
+        with _concerning_run(run, len(records)):
+            solutions.append(fit.solution())
+            misfits.append(require_explained(solutions[-1]))
+    about = Problem.about(solutions, prior, loss_by_run=loss_by_run and len(records) > 1)
+    chosen, draws = about.drawn(EFFECTIVE, seed)
     values = chosen.values(draws.points)
     warn(chosen.doubts(float(draws.weights @ values[:, chosen.names.index(SENSOR)])))
     evidence = {names[0]: Evidence(draws.log_evidence, draws.error)}
     for name in track([name for name in names[1:] if name not in evidence], "evidence of other models"):
-        evidence[name] = evidence_of(fit(name), prior, seed)
-    summary = _summary(chosen, draws, seed).assign_attrs(**record_attributes(record), identified_model=names[0])
+        evidence[name] = evidence_of(fits(name), prior, seed, loss_by_run=chosen.loss_by_run)
+    summary = _summary(chosen, draws, misfits, seed)
+    summary = summary.assign_attrs(**record_attributes(records[0]), identified_model=names[0])
     return summary.merge(_evidences({name: evidence[name] for name in names[1:]})) if compared else summary
 
 
-def _summary(problem: Problem, draws: Draws, seed: int) -> xr.Dataset:
+@contextmanager
+def _concerning_run(run: int, runs: int) -> Iterator[None]:
+    """Name the run in an error about its record, where there are several."""
+    try:
+        yield
+    except InputError as error:
+        raise error if runs == 1 else InputError(f"record {run} of {runs}: {error}") from None
+
+
+def _summary(problem: Problem, draws: Draws, misfits: Sequence[Misfit], seed: int) -> xr.Dataset:
     values = problem.values(draws.points)
     random = np.random.RandomState(seed)
     stored = problem.values(draws.resampled(STORED, random))
     plain = [index for index, name in enumerate(problem.names) if name != SENSOR]
     names, sensor = [problem.names[index] for index in plain], problem.names.index(SENSOR)
-    trend, band, inside = _predicted(problem, stored[:DRAWN], random)
+    predicted = [_predicted(problem, stored[:DRAWN], random, run) for run in range(len(problem.runs))]
     mean = draws.weights @ values
     bounds = np.array([[0.5 - level / 2, 0.5 + level / 2] for level in LEVELS])
     intervals = [_quantiles(values[:, index], draws.weights, bounds) for index in plain]
-    return xr.Dataset(
+    of_runs = {name: [misfit.variables[name] for misfit in misfits] for name in misfits[0].variables} | {
+        "sensor_zero": [run.fit.sensor_zero + one.trend[0] for run, one in zip(problem.runs, predicted, strict=True)],
+        "sensor_drift": [one.trend[1] for one in predicted],
+        "share_inside": [one.inside for one in predicted],
+    }
+    summary = xr.Dataset(
         {
             "mean": ("parameter", mean[plain]),
             "standard_deviation": ("parameter", np.sqrt(draws.weights @ (values - mean) ** 2)[plain]),
             "interval": (("level", "bound", "parameter"), np.stack(intervals, axis=-1)),
             "effective_draws": draws.effective,
-            "true_value": ("parameter", true_values(problem.fit.record, names)),
+            "true_value": ("parameter", true_values(problem.fit.record, [name.split()[0] for name in names])),
             "draws": (("draw", "parameter"), stored[:, plain]),
             "sensor_deviation": ("draw", stored[:, sensor]),
-            "sensor_zero": problem.fit.sensor_zero + trend[0],
-            "sensor_drift": trend[1],
-            "measured": ("elapsed", problem.fit.measured - problem.fit.trend @ trend),
-            "predicted": (("bound", "elapsed"), band),
-            "share_inside": inside,
         },
         coords={
             "parameter": names,
             "level": list(LEVELS),
             "bound": ["low", "high"],
             "draw": np.arange(1, len(stored) + 1),
-            "elapsed": problem.fit.record.elapsed,
         },
     )
+    if len(predicted) > 1:
+        by_run = summary.assign({name: ("run", found) for name, found in of_runs.items()})
+        return by_run.assign_coords(run=np.arange(1, len(predicted) + 1))
+    fit, one = problem.fit, predicted[0]
+    summary = summary.assign({name: found[0] for name, found in of_runs.items()})
+    return summary.assign(
+        measured=("elapsed", fit.measured - fit.trend @ one.trend), predicted=(("bound", "elapsed"), one.band)
+    ).assign_coords(elapsed=fit.record.elapsed)
 
 
 def _quantiles(values: Array, weights: Array, probabilities: Array) -> Array:
@@ -119,17 +159,26 @@ def _quantiles(values: Array, weights: Array, probabilities: Array) -> Array:
     return np.interp(probabilities, below, values[order])
 
 
-def _predicted(problem: Problem, values: Array, random: np.random.RandomState) -> tuple[Array, Array, float]:
-    """Return the sensor's mean zero and drift, the band of what it would show less these, and the share in it."""
-    computed = problem.computed(values)
-    residuals = problem.residuals(values, computed)
-    linear = problem.noise.draw(residuals, values[:, -2], values[:, -1], random)
-    shown = problem.fit.measured - residuals + linear @ problem.noise.rows
+@dataclass(frozen=True)
+class _Predicted:
+    """The sensor's mean zero and drift, the band of what it would show less these, and the share in it."""
+
+    trend: Array
+    band: Array
+    inside: float
+
+
+def _predicted(problem: Problem, values: Array, random: np.random.RandomState, run: int) -> _Predicted:
+    """Predict what the sensor would show of a run."""
+    noise, measured = problem.runs[run].noise, problem.runs[run].fit.measured
+    _, residuals = problem.response(values, run)
+    linear = noise.draw(residuals, values[:, -2], values[:, -1], random)
+    shown = measured - residuals + linear @ noise.rows
     shown += np.stack([_sensor_noise(row, random, shown.shape[1]) for row in values[:, -2:]])
     trend = linear[:, :2].mean(axis=0) * [problem.prior.sensor_zero, problem.prior.sensor_drift]
     low, high = np.quantile(shown, [0.5 - LEVELS[-1] / 2, 0.5 + LEVELS[-1] / 2], axis=0)
-    inside = float(np.mean((low <= problem.fit.measured) & (problem.fit.measured <= high)))
-    return trend, np.stack([low, high]) - problem.fit.trend @ trend, inside
+    inside = float(np.mean((low <= measured) & (measured <= high)))
+    return _Predicted(trend, np.stack([low, high]) - problem.runs[run].fit.trend @ trend, inside)
 
 
 def _sensor_noise(row: Array, random: np.random.RandomState, samples: int) -> Array:
@@ -145,6 +194,7 @@ def _evidences(found: dict[str, Evidence]) -> xr.Dataset:
             "log_evidence": ("damping_model", logarithm),
             "log_evidence_error": ("damping_model", np.array([one.standard_error for one in found.values()])),
             "probability": ("damping_model", probabilities(logarithm)),
+            "undetermined": ("damping_model", [one.reason for one in found.values()]),
         },
         coords={"damping_model": list(found)},
     )

@@ -16,12 +16,13 @@ from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.forcing import Forcing
-from rockdamp.histories.measured_test import QUIET, measured_displacement, rest_samples
+from rockdamp.histories.measured_test import measured_displacement, quiet_level, rest_samples
 from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
+from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.tangent import derivatives
@@ -52,6 +53,8 @@ class Fit:
     softening: str
     step: float
     motion: Array  # the ground acceleration at the solver's steps [m s-2]
+    sizes: tuple[str, ...] = ()  # of the wall, that are the last parameters; the others are known
+    trend_degree: int = 1  # of the polynomial that the sensor shows beside the displacement
 
     @classmethod
     def of(
@@ -103,9 +106,9 @@ class Fit:
 
     @cached_property
     def trend(self) -> Array:
-        """Offset and drift of the sensor, shape (samples, 2)."""
+        """Offset and drift of the sensor, shape (samples, 2), or more where the trend's degree is higher."""
         elapsed = self.record.elapsed - self.record.elapsed[0]
-        return np.stack([np.ones_like(elapsed), elapsed], axis=1)
+        return np.stack([elapsed**power for power in range(self.trend_degree + 1)], axis=1)
 
     @cached_property
     def basis(self) -> Array:
@@ -116,11 +119,6 @@ class Fit:
     def u_ins(self) -> float:
         """Instability displacement of the wall. [m]"""
         return float(self.wall.instability_displacement)
-
-    @cached_property
-    def frequency(self) -> float:
-        """p of the wall. [rad s-1]"""
-        return float(self.wall.frequency_parameter)
 
     @cached_property
     def range(self) -> tuple[Array, Array]:
@@ -138,29 +136,48 @@ class Fit:
         end = (1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio) - points[..., 1]
         return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
 
+    def mechanism(self, parameters: Array) -> Wall | Parapet:
+        """Return the wall, or a batch of walls, with the sizes that are parameters."""
+        if not self.sizes:
+            return self.wall
+        with as_meant():  # of an unlikely size the wall itself was warned of
+            return replace(
+                self.wall, **dict(zip(self.sizes, np.moveaxis(self._split(parameters)[1], -1, 0), strict=True))
+            )
+
+    def followed(self, parameters: Array) -> Array:
+        """Return those parameters that the noise of the motion follows: all but the order of a damper."""
+        of_wall, sizes = self._split(parameters)
+        return np.concatenate([of_wall[..., :3], sizes], axis=-1)
+
+    def _split(self, parameters: Array) -> tuple[Array, Array]:
+        at = parameters.shape[-1] - len(self.sizes)
+        return parameters[..., :at], parameters[..., at:]
+
     def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
         """Return the displacement for parameters of shape (batch, 3 or more), shape (batch, samples). [m]
 
         Further motions [m s-2], each times a factor of shape (motions, batch), are added to the ground acceleration.
         """
-        load_factor, motion = np.array(float(self.wall.load_factor)), self.motion
+        wall, motion = self.mechanism(parameters), self.motion
+        load_factor = np.asarray(wall.load_factor, dtype=float)
         if motions is not None and factors is not None:
             load_factor = load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
             motion = np.stack([motion, *(_at_steps(further, self._substeps) for further in motions)])
         response = solve(
             *self._wall(parameters),
-            step=self.frequency * self.record.step / self._substeps,
+            step=wall.frequency_parameter * self.record.step / self._substeps,
             steps=self.motion.size - 1,
             load_factor=load_factor,
             ground_acceleration=motion,
             store_every=self._substeps,
         ).displacement
         # Collapsed walls must stay comparable numbers, and lose.
-        return self.u_ins * np.nan_to_num(response, nan=LOST)
+        return np.asarray(wall.instability_displacement)[..., None] * np.nan_to_num(response, nan=LOST)
 
     def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
         """Curve and damping of parameters of shape (..., 3 or more)."""
-        a1, b1, *of_damper = np.moveaxis(parameters, -1, 0)
+        a1, b1, *of_damper = np.moveaxis(self._split(parameters)[0], -1, 0)
         return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), self.candidate.damping(
             *of_damper
         )
@@ -189,10 +206,11 @@ class Fit:
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
 
     def tangent(self, parameters: Array, directions: Array) -> tuple[Array, Array]:
-        """Return derivatives of the computed history along it, by directions of the motion and by the three parameters.
+        """Return derivatives of the computed history along it: by directions of the motion, and by what that follows.
 
-        Unlike differences of histories they are free of the solver's roughness. The directions are histories of the
-        motion [m s-2]. The derivatives have the shapes (directions, samples) [m] and (3, samples).
+        Unlike differences of histories they are free of the solver's roughness; those by a size are differences. The
+        directions are histories of the motion [m s-2]. The shapes are (directions, samples) [m] and (3 or more,
+        samples).
         """
         low, high, h = *self.range, DIFFERENCE * self.width
         # Differences must not step over a bound: 1 is the largest e there is.
@@ -200,16 +218,27 @@ class Fit:
         middle[2] = np.clip(parameters[2], low[2] + h[2], high[2] - h[2])
         steps = np.diag(h) @ np.eye(3, parameters.size)
         sides = [(self._wall(middle + d), self._wall(middle - d), 2 * d.sum()) for d in steps]
+        wall = self.mechanism(parameters)
+        u_ins = float(wall.instability_displacement)
         by_motion, by_parameters = derivatives(
             self._wall(parameters),
             directions,
             sides,
-            step=self.frequency * self.record.step / self._substeps,
+            step=float(wall.frequency_parameter) * self.record.step / self._substeps,
             substeps=self._substeps,
-            load_factor=float(self.wall.load_factor),
+            load_factor=float(wall.load_factor),
             ground_acceleration=self.motion,
         )
-        return self.u_ins * by_motion, self.u_ins * by_parameters
+        return u_ins * by_motion, np.concatenate([u_ins * by_parameters, self._by_sizes(parameters)])
+
+    def _by_sizes(self, parameters: Array) -> Array:
+        """Return the derivative of the computed history by the sizes that are parameters, shape (sizes, samples)."""
+        if not self.sizes:
+            return np.empty((0, self.measured.size))
+        apart = np.zeros((len(self.sizes), parameters.size))
+        apart[:, -len(self.sizes) :] = np.diag(DIFFERENCE * self._split(parameters)[1])
+        more, less = (self.computed(parameters + side * apart) for side in (1.0, -1.0))
+        return np.asarray((more - less) / (2 * apart.sum(axis=1)[:, None]))
 
     def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
         """Draw what the accelerometer's noise adds to the computed history, to first order; shape (DRAWS, samples). [m]
@@ -244,22 +273,22 @@ class Fit:
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
         lowest = np.argsort(misfit, axis=None, kind="stable")
         points, found = grid[lowest[:KEPT]], grid[lowest[np.isin(lowest, minima)]]
-        best = coarse._descend(coarse._refine(points))
+        best = coarse.descend(coarse._refine(points))
         for _ in range(ROUNDS - 1):
             if np.sqrt(2 * best.cost / self.measured.size) < EXPLAINED * self.rest_deviation:
                 break
-            again = coarse._descend(coarse._refine(best.x[None]))
+            again = coarse.descend(coarse._refine(best.x[None]))
             if again.cost > 0.99 * best.cost:
                 break
             best = again
-        return self._descend(best.x).x, found
+        return self.descend(best.x).x, found
 
     def _refine(self, points: Array) -> Array:
         """Look around each point, keep the best of all, halve the distance, and so on; return the best."""
         a1, *others = (GRID[name] for name in self.candidate.searched)
         spacing = np.array([np.log(a1[1] / a1[0]), *(axis[1] - axis[0] for axis in others)])
         misfit = self.misfit(points)
-        for _ in range(REFINEMENTS):
+        for _ in track(range(REFINEMENTS), "refinement of the scan"):
             spacing = spacing / 2
             around = np.stack([points] * len(NEARBY))
             around[..., 0] *= np.exp(NEARBY[:, None, 0] * spacing[0])
@@ -270,7 +299,8 @@ class Fit:
             points, misfit = points[best], misfit[best]
         return points[0]
 
-    def _descend(self, start: Array) -> OptimizeResult:
+    def descend(self, start: Array) -> OptimizeResult:
+        """Return the local least squares that are reached from a point."""
 
         def residual(point: Array) -> Array:
             return self.without_trend(self.computed(self.physical(point)[None])[0] - self.measured)
@@ -281,14 +311,7 @@ class Fit:
             inside = DIFFERENCE * self.width
             return self.derivative(np.clip(point, low + inside, high - inside), at_point=True)
 
-        return least_squares(
-            residual,
-            start,
-            derivative,
-            bounds=self.range,
-            x_scale=self.width,
-            **DESCENT,
-        )
+        return least_squares(residual, start, derivative, bounds=self.range, x_scale=self.width, **DESCENT)
 
 
 @dataclass(frozen=True)
@@ -311,6 +334,12 @@ class Solution:
         """Derivative of the history by the parameters, without offset and drift; shape (samples, 3)."""
         return self.fit.derivative(self.estimate)
 
+    def with_size(self, name: str, change: float) -> Array:
+        """Return the estimate of a wall of which a size is larger by so much, descended to from this one."""
+        wall = replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change})
+        other = replace(self.fit, wall=wall)
+        return other.physical(other.descend(self.point).x)
+
     @cached_property
     def shifts(self) -> Array:
         """Draws of what the noise of the measured motion adds to the history, shape (DRAWS, samples). [m]"""
@@ -331,7 +360,7 @@ class Solution:
 def motion_noise(record: Record) -> float:
     """Standard deviation of the accelerometer's noise, by the differences of samples before and after the motion."""
     acceleration = record.ground_acceleration
-    moving = np.flatnonzero(np.abs(acceleration) >= QUIET * np.abs(acceleration).max())
+    moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
     steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
     return float(np.sqrt(np.mean(steps**2) / 2))
 

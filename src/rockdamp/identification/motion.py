@@ -7,7 +7,9 @@ leads to the record's trajectory, which is another one for other parameters:
 
 .. math:: z_0(\theta) = z_0 + Z \, (\theta - \theta_0)
 
-What is left of z is integrated out, as linear.
+What is left of z is integrated out, as linear. Where the response is too far from linear for that, z_0 is corrected at
+each theta by a few steps of Gauss and Newton from there, along the main directions of the effect, with the derivatives
+as they are: what is left of z is then small.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from rockdamp.motions.records import Record
 MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
 NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
 MOST_ROWS = 64
+CORRECTIONS = 4  # steps of Gauss and Newton
 # Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
 NEAR = 8.0
 
@@ -36,13 +39,20 @@ class MotionNoise:
 
     fit: Fit  # under the measured motion and the noise z_0
     directions: Array  # of the noise, shape (directions, samples) [m s-2]
-    parameters: Array  # theta_0, of which the noise follows the first three
+    parameters: Array  # theta_0, of which the noise follows all but the order of a damper
     about: Array  # z_0, shape (directions,)
     effect: Array  # derivative of the response by z, shape (directions, samples) [m]
-    derivative: Array  # of the response by the parameters, shape (3, samples) [m]
+    derivative: Array  # of the response by the parameters that the noise follows, shape (3 or more, samples) [m]
     noise: Noise  # the sensor's zero and drift, and the main directions of the effect
-    follows: Array  # Z, shape (directions, 3)
-    precision: Array  # of the parameters, by the linear problem, shape (3, 3)
+    follows: Array  # Z, shape (directions, 3 or more)
+    precision: Array  # of the parameters that it follows, by the linear problem
+    corrected: bool = False  # z_0 at each theta
+
+    @classmethod
+    def before(cls, measured: Fit) -> MotionNoise:
+        """Return what has no linear response yet: that of a fit that has the measured motion."""
+        nothing = np.empty((0, 0))
+        return cls(measured, nothing, nothing, nothing, nothing, nothing, Noise(nothing), nothing, nothing)
 
     @classmethod
     def at(
@@ -69,20 +79,70 @@ class MotionNoise:
         precision = np.einsum("pt,qt->pq", derivative, weighted)
         return cls(fit, directions, parameters, about, effect, derivative, noise, follows, precision)
 
+    def response(self, parameters: Array, deviation: Array, correlation: Array) -> tuple[Array, Array]:
+        """Return the displacement for parameters and the sensor's noise, and the residual that is linear in z. [m]
+
+        Shapes (batch, samples). The displacement is that under z_0.
+        """
+        if not self.corrected:
+            computed = self.computed(parameters)
+            return computed, self.residuals(parameters, computed)
+        computed, residuals, _ = self._corrected(parameters, deviation, correlation)
+        return computed, residuals
+
+    def beyond(self, parameters: Array, deviation: Array, correlation: Array) -> Array:
+        """Subtract a linear response from that to the noise that explains the record, shape (batch, samples). [m]"""
+        if not self.corrected:
+            computed = self.computed(parameters)
+            noise = self.mean(self.residuals(parameters, computed), deviation, correlation)
+            return self.beyond_linear(parameters, computed, noise)
+        computed, residuals, about = self._corrected(parameters, deviation, correlation)
+        along = self.noise.mean(residuals, deviation, correlation)[:, 2:]
+        linear = computed + np.einsum("bk,kt->bt", along - about, self.noise.rows[2:])
+        return self._along(parameters, along) - linear
+
+    def _corrected(self, parameters: Array, deviation: Array, correlation: Array) -> tuple[Array, Array, Array]:
+        """Return the displacement under the corrected z_0, the residual, and z_0 along the main directions."""
+        rows = self.noise.rows[2:]
+        about = self.about @ self._main + self._followed(parameters) @ (self.follows.T @ self._main)
+        for _ in range(CORRECTIONS):
+            residuals = self.fit.measured - self._along(parameters, about) + np.einsum("bk,kt->bt", about, rows)
+            about = self.noise.mean(residuals, deviation, correlation)[:, 2:]
+        computed = self._along(parameters, about)
+        return computed, self.fit.measured - computed + np.einsum("bk,kt->bt", about, rows), about
+
+    @cached_property
+    def _main(self) -> Array:
+        """The main directions among those of the noise, shape (directions, main directions)."""
+        rows = self.noise.rows[2:]
+        return np.asarray(np.linalg.solve(_product(rows, rows), _product(rows, self.effect)).T, dtype=float)
+
+    @cached_property
+    def _beside(self) -> Fit:
+        """The fit under that part of z_0 which has no part in the main directions."""
+        beside = self.about - self._main @ (self.about @ self._main)
+        return self.under(beside)
+
+    def _along(self, parameters: Array, along: Array) -> Array:
+        """Displacement under a noise along the main directions, shape (batch, main directions). [m]"""
+        if not along.shape[1]:
+            return self._beside.computed(parameters)
+        return self._beside.computed(parameters, np.einsum("km,ks->ms", self._main, self.directions), along.T)
+
     @cached_property
     def _shift(self) -> tuple[Array, Array]:
-        """Return what z_0 and Z add to the response, shape (samples,) and (3, samples). [m]"""
+        """Return what z_0 and Z add to the response, shape (samples,) and (3 or more, samples). [m]"""
         by_parameters = np.einsum("kp,kt->pt", self.follows, self.effect)
         return np.einsum("k,kt->t", self.about, self.effect), by_parameters
 
     @cached_property
     def _motions(self) -> Array:
-        """Of the noise that follows the parameters, shape (3, samples). [m s-2]"""
+        """Of the noise that follows the parameters, shape (3 or more, samples). [m s-2]"""
         return np.einsum("kp,ks->ps", self.follows, self.directions)
 
     def _followed(self, parameters: Array) -> Array:
-        """Return how far the noise follows parameters, shape (batch, 3)."""
-        away = parameters[:, :3] - self.parameters[:3]
+        """Return how far the noise follows parameters, shape (batch, 3 or more)."""
+        away = self.fit.followed(parameters) - self.fit.followed(self.parameters)
         square = np.einsum("bp,pq,bq->b", away, self.precision, away)
         return np.asarray(away * np.exp(-0.5 * square / NEAR**2)[:, None])
 
@@ -139,3 +199,8 @@ def main_directions(effect: Array, negligible: float) -> Array:
         row = (row - np.einsum("k,kt->t", rows[:, pivot], rows)) / np.sqrt(left[pivot])
         rows, left = np.concatenate([rows, row[None]]), np.maximum(left - row**2, 0.0)
     return rows
+
+
+def _product(one: Array, other: Array) -> Array:
+    """Return one @ other.T, summed in the same order on any number of cores."""
+    return np.einsum("it,jt->ij", one, other)

@@ -58,11 +58,15 @@ class Noise:
         normal = random.standard_normal(mean.shape)
         return np.asarray(mean + np.linalg.solve(lower.swapaxes(1, 2), normal[..., None])[..., 0], dtype=float)
 
-    def without_linear(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
-        """Subtract the mean of the linear part from residuals, shape (batch, samples): noise n is left. [m]"""
+    def mean(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
+        """Return the mean of z by residuals, shape (batch, samples); shape (batch, directions)."""
         weighted = _by_inverse(residuals, correlation) / deviation[:, None] ** 2
         precision, projected = self._conditional(weighted, deviation**2, correlation)
-        mean = np.linalg.solve(precision, projected[..., None])[..., 0]
+        return np.asarray(np.linalg.solve(precision, projected[..., None])[..., 0])
+
+    def without_linear(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
+        """Subtract the mean of the linear part from residuals, shape (batch, samples): noise n is left. [m]"""
+        mean = self.mean(residuals, deviation, correlation)
         return residuals - np.einsum("ik,kt->it", mean, self.rows)
 
     def by_inverse(self, residuals: Array, deviation: Array, correlation: Array) -> Array:

@@ -13,6 +13,8 @@ from rockdamp.config.parsing import members, number, section
 from rockdamp.errors import require
 from rockdamp.statistics.distribution import Distribution
 
+SIZES = ("thickness", "height", "hinge_ratio", "overburden_ratio")  # of the wall, that may be uncertain
+
 
 @dataclass(frozen=True)
 class Prior:
@@ -20,7 +22,7 @@ class Prior:
 
     a1 is also below the end of the plateau. The sensor's noise has a standard deviation [m] and a correlation of a
     sample and the next. Its zero, beyond its mean at rest [m], and its drift [m s-1] are normal about 0 with these
-    deviations.
+    deviations. A size of the wall that has a distribution is a parameter; without one it is known. [m] [-]
     """
 
     yield_displacement_ratio: Distribution = Distribution("loguniform", 0.015, 0.20)
@@ -32,6 +34,10 @@ class Prior:
     sensor_correlation: Distribution = Distribution("uniform", 0.0, 0.999)
     sensor_zero: float = 2e-3
     sensor_drift: float = 1e-3
+    thickness: Distribution | None = None
+    height: Distribution | None = None
+    hinge_ratio: Distribution | None = None
+    overburden_ratio: Distribution | None = None
 
     @classmethod
     def of(cls, given: Config, section_name: str = "prior") -> Prior:
@@ -55,10 +61,21 @@ class Prior:
         require(self.sensor_zero > 0, "sensor_zero", self.sensor_zero, "greater than 0")
         require(self.sensor_drift > 0, "sensor_drift", self.sensor_drift, "greater than 0")
 
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """The sizes of the wall that are parameters."""
+        return tuple(name for name in SIZES if getattr(self, name) is not None)
+
+    def distribution(self, name: str) -> Distribution:
+        """Return the distribution of a parameter; one of a run, "restitution 2", has that of all runs."""
+        distribution = getattr(self, name.split()[0])
+        assert isinstance(distribution, Distribution)
+        return distribution
+
     def values(self, names: tuple[str, ...], points: Array) -> Array:
         """Return the values at points of the unit cube, shape (batch, names), in which the prior is uniform."""
-        return np.stack([getattr(self, name).quantile(points[:, i]) for i, name in enumerate(names)], axis=1)
+        return np.stack([self.distribution(name).quantile(points[:, i]) for i, name in enumerate(names)], axis=1)
 
     def points(self, names: tuple[str, ...], values: Array) -> Array:
         """Return the points of the unit cube at which values lie, shape (batch, names)."""
-        return np.stack([getattr(self, name).probability(values[:, i]) for i, name in enumerate(names)], axis=1)
+        return np.stack([self.distribution(name).probability(values[:, i]) for i, name in enumerate(names)], axis=1)

@@ -18,6 +18,7 @@ from scipy.stats import t
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.progress import counting
 
 DEGREES = 2.0  # of freedom of the neighbourhood's t distributions: their tails reach what is far from the guess
 WIDER = 1.5  # the neighbourhood than the guess of the posterior
@@ -87,14 +88,32 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
     The density is -inf where it is zero. It raises `InputError` if so many draws take too long, or nautilus is missing.
     """
 
-    def stretched(cube: Array) -> Array:
-        points, stretch = about.points(cube)
-        return np.maximum(log_density(points) - stretch, ZERO)
+    most = MOST + round(MOST_A_DRAW * effective)
+    with counting(most, "draws, by likelihoods at most") as advance:
 
+        def stretched(cube: Array) -> Array:
+            points, stretch = about.points(cube)
+            density = np.maximum(log_density(points) - stretch, ZERO)
+            advance(len(cube))
+            return density
+
+        drawn = _drawn(stretched, about.centre.size, effective, most, seed)
+    if drawn is None:
+        raise InputError(f"{most} likelihoods do not suffice for the posterior; the record may not determine it")
+    cube, log_weights, log_stretched, log_evidence = drawn
+    points, stretch = about.points(cube)
+    weights = np.exp(log_weights - log_weights.max())
+    return Draws(points, weights / weights.sum(), log_stretched + stretch, log_evidence)
+
+
+def _drawn(
+    density: Callable[[Array], Array], dimensions: int, effective: float, most: int, seed: int
+) -> tuple[Array, Array, Array, float] | None:
+    """Return points, logarithms of their weights and densities, and of the evidence; None if it takes too long."""
     sampler = nautilus().Sampler(
         lambda cube: cube,
-        stretched,
-        about.centre.size,
+        density,
+        dimensions,
         n_live=LIVE,
         n_batch=BATCH,
         n_networks=0,  # ellipsoids alone: networks take longer to train than they spare
@@ -102,13 +121,9 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
         pass_dict=False,
         seed=seed,
     )
-    most = MOST + round(MOST_A_DRAW * effective)
     if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=most, discard_exploration=True):
-        raise InputError(f"{most} likelihoods do not suffice for the posterior; the record may not determine it")
-    cube, log_weights, log_stretched = sampler.posterior()
-    points, stretch = about.points(cube)
-    weights = np.exp(log_weights - log_weights.max())
-    return Draws(points, weights / weights.sum(), log_stretched + stretch, float(sampler.log_z))
+        return None
+    return (*sampler.posterior(), float(sampler.log_z))
 
 
 def nautilus() -> Any:

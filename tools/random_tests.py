@@ -1,0 +1,137 @@
+"""Random tests of walls on a shaking table, made by the event-driven solver, and what the posterior says of each.
+
+What is drawn was chosen before any test was identified: walls, curves and coefficients of restitution by the default
+prior, three shapes of pulses, rates, and the errors of both instruments.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from rockdamp.errors import InputError
+from rockdamp.histories.forcing import Forcing
+from rockdamp.identification.identify import posterior
+from rockdamp.identification.noise import correlated
+from rockdamp.identification.prior import Prior
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Wall
+from rockdamp.motions.pulse_shapes import ricker, table_pulse, wavelet
+from rockdamp.motions.records import Record
+from rockdamp.progress import without_bars
+from rockdamp.solvers import event_driven
+
+NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution")
+OVERSAMPLING = 4  # samples of the motion that the wall feels to one of the record
+RATES = (100, 128, 200, 256, 500)  # [Hz]
+# A test that a laboratory would keep: the wall rocks well beyond its first branch and does not come near to collapse.
+LEAST_OF_BRANCH, LEAST, MOST = 2.0, 0.05, 0.9  # of u1, of u_ins
+LEVEL = 0.9
+
+
+@dataclass(frozen=True)
+class RandomTest:
+    """One test: the wall, what made its record, and the record."""
+
+    wall: Wall
+    truth: tuple[float, float, float]  # a1, b1, e
+    pulse: str
+    pulse_peak: float  # [m s-2]
+    rate: int  # [Hz]
+    peak_ratio: float  # u/u_ins
+    motion_noise: float  # [m s-2]
+    sensor_deviation: float  # [m]
+    record: Record
+
+
+def drawn(seed: int, number: int) -> RandomTest:
+    """Draw tests until one rocks and stands as a laboratory would keep it."""
+    random = np.random.RandomState([seed, number])
+    prior = Prior()
+    while True:
+        thickness = random.uniform(0.10, 0.50)
+        wall = Wall(
+            thickness=thickness,
+            height=thickness * random.uniform(8, 28),
+            hinge_ratio=random.uniform(0.5, 0.75),
+            overburden_ratio=random.choice([0.0, random.uniform(0.0, 4.0)]),
+        )
+        a1, b1, e = prior.values(NAMES, random.uniform(size=(1, 3)))[0]
+        if a1 >= 0.99 * (1 - b1):  # the plateau would end before it begins
+            continue
+        rate = int(random.choice(RATES))
+        width, side = random.uniform(0.15, 0.6), random.uniform(0.1, 0.4)  # of the pulse's main lobe [s]
+        cycles, peak = random.uniform(1.5, 4), wall.rocking_onset(b1) * random.uniform(1.0, 4.0)
+        kind = str(random.choice(["ricker", "table", "wavelet"]))
+        before, after = random.uniform(0.3, 1.0), random.uniform(2.0, 6.0)  # of the pulse's centre and after it [s]
+        noise = np.exp(random.uniform(np.log(0.003), np.log(0.05)))
+        deviation, correlation = np.exp(random.uniform(np.log(5e-5), np.log(5e-4))), random.uniform(0.0, 0.9)
+        zero, drift = random.standard_normal(2) * [prior.sensor_zero, prior.sensor_drift]
+        # The zeros of a Ricker wavelet are sqrt(2)/(pi f) apart, those of the longest cycle of a wavelet 1/(2 f).
+        frequency = {"ricker": np.sqrt(2) / (np.pi * width), "table": 1 / width, "wavelet": 0.5 / width}[kind]
+        centre = before + (cycles / 2 if kind == "wavelet" else 2.0) / frequency
+        samples = round((centre + after) * rate)
+        fine = np.arange(samples * OVERSAMPLING + 1) / (rate * OVERSAMPLING) - centre
+        if kind == "ricker":
+            motion = ricker(fine, frequency, peak)
+        elif kind == "table":
+            motion = table_pulse(fine, peak, width=width, side_lobe=side)
+        else:
+            motion = wavelet(fine, frequency, cycles, peak)
+        elapsed = np.arange(samples + 1) / rate
+        history = event_driven.history(
+            TrilinearCurve(a1, b1),
+            Damping.cr(e),
+            float(wall.frequency_parameter) * elapsed,
+            **Forcing.of(wall, Record(fine - fine[0], motion)).event_driven(),
+        )
+        ratio = float(np.abs(history.displacement).max())
+        if history.outcome == "completed" and max(LEAST, LEAST_OF_BRANCH * a1) < ratio < MOST:
+            break
+    shown = float(wall.instability_displacement) * history.displacement + zero + drift * elapsed
+    shown = shown + correlated(deviation, correlation, random.standard_normal(elapsed.size))
+    measured = motion[::OVERSAMPLING] + noise * random.standard_normal(elapsed.size)
+    record = Record(elapsed, measured, shown)
+    return RandomTest(wall, (a1, b1, e), kind, float(peak), rate, ratio, float(noise), float(deviation), record)
+
+
+def judged(seed: int, number: int) -> dict[str, float | str]:
+    """Identify a test, and say whether its intervals of 90 % hold what made it, or why it was refused."""
+    test = drawn(seed, number)
+    wall = test.wall
+    row: dict[str, float | str] = {
+        "number": number,
+        "thickness": float(wall.thickness),
+        "height": float(wall.height),
+        "hinge_ratio": float(wall.hinge_ratio),
+        "overburden_ratio": float(wall.overburden_ratio),
+        "pulse": test.pulse,
+        "pulse_peak": test.pulse_peak,
+        "rate": test.rate,
+        "samples": test.record.elapsed.size,
+        "peak_ratio": test.peak_ratio,
+        "motion_noise": test.motion_noise,
+        "sensor_deviation": test.sensor_deviation,
+        **{f"true_{name}": value for name, value in zip(NAMES, test.truth, strict=True)},
+    }
+    ended, words = "answered", ""
+    start = time.process_time()
+    with without_bars(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            answer = posterior(test.record, wall, seed=seed)
+        except InputError as error:
+            ended, words = "refused", str(error)
+        except Exception as error:
+            ended, words = "failed", f"{type(error).__name__}: {error}"
+    row |= {"ended": ended, "reason": words, "seconds": round(time.process_time() - start, 1)}
+    for name, truth in zip(NAMES, test.truth, strict=True):
+        low = high = np.nan
+        if ended == "answered":
+            low, high = (float(bound) for bound in answer["interval"].sel(level=LEVEL, parameter=name))
+        row |= {f"low_{name}": low, f"high_{name}": high, f"held_{name}": str(int(low <= truth <= high))}
+    return row
