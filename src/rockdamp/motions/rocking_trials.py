@@ -14,17 +14,19 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.storage import input_file
 
-COLUMNS = {  # of the file: the type of each
-    "group": "int64",
-    "trial": "int64",
-    "duplicate_of_trial": "Int64",  # empty where the trial is no duplicate
-    "thickness_m": "float64",
-    "height_m": "float64",
-    "depth_m": "float64",
-    "mass_kg": "float64",
-    "impact": "int64",
-    "ratio": "float64",
-}
+COLUMNS = (
+    "group",
+    "trial",
+    "duplicate_of_trial",
+    "thickness_m",
+    "height_m",
+    "depth_m",
+    "mass_kg",
+    "impact",
+    "ratio",
+)
+WHOLE = ("group", "trial", "duplicate_of_trial", "impact")  # numbers
+DUPLICATE = "duplicate_of_trial"  # empty where the trial is none
 HEADER = ("specimen", "source", "licence", "meaning", "synthetic")  # keys that must stand there
 KEY = ["group", "trial"]
 
@@ -108,15 +110,14 @@ def _rows(text: str) -> pd.DataFrame:
         raise InputError(f"the columns are {', '.join(map(str, read.columns))}; they must be {', '.join(COLUMNS)}")
     if not len(read):
         raise InputError("there are no impacts; there must be at least one")
-    rows = pd.DataFrame()
-    for name, kind in COLUMNS.items():
-        values = pd.to_numeric(read[name], errors="coerce")
-        empty = (read[name] == "") & (kind == "Int64")
-        bad = ~(np.isfinite(values) | empty) | (values != values.round() if kind != "float64" else False) & ~empty
-        if bad.any():
-            row = int(np.argmax(bad))
-            raise InputError(f"{name} of the {row + 1}th impact is {read[name][row]!r}; it must be a number")
-        rows[name] = values.astype(kind)
+    rows = read.apply(pd.to_numeric, errors="coerce")
+    for name in COLUMNS:
+        values = rows[name].to_numpy(dtype=float)
+        good = np.isfinite(values) & ((name not in WHOLE) | (values == np.round(values)))
+        good |= (read[name] == "").to_numpy() & (name == DUPLICATE)
+        if not good.all():
+            row, kind = int(np.argmin(good)), "a whole number" if name in WHOLE else "a number"
+            raise InputError(f"{name} in row {row + 1} is {read[name].iloc[row]!r}; it must be {kind}")
     return rows
 
 
@@ -125,7 +126,7 @@ def _trials(rows: pd.DataFrame, header: dict[str, str]) -> RockingTrials:
         label = f"trial {trial} of group {group}"
         if (one["impact"].to_numpy() != np.arange(1, len(one) + 1)).any():
             raise InputError(f"the impacts of {label} are not 1, 2, ... in this order; none may be missing")
-        if len(one[["duplicate_of_trial", "thickness_m", "height_m", "depth_m", "mass_kg"]].drop_duplicates()) > 1:
+        if len(one[[DUPLICATE, "thickness_m", "height_m", "depth_m", "mass_kg"]].drop_duplicates()) > 1:
             raise InputError(f"the rows of {label} state two blocks or two duplicates; they must state one")
     sizes = rows[["group", "thickness_m", "height_m"]].drop_duplicates()
     if sizes["group"].duplicated().any():
@@ -134,14 +135,12 @@ def _trials(rows: pd.DataFrame, header: dict[str, str]) -> RockingTrials:
     if not ((sizes["thickness_m"] > 0) & (sizes["height_m"] > 0)).all():
         raise InputError("a thickness or a height is not greater than 0 [m]")
     table = rows.pivot_table(index=KEY, columns="impact", values="ratio")
-    kept = []
-    for (group, trial), one in rows.groupby(KEY):
-        other = one["duplicate_of_trial"].iloc[0]
-        if pd.isna(other):
-            kept.append((group, trial))
-        elif (group, other) not in table.index or not table.loc[(group, other)].equals(table.loc[(group, trial)]):
-            raise InputError(f"trial {trial} of group {group} is no duplicate of trial {other}; they must be equal")
-    whole, sizes = table.loc[kept], sizes.set_index("group").sort_index()
+    ratios = {key: row.to_numpy() for key, row in table.iterrows()}
+    others = rows.groupby(KEY)[DUPLICATE].first().dropna()
+    for (group, trial), other in others.items():  # type: ignore[misc]
+        if not np.array_equal(ratios[group, trial], ratios.get((group, int(other)), np.empty(0)), equal_nan=True):
+            raise InputError(f"trial {trial} of group {group} is no duplicate of trial {other:g}; they must be equal")
+    whole, sizes = table.drop(index=others.index), sizes.set_index("group").sort_index()
     whole = whole.loc[whole.notna().sum(axis=1).sort_values(ascending=False, kind="stable").index]
     return RockingTrials(
         ratio=whole.to_numpy(),
@@ -150,6 +149,6 @@ def _trials(rows: pd.DataFrame, header: dict[str, str]) -> RockingTrials:
         height=sizes["height_m"].to_numpy(),
         impacts=len(rows),
         trials=len(table),
-        duplicates=len(table) - len(kept),
+        duplicates=len(others),
         source=header["source"],
     )

@@ -10,13 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr, ndtri, softmax, stdtr
 
 from rockdamp.arrays import Array
-from rockdamp.statistics.velocity_ratios import CENTRES, HIERARCHY, LOSSES, STARTS, Fit, Predict, Search, Trials, rule
+from rockdamp.statistics.trials_fit import Fit, Search
+from rockdamp.statistics.velocity_ratios import CENTRES, HIERARCHY, LOSSES, STARTS, Predict, Trials, rule
 
 DIFFERENCE = 0.3  # of derivatives, of the parameters' scales
 OF_SHAPE = 0.1  # scale of a parameter of the shape
@@ -84,7 +87,7 @@ class Expansion:
         gradient[names.index("within")] = (joint * (z**2 - 1 + (hazard * centre)[:, None, :])).sum()
         return -total, -gradient
 
-    def fit(self, weights: Array) -> Array:
+    def fit(self, weights: NDArray[Any]) -> Array:
         """Return the point of the largest log-likelihood of the weighted trials."""
         at, weights = self.fitted.point, np.asarray(weights, dtype=float)
         unit = self.deviation  # the parameters' sizes differ
@@ -111,7 +114,7 @@ class Expansion:
         return np.asarray(np.linalg.inv(np.array(rows)))
 
 
-def drawn(geometry: Array, random: np.random.RandomState) -> Array:
+def drawn(geometry: NDArray[np.intp], random: np.random.RandomState) -> Array:
     """Return how often each trial is drawn: as many of each geometry as there are, with replacement."""
     weights = np.zeros(len(geometry))
     for g in np.unique(geometry):
@@ -154,7 +157,7 @@ def simulated(trials: Trials, predict: Predict, fitted: Fit, random: np.random.R
     return replace(trials, ratio=np.where(np.isfinite(trials.ratio), ratio, np.nan))
 
 
-def share_below(trials: Trials, values: Mapping[str, float], members: Array) -> Array:
+def share_below(trials: Trials, values: Mapping[str, float], members: NDArray[np.intp]) -> Array:
     """Return the probability that a first ratio is below that of each of some trials, shape (members,).
 
     Theirs are geometries of which no trial was seen.

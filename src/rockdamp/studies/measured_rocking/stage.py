@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,21 +14,20 @@ from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.parsing import Ascending, Settings
+from rockdamp.config.settings import MeasuredRocking, MeasuredRockingSettings
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions.rocking_trials import RockingTrials, read_rocking_trials
 from rockdamp.progress import track
 from rockdamp.statistics.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
+from rockdamp.statistics.trials_fit import Fit, Search, fit
 from rockdamp.statistics.velocity_ratios import (
     CENTRES,
     LOSSES,
     ErrorModel,
-    Fit,
+    Nodes,
     Predict,
-    Search,
     Trials,
     by_impact,
-    fit,
     power_law,
 )
 from rockdamp.studies.measured_rocking.predictions import NearlyRigid, by_solver
@@ -49,41 +49,6 @@ ERROR_MODELS = {
     "noise of the velocity alone": ErrorModel(growth=1.0),
     "noise independent of speed": ErrorModel(growth=0.0),
 }
-
-
-@dataclass(frozen=True)
-class Resampling:
-    replicates: int
-    seed: int
-
-
-@dataclass(frozen=True)
-class SimulatedTrials:
-    draws: int
-    seed: int
-
-
-@dataclass(frozen=True)
-class MeasuredRocking:
-    """Section `measured_rocking` of the config."""
-
-    trials: str
-    impacts_used: Array
-    shown_impacts: int
-    yield_displacement_ratio: Ascending
-    release_amplitude: Ascending
-    shown_yield_displacement_ratio: float
-    shown_release_amplitude: float
-    exponent: Ascending
-    amplitude_exponent: Ascending
-    held_out: int
-    bootstrap: Resampling
-    simulated: SimulatedTrials
-
-
-@dataclass(frozen=True)
-class MeasuredRockingSettings(Settings):
-    measured_rocking: Annotated[MeasuredRocking, "measured_rocking"]
 
 
 def measured_rocking(config: Config) -> xr.Dataset:
@@ -118,6 +83,11 @@ def measured_rocking(config: Config) -> xr.Dataset:
         shown_yield_displacement_ratio=settings.shown_yield_displacement_ratio,
         shown_release_amplitude=settings.shown_release_amplitude,
     )
+
+
+def _seen(trials: Trials, predict: Predict, fitted: Fit) -> tuple[Mapping[str, float], Array, Nodes]:
+    """Return what the trials' distributions after their ratios follow from."""
+    return fitted.values, Search(trials, predict, fitted.nodes).of_losses(fitted.point), fitted.nodes
 
 
 def _fixed(predict: Callable[[Array], Any]) -> Predict:
@@ -212,7 +182,7 @@ class _Study:
         for row, impacts in enumerate(track(s.impacts_used.astype(int), "exponents of the amplitude")):
             trials, last = self.trials(impacts), None
             for column, gamma in enumerate(tried):
-                predict = _fixed(lambda losses, gamma=gamma, impacts=impacts: power_law(losses, gamma, impacts))
+                predict = _fixed(partial(power_law, exponent=float(gamma), impacts=impacts))
                 last = fit(trials, predict, start=last)
                 values[row, column] = last.log_likelihood
                 if impacts == s.shown_impacts:
@@ -277,7 +247,7 @@ class _Study:
     @staticmethod
     def _mean_profile(trials: Trials, predict: Predict, fitted: Fit) -> Array:
         """Return a damper's loss at each impact over the mean, over the trials by what they tell of it."""
-        loss = trials.mean_losses(Search(trials, predict, fitted.nodes).of_losses(fitted.point), fitted)
+        loss = trials.mean_losses(*_seen(trials, predict, fitted))
         log_loss = np.log(-np.log(predict(loss, fitted.shape).ratio))
         log_loss -= log_loss.mean(axis=0)
         # What a trial tells of the logarithm of its loss grows with the square of the loss.
@@ -295,7 +265,7 @@ class _Study:
         prior = np.exp(CENTRES[1])
         overall = mean @ prior
         predict = self.predictions(self.settings.shown_impacts)[REFERENCE]
-        seen = trials.centres_seen(Search(trials, predict, fitted.nodes).of_losses(fitted.point), fitted)
+        seen = trials.centres_seen(*_seen(trials, predict, fitted))
         estimate = (seen * mean).sum(axis=1)
         scatter = np.sqrt((seen * (mean - estimate[:, None]) ** 2).sum(axis=1))
         new = np.cumsum(np.einsum("gj,gcj->gc", seen, by_centre), axis=1)
@@ -333,7 +303,7 @@ class _Study:
     def held_out(self, fitted: Fit) -> xr.Dataset:
         """Return how often the interval of the first ratio holds where geometries are held out, over all choices."""
         impacts, trials = self.settings.shown_impacts, self.shown
-        expansion = Expansion.of(trials, _fixed(lambda losses: power_law(losses, 0.0, impacts)), fitted)
+        expansion = Expansion.of(trials, _fixed(partial(power_law, exponent=0.0, impacts=impacts)), fitted)
         shares = []
         for out in track(list(combinations(range(trials.housner.size), self.settings.held_out)), "held out"):
             left = np.isin(trials.geometry, out)
