@@ -21,7 +21,7 @@ from rockdamp.equivalence.tabulated import LARGEST_ERROR
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.report import earthquakes, interactive, tables
+from rockdamp.report import earthquakes, interactive, measurement, tables
 from rockdamp.report.answer import answer
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
@@ -69,6 +69,8 @@ def build(content: Content) -> str:
         verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
+        rocking=pictures.pop(measurement.FIGURE, None),
+        measurement=measurement.section(content.datasets),
         figures=list(pictures.values()),
         answer=answer(content.datasets),
         earthquakes=earthquakes.section(content.datasets, content.config),
