@@ -34,7 +34,10 @@ if TYPE_CHECKING:
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
-SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
+SHARES = (
+    *("collapses", "collapse_probability", "collapse_probability_interval", "effective_records"),
+    "averaged_collapse_probability",  # over the spread of e, by the rule measured alone
+)
 
 records_option = click.option(
     "--records",
@@ -122,7 +125,8 @@ def assess_command(
 
     motions = load_records(records)
     answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
-    answer.attrs["restitution_reason"] = reason
+    if reason:
+        answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
         read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
@@ -167,9 +171,8 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
 
 def _wall(
     table: Path | None, identifier: str | None, options: dict[str, Any]
-) -> tuple[Wall | Parapet, TrilinearCurve, float, str]:
-    """Return the wall of the options or of a row of the table, its curve, e, and the reason for e."""
-    from rockdamp.assessment.one_wall import stated
+) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str]:
+    """Return the wall of the options or of a row of the table, its curve, e or its rule, and a row's reason for e."""
     from rockdamp.assessment.restitution import DEFAULT_RULE
 
     if table is None:
@@ -179,7 +182,7 @@ def _wall(
             raise click.UsageError("there must be --thickness and --height, or --walls and --id")
         wall, curve = make_wall(options), make_curve(options)
         e = options["restitution"]
-        return wall, curve, *stated(wall, DEFAULT_RULE if e is None else e)
+        return wall, curve, DEFAULT_RULE if e is None else e, ""
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
@@ -203,7 +206,7 @@ def _models(answer: xr.Dataset) -> list[dict[str, Any]]:
                 "order": _number(one["order"]),
                 "damping_ratio": _number(one["damping_ratio"]),
                 "records": int(answer["records"]),
-                **{name: one[name].values.tolist() for name in SHARES},
+                **{name: one[name].values.tolist() if name in one else None for name in SHARES},
                 "median_intensity": _number(one[median]),
                 "median_intensity_interval": _numbers(one[f"{median}_interval"]),
                 "dispersion": _number(one["dispersion"]),
@@ -219,12 +222,14 @@ def _values(answer: xr.Dataset) -> dict[str, Any]:
     asked = answer[measure.lower()].values.tolist()
 
     def at(values: Any) -> Any:
-        return values[0] if len(asked) == 1 else values
+        return values[0] if len(asked) == 1 and values is not None else values
 
     return {
         "rocking_onset": float(answer["rocking_onset"]),
         "restitution": float(answer["restitution"]),
         "restitution_reason": answer.attrs["restitution_reason"],
+        "restitution_deviation": float(answer["restitution_deviation"]) if "restitution_deviation" in answer else None,
+        "restitution_range": answer.attrs.get("restitution_range"),
         "intensity_measure": measure,
         "intensity": at(asked),
         "interval": answer.attrs[INTERVAL],
@@ -248,6 +253,9 @@ def _print(answer: xr.Dataset) -> None:
     onset, models = float(answer["rocking_onset"]), _models(answer)
     click.echo(f"rocking starts at {onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2), by the plateau's strength")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
+    if "restitution_deviation" in answer:
+        deviation, source = float(answer["restitution_deviation"]), answer.attrs["restitution_range"]
+        click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
     click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
     shares = [
         {
@@ -256,6 +264,7 @@ def _print(answer: xr.Dataset) -> None:
             "collapses": str(row["collapses"][index]),
             "share": row["collapse_probability"][index],
             "interval": _span(row["collapse_probability_interval"][index]),
+            **_averaged(row["averaged_collapse_probability"], index),
         }
         for index, intensity in enumerate(asked.values.tolist())
         for row in models
@@ -274,6 +283,11 @@ def _print(answer: xr.Dataset) -> None:
         for row in models
     ]
     print_table(fragilities, {f"median {measure}": asked.attrs["units"]})
+
+
+def _averaged(shares: list[float] | None, index: int) -> dict[str, float]:
+    """Return the column of the share that is averaged over the spread of e, where there is one."""
+    return {} if shares is None else {"over e": shares[index]}
 
 
 def _span(bounds: list[float] | None) -> str | None:
