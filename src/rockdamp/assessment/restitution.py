@@ -26,7 +26,10 @@ RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
 DEFAULT_RULE = "measured"
 HOUSNER = "Housner: one block that rocks on its base"
 # The range of the rule ``measured``, and its source.
-OF_WALLS = "tests of walls that the paper quotes gave 0.86 of Eq. (7), 0.85 to 0.91; other reports differ, 0.90 to 0.97 of theory"
+OF_WALLS = (
+    "tests of walls that the paper quotes gave 0.86 of Eq. (7), 0.85 to 0.91; other reports, second-hand, differ:"
+    " 0.90 to 0.97 of theory"
+)
 OF_BLOCKS = f"134 free-rocking trials of limestone blocks gave {BLOCK_RATIO} of Housner; other reports differ"
 NODES = 5  # of e over its spread; the middle one is the median
 

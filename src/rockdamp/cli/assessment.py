@@ -287,7 +287,7 @@ def _print(answer: xr.Dataset) -> None:
 
 def _averaged(shares: list[float] | None, index: int) -> dict[str, float]:
     """Return the column of the share that is averaged over the spread of e, where there is one."""
-    return {} if shares is None else {"over e": shares[index]}
+    return {} if shares is None else {"averaged over e": shares[index]}
 
 
 def _span(bounds: list[float] | None) -> str | None:
