@@ -36,7 +36,6 @@ COLUMNS = (
     *("finding", "holds", "holds_in_part", "does_not_hold", "figure"),
 )
 MODULES = (mechanics, histories, ratios, misfits, measured_rocking)
-MODULES = (mechanics, histories, ratios, misfits, measured_rocking)
 JUDGES: dict[str, Judge] = {name: judge for module in MODULES for name, judge in module.JUDGES.items()}
 
 
