@@ -67,7 +67,7 @@ def test_the_likelihood_of_a_trial_is_the_integral_over_its_loss_alternation_and
     values, nodes = fitted.values, fitted.nodes
     search = Search(trials, constant, nodes)
     found = trials.at_centres(values, search.of_losses(fitted.point), nodes)
-    loss = np.linspace(0.0, 0.3, 151)[1:]
+    loss = 0.002 * (np.arange(150) + 0.5)
     prediction = power_law(loss, 0.0, IMPACTS)
     lean, lean_weight = grid(values["lean"], values["alternation"])
     level, level_weight = grid(np.log(values["noise"]), values["noise_deviation"])
@@ -82,7 +82,7 @@ def test_the_likelihood_of_a_trial_is_the_integral_over_its_loss_alternation_and
         prior = stats.norm.pdf(loss[:, None], centre, values["within"]) / stats.norm.sf(0, centre, values["within"])
         expected = np.log((of_loss[:, None] * prior).sum(axis=0) * (loss[1] - loss[0]))
         # Centres further out have no weight.
-        np.testing.assert_allclose(found[t, 3:12], expected[3:12], atol=0.05)
+        np.testing.assert_allclose(found[t, 3:12], expected[3:12], atol=0.03)
 
 
 def grid(mean, deviation):

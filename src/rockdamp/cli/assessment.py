@@ -34,10 +34,8 @@ if TYPE_CHECKING:
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
-SHARES = (
-    *("collapses", "collapse_probability", "collapse_probability_interval", "effective_records"),
-    "averaged_collapse_probability",  # over the spread of e, by the rule measured alone
-)
+SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
+AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
 
 records_option = click.option(
     "--records",
@@ -206,7 +204,7 @@ def _models(answer: xr.Dataset) -> list[dict[str, Any]]:
                 "order": _number(one["order"]),
                 "damping_ratio": _number(one["damping_ratio"]),
                 "records": int(answer["records"]),
-                **{name: one[name].values.tolist() if name in one else None for name in SHARES},
+                **{name: one[name].values.tolist() for name in (*SHARES, AVERAGED) if name in one},
                 "median_intensity": _number(one[median]),
                 "median_intensity_interval": _numbers(one[f"{median}_interval"]),
                 "dispersion": _number(one["dispersion"]),
@@ -222,19 +220,28 @@ def _values(answer: xr.Dataset) -> dict[str, Any]:
     asked = answer[measure.lower()].values.tolist()
 
     def at(values: Any) -> Any:
-        return values[0] if len(asked) == 1 and values is not None else values
+        return values[0] if len(asked) == 1 else values
 
     return {
         "rocking_onset": float(answer["rocking_onset"]),
         "restitution": float(answer["restitution"]),
         "restitution_reason": answer.attrs["restitution_reason"],
-        "restitution_deviation": float(answer["restitution_deviation"]) if "restitution_deviation" in answer else None,
-        "restitution_range": answer.attrs.get("restitution_range"),
+        **_uncertainty(answer),
         "intensity_measure": measure,
         "intensity": at(asked),
         "interval": answer.attrs[INTERVAL],
-        "models": [row | {name: at(row[name]) for name in SHARES} for row in _models(answer)],
+        "models": [
+            row | {name: at(row[name]) for name in (*SHARES, AVERAGED) if name in row} for row in _models(answer)
+        ],
     }
+
+
+def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
+    """Return how uncertain e is, where it is by the rule measured."""
+    if "restitution_deviation" not in answer:
+        return {}
+    source = answer.attrs["restitution_range"]
+    return {"restitution_deviation": float(answer["restitution_deviation"]), "restitution_range": source}
 
 
 def _number(value: xr.DataArray) -> float | None:
@@ -253,8 +260,8 @@ def _print(answer: xr.Dataset) -> None:
     onset, models = float(answer["rocking_onset"]), _models(answer)
     click.echo(f"rocking starts at {onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2), by the plateau's strength")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
-    if "restitution_deviation" in answer:
-        deviation, source = float(answer["restitution_deviation"]), answer.attrs["restitution_range"]
+    if uncertain := _uncertainty(answer):
+        deviation, source = uncertain.values()
         click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
     click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
     shares = [
@@ -264,7 +271,7 @@ def _print(answer: xr.Dataset) -> None:
             "collapses": str(row["collapses"][index]),
             "share": row["collapse_probability"][index],
             "interval": _span(row["collapse_probability_interval"][index]),
-            **_averaged(row["averaged_collapse_probability"], index),
+            **({"averaged over e": row[AVERAGED][index]} if AVERAGED in row else {}),
         }
         for index, intensity in enumerate(asked.values.tolist())
         for row in models
@@ -283,11 +290,6 @@ def _print(answer: xr.Dataset) -> None:
         for row in models
     ]
     print_table(fragilities, {f"median {measure}": asked.attrs["units"]})
-
-
-def _averaged(shares: list[float] | None, index: int) -> dict[str, float]:
-    """Return the column of the share that is averaged over the spread of e, where there is one."""
-    return {} if shares is None else {"averaged over e": shares[index]}
 
 
 def _span(bounds: list[float] | None) -> str | None:
