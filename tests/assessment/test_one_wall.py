@@ -5,13 +5,14 @@ import pytest
 
 import rockdamp as rd
 from rockdamp.assessment.collapses import STRIPES
-from rockdamp.assessment.restitution import RULES
+from rockdamp.assessment.restitution import OF_WALLS, RULES, spread
+from rockdamp.figures.code_damping import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers.event_driven import history
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+from rockdamp.vocabulary import BLOCK_RESTITUTION_DEVIATION, RECOMMENDED, REFERENCE, WALL_RESTITUTION_DEVIATION
 
 
 def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, motions):
@@ -157,3 +158,28 @@ def test_bad_input_is_named(changes, said, wall, curve, motions):
     given = {"wall": wall, "curve": curve, "records": motions[0], **changes}
     with pytest.raises(rd.InputError, match=said):
         rd.assess(given.pop("wall"), given.pop("curve"), given.pop("records"), **given)
+
+
+def test_by_the_rule_measured_the_share_is_averaged_over_the_spread_of_e(wall, curve, motions):
+    """Against one assessment for each e; with a number, or another rule, there is no spread."""
+    few = motions[:4]
+    found = rd.assess(wall, curve, few, pgv=[0.6, 0.8])
+    median, deviation = float(found["restitution"]), float(found["restitution_deviation"])
+    assert deviation == WALL_RESTITUTION_DEVIATION and "0.86 of Eq. (7)" in found.attrs["restitution_range"]
+    values, weights = spread(median, deviation)
+    assert values @ weights == pytest.approx(median, abs=1e-4)  # cut off at 1
+    assert weights @ (values - median) ** 2 == pytest.approx(deviation**2, rel=0.05)
+    each = [rd.assess(wall, curve, few, pgv=[0.6, 0.8], restitution=float(e)) for e in values]
+    shares = np.array([one["collapse_probability"].values for one in each])
+    np.testing.assert_allclose(found["averaged_collapse_probability"], np.tensordot(weights, shares, 1), rtol=1e-12)
+    assert "averaged_collapse_probability" not in each[0]
+    parapet = rd.assess(rd.Parapet(0.25, 1.5), curve, few[0], pgv=0.4)
+    assert float(parapet["restitution_deviation"]) == BLOCK_RESTITUTION_DEVIATION
+    assert "limestone blocks" in parapet.attrs["restitution_range"]
+
+
+def test_the_range_of_tested_walls_is_that_of_the_tests_over_eq_7():
+    analytical = float(rd.Wall(0.102, 27 * 0.102, hinge_ratio=0.57).restitution)
+    low, mean, high = (value / analytical for value in TESTED)
+    assert f"gave {mean:.2f} of Eq. (7), {low:.2f} to {high:.2f}" in OF_WALLS
+    assert abs(SORRENTINO_RATIO - mean) < 2 * WALL_RESTITUTION_DEVIATION

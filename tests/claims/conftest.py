@@ -8,6 +8,7 @@ from made_up_claims import (
     equivalence,
     indifferent,
     loops,
+    measured_rocking,
     mechanism,
     response_lengths,
     stiffness_study,
@@ -22,6 +23,7 @@ def made_up():
     return {
         "mechanism": mechanism(),
         "bilinear": bilinear(),
+        "measured_rocking": measured_rocking(),
         "damping_force": loops(),
         "response_lengths": response_lengths(),
         "equivalence": equivalence(),

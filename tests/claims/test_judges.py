@@ -16,6 +16,7 @@ from made_up_claims import (
     flat,
     force_in_half_cycles,
     jump,
+    likelihood_of,
     mirrored,
     noisy_velocity,
     nothing,
@@ -55,6 +56,23 @@ CASES = [
     ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_impulsive", 0.8), "impulse"),
     ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_analytical", 0.99), "the lowest and the highest"),
     ("e-measured", NOT_REPRODUCED, put("mechanism", "tested_restitution_analytical", 0.85), ""),
+    ("measured-cdr", REPRODUCED, nothing, ""),
+    ("measured-cdr", CONDITIONAL, likelihood_of("SDR", [100.0, 204.0]), "impacts used 6"),
+    ("measured-cdr", NOT_REPRODUCED, likelihood_of("SDR", [102.0, 204.0]), ""),
+    ("measured-sdr", REPRODUCED, nothing, ""),
+    ("measured-sdr", CONDITIONAL, likelihood_of("SDR", [100.0, 190.0]), "impacts used 6"),
+    ("measured-sdr", NOT_REPRODUCED, likelihood_of("SDR", [90.0, 190.0]), ""),
+    ("measured-cdc", REPRODUCED, nothing, ""),
+    ("measured-cdc", CONDITIONAL, likelihood_of("CDC", [97.0, 180.0]), "impacts used 10"),
+    ("measured-cdc", NOT_REPRODUCED, likelihood_of("CDC", [97.0, 198.0]), ""),
+    ("measured-restitution", REPRODUCED, nothing, ""),
+    (
+        "measured-restitution",
+        CONDITIONAL,
+        put("measured_rocking", "amplitude_exponent_interval", [[-0.1, 0.2], [-0.3, -0.1]]),
+        "impacts used 6",
+    ),
+    ("measured-restitution", NOT_REPRODUCED, put("measured_rocking", "largest_log_likelihood", [110.0, 210.0]), ""),
     ("fig3-energy", REPRODUCED, nothing, ""),
     ("fig3-energy", CONDITIONAL, force_in_half_cycles("SDR", [1.0, 1.0, 1.0, 1.2, 1.2]), "half cycle 1 to 3"),
     ("fig3-energy", CONDITIONAL, all_of(*(force_in_half_cycles(m, [2.0]) for m in VISCOUS)), "with what CR loses"),
@@ -292,7 +310,8 @@ def test_a_decrement_is_told_by_how_far_it_lies_from_that_of_the_others(listed, 
 def test_what_was_added_or_corrected_with_results_known_says_so(listed, data):
     later = {claim["id"] for claim in listed if "later" in claim}
     corrected = {"fig3-energy", "amp-dispersion", "a1-sign", "fit-order", "fig8-sdr"}
-    assert later == corrected | {"hinge-mass", "bilinear-demand", "e-measured"}
+    measured = {f"measured-{name}" for name in ("cdr", "sdr", "cdc", "restitution")}
+    assert later == corrected | measured | {"hinge-mass", "bilinear-demand", "e-measured"}
     assert "with the results known" in row(listed, data, "fig3-energy")["later"]
     assert row(listed, data, "amp-cdc")["later"] == ""
 

@@ -15,7 +15,7 @@ from rockdamp.pipeline.figures import FIGURES
 
 
 def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(listed):
-    assert {claim["id"] for claim in listed} == set(claims.JUDGES) and len(listed) == 25
+    assert {claim["id"] for claim in listed} == set(claims.JUDGES) and len(listed) == 29
 
 
 def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(listed, data):
@@ -88,7 +88,7 @@ def test_a_data_file_that_does_not_fit_is_refused_with_the_line(tmp_path, change
 
 
 def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, data):
-    with pytest.raises(InputError, match="claim e-measured is judged, but not in the data file"):
+    with pytest.raises(InputError, match="claim measured-restitution is judged, but not in the data file"):
         claims.judge(listed[:-1], data)
     with pytest.raises(InputError, match="claim new has no judge"):
         claims.judge([*listed, {**listed[0], "id": "new"}], data)

@@ -64,6 +64,21 @@ def bilinear():
     )
 
 
+def measured_rocking():
+    """CDR is the most likely and one e as likely as any power law; SDR is close, and CDC excluded."""
+    impacts = [6, 10]
+    likelihood = {"CR": [100.0, 200.0], "CDC": [90.0, 180.0], "CDR": [101.0, 202.0], "SDR": [100.0, 199.0]}
+    return xr.Dataset(
+        {
+            "log_likelihood": (("damping_model", "impacts_used"), list(likelihood.values())),
+            "largest_log_likelihood": ("impacts_used", [101.0, 202.0]),
+            "amplitude_exponent": ("impacts_used", [0.05, 0.02]),
+            "amplitude_exponent_interval": (("impacts_used", "bound"), [[-0.1, 0.2], [-0.05, 0.09]]),
+        },
+        coords={"damping_model": list(likelihood), "impacts_used": impacts, "bound": ["lower", "upper"]},
+    )
+
+
 def matched(parameter, values, relative, **more):
     """xi = xi(e) (1 + r), with r = relative[model] (one for each value), or r(e)."""
     xi = np.stack([[0.3 * (1 - E) * (1 + r) for r in relative[model]] for model in VISCOUS])
@@ -220,6 +235,11 @@ def put(dataset, variable, value, **where):
             data[dataset][variable] = (data[dataset][variable].dims, np.asarray(value))
 
     return change
+
+
+def likelihood_of(model, values):
+    """Replace the likelihood of a damper on measured free rocking."""
+    return put("measured_rocking", "log_likelihood", values, damping_model=model)
 
 
 def all_of(*changes):

@@ -329,6 +329,45 @@ def pulses():
     return complete(data, "pulses")
 
 
+def measured_rocking():
+    """Return SDR ahead of CR, CDR and CDC, losses that rise a little, and e just below Housner's."""
+    impacts, impact, slenderness = [6, 8, 10], np.arange(1, 11), np.arange(4.0, 16.0)
+    ahead = by_model(ALL, 196.0, CDC=175.0, CDR=194.0, SDR=200.0)
+    exponent = by_model(ALL, 0.0, CDC=-0.06, CDR=-0.01, SDR=0.03)
+    loss, ratio, bound = 0.9 + 0.02 * impact, 1.02 - 0.003 * slenderness, np.array([-1.0, 1.0])
+    data = xr.Dataset(
+        {
+            "log_likelihood": (("damping_model", "impacts_used"), np.outer(ahead, [0.98, 1.0, 1.1])),
+            "amplitude_exponent": ("impacts_used", [-0.2, -0.25, -0.3]),
+            "amplitude_exponent_interval": (
+                ("impacts_used", "bound"),
+                np.array([[-0.2], [-0.25], [-0.3]]) + 0.2 * bound,
+            ),
+            "loss_by_impact": ("impact", loss),
+            "loss_by_impact_interval": (("impact", "bound"), loss[:, None] + 0.2 * bound),
+            "loss_by_impact_of_model": (("damping_model", "impact"), 1 + np.outer(exponent, impact - 5.5)),
+            "restitution_over_housner": ("geometry", ratio),
+            "restitution_over_housner_interval": (("geometry", "bound"), ratio[:, None] + 0.01 * bound),
+            "trial_over_housner_interval": (("geometry", "bound"), ratio[:, None] + 0.03 * bound),
+            "restitution_over_housner_mean": 0.991,
+            "deviation_within": 0.023,
+            "deviation_between": 0.007,
+            "held_out_coverage": ("choice", [0.88, 0.92]),
+            "trials": 135,
+            "duplicates": 1,
+            "shown_impacts": 10,
+        },
+        coords={
+            "damping_model": ALL,
+            "impacts_used": impacts,
+            "impact": impact,
+            "geometry": slenderness,
+            "bound": ["lower", "upper"],
+        },
+    )
+    return complete(data, "measured_rocking")
+
+
 @cache
 def made_up():
     return {
@@ -344,6 +383,7 @@ def made_up():
         "validation": validation(),
         "identification": identification(),
         "convergence": convergence(),
+        "measured_rocking": measured_rocking(),
         "amplitude_dependence": amplitude_dependence(),
         "pulses": pulses(),
         "earthquakes": earthquakes.earthquakes(),

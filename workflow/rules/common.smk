@@ -58,6 +58,11 @@ def test_series_files(stage):
     return stated(config, stage.test_series) if stage.test_series else []
 
 
+def trials_files(stage):
+    """Return the file of measured trials of free rocking that a stage reads by itself, if any."""
+    return [stated(config, stage.trials)] if stage.trials else []
+
+
 def motion_files(stage):
     """Return the files of the ground motions that a stage reads by itself."""
     names = stated(config, stage.motions) if stage.motions else []

@@ -15,6 +15,7 @@ for stage in STAGES.values():
             input:
                 record=record_files(stage),
                 test_series=test_series_files(stage),
+                trials=trials_files(stage),
                 datasets=dataset_files(stage.inputs, stage),
                 motions=motion_files(stage),
                 code=source_files(stage.modules),

@@ -14,8 +14,9 @@ from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers, several
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
-from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
+from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule, deviation_of, spread
 from rockdamp.errors import InputError, require
+from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -59,7 +60,7 @@ def assess(
         Peak ground accelerations asked for. [m s-2]
     restitution : float or str
         e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
-        parapet each of them is Housner's. [-]
+        parapet each of them is Housner's. By ``measured`` e has a spread too. [-]
     tail : float
         Rest after each record. [s]
     step : float
@@ -71,7 +72,8 @@ def assess(
         By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
         over the stations, ``stripe_collapses``, and ``peak_ratio`` of each record, NaN where the wall collapses. And
-        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve.
+        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
+        ``measured`` also ``averaged_collapse_probability``, over the spread of e.
 
     Raises
     ------
@@ -102,6 +104,12 @@ def assess(
     answer = _dataset(counted, dampings, groups).assign(
         rocking_onset=float(wall.rocking_onset(curve.strength_ratio)), restitution=float(e), records=len(motions)
     )
+    if restitution == DEFAULT_RULE:
+        deviation, source = deviation_of(wall)
+        share = averaged(wall, curve, e, deviation, motions, counted.factor, step=step, tail=tail)
+        answer = answer.assign(
+            restitution_deviation=deviation, averaged_collapse_probability=(("damping_model", "intensity"), share)
+        ).assign_attrs(restitution_range=source)
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
     )
@@ -157,6 +165,30 @@ def ground_motions(records: Records) -> list[GroundMotion]:
 def beside_each_other(restitution: ArrayLike) -> list[Damping]:
     """Return restitution and the damper that is recommended in its place."""
     return [Damping.cr(restitution), Damping.of_restitution(restitution, RECOMMENDED)]
+
+
+def averaged(
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    median: float,
+    deviation: float,
+    motions: Sequence[GroundMotion],
+    factor: Array,
+    *,
+    step: float,
+    tail: float,
+) -> Array:
+    """Return the share of records that collapse the wall, averaged over the spread of e, shape (dampings, intensities).
+
+    `factor`, on each record's acceleration, has the shape (records, intensities).
+    """
+    values, weights = spread(median, deviation)
+    dampings = beside_each_other(values)
+    fell = [
+        peaks_and_collapses(motion.record, wall, curve, dampings, by_record, step=step, tail=tail)[1]
+        for motion, by_record in zip(motions, factor, strict=True)
+    ]
+    return np.asarray(np.einsum("e,reid->di", weights, np.array(fell, dtype=float)) / len(motions))
 
 
 def lognormal(counted: Collapses) -> Fragility:

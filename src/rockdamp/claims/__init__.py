@@ -14,6 +14,7 @@ from typing import Any
 import pandas as pd
 
 from rockdamp.claims import histories, mechanics, misfits, ratios
+from rockdamp.claims import measured as measured_rocking
 from rockdamp.claims.reading import read_list
 from rockdamp.claims.verdicts import (
     CONDITIONAL,
@@ -34,7 +35,8 @@ COLUMNS = (
     *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
     *("finding", "holds", "holds_in_part", "does_not_hold", "figure", "later"),
 )
-JUDGES: dict[str, Judge] = {**mechanics.JUDGES, **histories.JUDGES, **ratios.JUDGES, **misfits.JUDGES}
+MODULES = (mechanics, histories, ratios, misfits, measured_rocking)
+JUDGES: dict[str, Judge] = {name: judge for module in MODULES for name, judge in module.JUDGES.items()}
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:

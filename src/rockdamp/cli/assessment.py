@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
 SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
+AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
 
 records_option = click.option(
     "--records",
@@ -122,7 +123,8 @@ def assess_command(
 
     motions = load_records(records)
     answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
-    answer.attrs["restitution_reason"] = reason
+    if reason:
+        answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
         read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
@@ -167,9 +169,8 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
 
 def _wall(
     table: Path | None, identifier: str | None, options: dict[str, Any]
-) -> tuple[Wall | Parapet, TrilinearCurve, float, str]:
-    """Return the wall of the options or of a row of the table, its curve, e, and the reason for e."""
-    from rockdamp.assessment.one_wall import stated
+) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str]:
+    """Return the wall of the options or of a row of the table, its curve, e or its rule, and a row's reason for e."""
     from rockdamp.assessment.restitution import DEFAULT_RULE
 
     if table is None:
@@ -179,7 +180,7 @@ def _wall(
             raise click.UsageError("there must be --thickness and --height, or --walls and --id")
         wall, curve = make_wall(options), make_curve(options)
         e = options["restitution"]
-        return wall, curve, *stated(wall, DEFAULT_RULE if e is None else e)
+        return wall, curve, DEFAULT_RULE if e is None else e, ""
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
@@ -203,7 +204,7 @@ def _models(answer: xr.Dataset) -> list[dict[str, Any]]:
                 "order": _number(one["order"]),
                 "damping_ratio": _number(one["damping_ratio"]),
                 "records": int(answer["records"]),
-                **{name: one[name].values.tolist() for name in SHARES},
+                **{name: one[name].values.tolist() for name in (*SHARES, AVERAGED) if name in one},
                 "median_intensity": _number(one[median]),
                 "median_intensity_interval": _numbers(one[f"{median}_interval"]),
                 "dispersion": _number(one["dispersion"]),
@@ -226,10 +227,13 @@ def _values(answer: xr.Dataset, wall: Wall | Parapet) -> dict[str, Any]:
         **_hinge(wall),
         "restitution": float(answer["restitution"]),
         "restitution_reason": answer.attrs["restitution_reason"],
+        **_uncertainty(answer),
         "intensity_measure": measure,
         "intensity": at(asked),
         "interval": answer.attrs[INTERVAL],
-        "models": [row | {name: at(row[name]) for name in SHARES} for row in _models(answer)],
+        "models": [
+            row | {name: at(row[name]) for name in (*SHARES, AVERAGED) if name in row} for row in _models(answer)
+        ],
     }
 
 
@@ -237,6 +241,14 @@ def _hinge(wall: Wall | Parapet) -> dict[str, float]:
     """Return the height of a wall's hinge over h, and the one at which it is weakest."""
     names = ("hinge_ratio", "weakest_hinge_ratio") if hasattr(wall, "hinge_ratio") else ()
     return {name: float(getattr(wall, name)) for name in names}
+
+
+def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
+    """Return how uncertain e is, where it is by the rule measured."""
+    if "restitution_deviation" not in answer:
+        return {}
+    source = answer.attrs["restitution_range"]
+    return {"restitution_deviation": float(answer["restitution_deviation"]), "restitution_range": source}
 
 
 def _number(value: xr.DataArray) -> float | None:
@@ -258,6 +270,9 @@ def _print(answer: xr.Dataset, wall: Wall | Parapet) -> None:
         taken, weakest = hinge.values()
         click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
+    if uncertain := _uncertainty(answer):
+        deviation, source = uncertain.values()
+        click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
     click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
     shares = [
         {
@@ -266,6 +281,7 @@ def _print(answer: xr.Dataset, wall: Wall | Parapet) -> None:
             "collapses": str(row["collapses"][index]),
             "share": row["collapse_probability"][index],
             "interval": _span(row["collapse_probability_interval"][index]),
+            **({"averaged over e": row[AVERAGED][index]} if AVERAGED in row else {}),
         }
         for index, intensity in enumerate(asked.values.tolist())
         for row in models

@@ -166,6 +166,9 @@ def grids_hold_what_is_looked_up(config: Config) -> Problems:
     if x0 not in values:
         text = f"is {x0}; it must be among studies.amplitude.release_amplitude, {values}"
         yield ConfigError("release_amplitude", text)
+    shown, used = (stated(config, f"measured_rocking.{name}") for name in ("shown_impacts", "impacts_used"))
+    if shown not in used:
+        yield ConfigError("measured_rocking.shown_impacts", f"is {shown}; it must be among impacts_used, {used}")
     e, test = DecaySettings.of(config).restitution, ValidationSettings.of(config)
     if len(e) < FEWEST:
         text = f"is {stated(config, 'restitution.step')}; there must be at least {FEWEST} values"
@@ -235,9 +238,13 @@ def names_differ(config: Config) -> Problems:
 
 
 def records_are_files(config: Config) -> Problems:
-    """The records of the test must be there."""
+    """The records of the test and the trials of free rocking must be there."""
     test_series = stated(config, "validation.test_series")
-    keys = ["validation.record", *(f"validation.test_series[{index}]" for index in range(len(test_series)))]
+    keys = [
+        "validation.record",
+        "measured_rocking.trials",
+        *(f"validation.test_series[{index}]" for index in range(len(test_series))),
+    ]
     for key in keys:
         if not Path(stated(config, key)).is_file():
             yield ConfigError(key, f"is {stated(config, key)!r}; it must be a file, seen from the folder of the run")

@@ -114,6 +114,34 @@ class DamperOrder:
 
 
 @dataclass(frozen=True)
+class Resampling:
+    replicates: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class SimulatedTrials:
+    draws: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class MeasuredRocking:
+    trials: str
+    impacts_used: Ascending
+    shown_impacts: int
+    yield_displacement_ratio: Ascending
+    release_amplitude: Ascending
+    shown_yield_displacement_ratio: float
+    shown_release_amplitude: float
+    exponent: Ascending
+    amplitude_exponent: Ascending
+    held_out: int
+    bootstrap: Resampling
+    simulated: SimulatedTrials
+
+
+@dataclass(frozen=True)
 class Convergence:
     seed: int
     lanes: int
@@ -238,6 +266,11 @@ class PulseSettings(MatchedSettings):
 class RecommendationSettings(Settings):
     curve: Curve
     release_amplitude: float
+
+
+@dataclass(frozen=True)
+class MeasuredRockingSettings(Settings):
+    measured_rocking: MeasuredRocking
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ class Stage:
     threads: int = 1
     record: str = ""
     test_series: str = ""
+    trials: str = ""
     motions: str = ""
     lazy: bool = False
     intermediate: bool = False

@@ -22,7 +22,7 @@ from rockdamp.errors import InputError
 from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.report import earthquakes, interactive, tables
+from rockdamp.report import earthquakes, interactive, measurement, tables
 from rockdamp.report.answer import answer
 from rockdamp.report.programs import by_offer
 from rockdamp.storage.atomic import replacing
@@ -75,6 +75,8 @@ def build(content: Content) -> str:
         later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
+        rocking=pictures.pop(measurement.FIGURE, None),
+        measurement=measurement.section(content.datasets),
         figures=list(pictures.values()),
         answer=answer(content.datasets),
         programs=by_offer(content.datasets),
