@@ -16,7 +16,7 @@ from rockdamp.motions.sampling import by_spline
 from rockdamp.solvers.response import Options
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
-SPLINE_PARTS = 16  # straight parts between two samples in place of the spline, where a solver knows lines alone
+SPLINE_PARTS = 64  # straight parts between two samples in place of the spline, where a solver knows lines alone
 ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
 
 
