@@ -2,8 +2,8 @@
 and copy the figures that the documents show.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
-names it; the words around the tables hold no measured number. Tables of the full study of identification stay as they
-are where that is not built.
+names it; the words around the tables hold no measured number. Tables of studies with a config of their own, as that of
+identification, stay as they are where that is not built.
 """
 
 import math
@@ -16,11 +16,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, random_tests, support
 from markdown_tables import models, percent, table
 from order_tables import by_band, orders
+from rocking_tables import ROCKING, rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
 
 from rockdamp.claims.verdicts import spans
-from rockdamp.figures.identification import compared
 from rockdamp.figures.style import nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
@@ -35,26 +36,33 @@ from rockdamp.vocabulary import STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
-DOCS = ("accuracy", "earthquakes", "theory", "howto/order-m-damper-elsewhere", "assumptions", "identification")
+DOCS = (
+    "accuracy",
+    "earthquakes",
+    "theory",
+    "howto/order-m-damper-elsewhere",
+    "assumptions",
+    "identification",
+    "measured",
+)
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
-PICTURES = ("figures/fig_order.png", "identification-full/figures/fig_identification.png")
-IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
+PICTURES = (
+    "figures/fig_order.png",
+    "figures/fig_measured_rocking.png",
+    "identification-full/figures/fig_identification.png",
+)
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 Data = dict[str, xr.Dataset]
 
-LEVELS = (0.5, 0.9)
-PARAMETERS = {
-    "yield_displacement_ratio": "a1",
-    "strength_ratio": "b1",
-    "restitution": "e",
-    "sensor_deviation": "deviation of the sensor's noise",
-    "sensor_correlation": "its correlation from sample to sample",
+NEEDED = {  # what `make` does not build
+    "coverage": IDENTIFICATION,
+    "support": IDENTIFICATION,
+    "random_tests": RANDOM_TESTS,
+    "rocking_choices": ROCKING,
 }
-RANDOM_TESTS = "random-tests-7"  # that tools/check_posterior.py --tests keeps
-NEEDED = {"coverage": IDENTIFICATION, "support": IDENTIFICATION, "random_tests": RANDOM_TESTS}  # that few have built
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
-INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
+INPUTS += ("measured_rocking", "earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
 
 
 def power(value: xr.DataArray) -> str:
@@ -305,75 +313,9 @@ def verdicts(data: Data) -> str:
     return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
 
 
-def coverage(data: Data) -> str:
-    """How often intervals hold what made a simulated record."""
-    study = data[IDENTIFICATION]
-    drawn, identified = study.sizes["draw"], int(study["identified_records"])
-    errors = [percent(study["coverage_error"].sel(level=level)) for level in LEVELS]
-    away = np.abs(study["coverage"] - study["level"]) / study["coverage_error"]
-    found = (
-        f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
-        f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors); "
-        f"the share that is farthest off differs by {float(away.max()):.1f} of these."
-    )
-    head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "uniform ranks, p"]
-    rows = []
-    for name, one in models(study, "parameter"):
-        shares = [one[f"coverage{kind}"].sel(level=level) for kind in ("", "_by_least_squares") for level in LEVELS]
-        shown = [percent(value) if np.isfinite(value) else "–" for value in shares]
-        rows.append([PARAMETERS[name], *shown, number(one["rank_p_value"], 2)])
-    return f"{found}\n\n{table(head, rows)}"
-
-
-def support(data: Data) -> str:
-    """Which damping models the evidence supports for the records of the test series, at each noise."""
-    study = data[IDENTIFICATION]
-    names = list(map(str, study["damping_model"].values))
-    head = ["made by", "noise", "records", "maker most probable", *names]
-    rows = []
-    for maker in dict.fromkeys(study["record_made_by"].values.tolist()):
-        for factor in study["noise_factor"].values:
-            of = compared(study).sel(noise_factor=factor).isel(record=(study["record_made_by"] == maker).values)
-            known = of.dropna("record")
-            most = [names[index] for index in known.argmax("damping_model").values]
-            rows.append(
-                [maker, f"× {factor:g}", f"{known.sizes['record']} of {of.sizes['record']}"]
-                + [str(most.count(maker)) if maker in names else "–"]
-                + [f"{float(known.sel(damping_model=name).mean()):.2f}" if known.size else "–" for name in names]
-            )
-    missing = int(np.isnan(study["log_evidence"]).sum())
-    told = f"Of {study['log_evidence'].size} evidences {missing} were not determined; their records are left out."
-    return f"{table(head, rows)}\n\n{told}"
-
-
-def random_tests(data: Data) -> str:
-    """What the posterior says of random tests that the event-driven solver made, by how far the wall rocks."""
-    rows = data[RANDOM_TESTS].to_dataframe()
-    bands = {"all": rows, "below half": rows[rows["peak_ratio"] < 0.5], "beyond": rows[rows["peak_ratio"] >= 0.5]}
-    head = ["", *(f"{name} of u_ins" if name == "below half" else name for name in bands)]
-    table_rows = [["tests", *(str(len(some)) for some in bands.values())]]
-    for ended, words in (("answered", "answered"), ("refused", "refused"), ("failed", "ended in a traceback")):
-        table_rows.append([words, *(str(int((some["ended"] == ended).sum())) for some in bands.values())])
-    for name in ("yield_displacement_ratio", "strength_ratio", "restitution"):
-        shares = [some.loc[some["ended"] == "answered", f"held_{name}"] for some in bands.values()]
-        shown = [
-            f"{percent(held.mean())} ± {percent(np.sqrt(0.09 / len(held)))}" if len(held) else "–" for held in shares
-        ]
-        table_rows.append([f"90 % intervals that hold {PARAMETERS[name]}", *shown])
-    seconds = [(some["seconds"].median(), some["seconds"].max()) for some in bands.values()]
-    table_rows.append(["time of a processor, median and longest", *(f"{a:.0f} s, {b:.0f} s" for a, b in seconds)])
-    refused = rows.loc[rows["ended"] == "refused", "reason"]
-    causes = {
-        "the response to the accelerometer's noise decides": refused.str.contains("accelerometer's noise").sum(),
-        "the rest before the motion is too short": refused.str.contains("samples at rest").sum(),
-    }
-    causes["another reason"] = len(refused) - sum(causes.values())
-    why = "; ".join(f"{words}: {int(count)}" for words, count in causes.items())
-    return f"{table(head, table_rows)}\n\nWhy tests were refused: {why}."
-
-
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
-_LAST = (local_damping, by_program, response_length, coverage, random_tests, support, verdicts)
+_ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
+_LAST = (local_damping, by_program, response_length, coverage, random_tests, support, *_ROCKING, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 
@@ -396,8 +338,7 @@ def written(page: str, data: Data) -> str:
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
-    if (results / f"{IDENTIFICATION}.nc").exists():
-        names.append(IDENTIFICATION)
+    names += [name for name in dict.fromkeys(NEEDED.values()) if (results / f"{name}.nc").exists()]
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
     if (results / f"{RANDOM_TESTS}.csv").exists():
         opened[RANDOM_TESTS] = pd.read_csv(results / f"{RANDOM_TESTS}.csv").to_xarray()

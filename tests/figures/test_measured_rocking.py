@@ -13,7 +13,7 @@ def test_each_panel_shows_its_values():
     for model in ("CR", "CDC", "CDR", "SDR"):
         assert shows(by_impact, measured["impact"], measured["loss_by_impact_of_model"].sel(damping_model=model))
     assert shows(by_impact, measured["impact"], measured["loss_by_impact"])
-    assert shows(exponent, measured["amplitude_exponent"], np.arange(3.0))
+    assert shows(exponent, measured["amplitude_exponent"], np.arange(4.0))
     assert {line.get_xdata()[0] for line in exponent.get_lines() if len(line.get_xdata()) == 2} >= {*EXPONENTS.values()}
     assert shows(restitution, measured["geometry"], measured["restitution_over_housner"])
 

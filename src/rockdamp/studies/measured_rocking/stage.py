@@ -165,7 +165,7 @@ class _Study:
         for exponent in track(n, "general exponent"):
             start = fit(self.shown, _fixed(by_solver(self.block, "POWER", impacts, float(exponent))), start=start)
             values.append(start.log_likelihood)
-        best, interval, _ = _profile(n, np.array(values))
+        best, interval, _ = profile(n, np.array(values))
         return xr.Dataset(
             {
                 "log_likelihood_by_exponent": ("exponent", values),
@@ -187,13 +187,13 @@ class _Study:
                 values[row, column] = last.log_likelihood
                 if impacts == s.shown_impacts:
                     expansions.append(Expansion.of(trials, predict, last))
-            found.append(_profile(tried, values[row]))
+            found.append(profile(tried, values[row]))
         random = np.random.RandomState(s.bootstrap.seed)
         replicates = []
         for _ in track(range(s.bootstrap.replicates), "trials drawn again"):
             weights = drawn(self.measured.geometry, random)
-            profile = [-each.negative(each.fit(weights), weights)[0] for each in expansions]
-            replicates.append(_profile(tried, np.array(profile))[0])
+            values_drawn = [-each.negative(each.fit(weights), weights)[0] for each in expansions]
+            replicates.append(profile(tried, np.array(values_drawn))[0])
         tails = [(1 - LEVEL) / 2, (1 + LEVEL) / 2]
         return xr.Dataset(
             {
@@ -329,7 +329,7 @@ class _Study:
         return xr.Dataset({"simulated_choices": (tuple(coords), chosen)}, coords=coords)
 
 
-def _profile(at: Array, log_likelihood: Array) -> tuple[float, list[float], float]:
+def profile(at: Array, log_likelihood: Array) -> tuple[float, list[float], float]:
     """Return where a profile has its maximum, the 90 % interval by likelihood, and the maximum."""
     spline, fine = CubicSpline(at, log_likelihood), np.linspace(at[0], at[-1], 4001)
     values = spline(fine)

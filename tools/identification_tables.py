@@ -1,0 +1,88 @@
+"""Tables of docs/identification.md: how often intervals hold the truth, evidence, and random tests."""
+
+import numpy as np
+import xarray as xr
+from markdown_tables import models, percent, table
+
+from rockdamp.figures.identification import compared
+from rockdamp.text import number
+
+Data = dict[str, xr.Dataset]
+
+IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
+RANDOM_TESTS = "random-tests-7"  # that tools/check_posterior.py --tests keeps
+LEVELS = (0.5, 0.9)
+PARAMETERS = {
+    "yield_displacement_ratio": "a1",
+    "strength_ratio": "b1",
+    "restitution": "e",
+    "sensor_deviation": "deviation of the sensor's noise",
+    "sensor_correlation": "its correlation from sample to sample",
+}
+
+
+def coverage(data: Data) -> str:
+    """How often intervals hold what made a simulated record."""
+    study = data[IDENTIFICATION]
+    drawn, identified = study.sizes["draw"], int(study["identified_records"])
+    errors = [percent(study["coverage_error"].sel(level=level)) for level in LEVELS]
+    away = np.abs(study["coverage"] - study["level"]) / study["coverage_error"]
+    found = (
+        f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
+        f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors); "
+        f"the share that is farthest off differs by {float(away.max()):.1f} of these."
+    )
+    head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "uniform ranks, p"]
+    rows = []
+    for name, one in models(study, "parameter"):
+        shares = [one[f"coverage{kind}"].sel(level=level) for kind in ("", "_by_least_squares") for level in LEVELS]
+        shown = [percent(value) if np.isfinite(value) else "–" for value in shares]
+        rows.append([PARAMETERS[name], *shown, number(one["rank_p_value"], 2)])
+    return f"{found}\n\n{table(head, rows)}"
+
+
+def support(data: Data) -> str:
+    """Which damping models the evidence supports for the records of the test series, at each noise."""
+    study = data[IDENTIFICATION]
+    names = list(map(str, study["damping_model"].values))
+    head = ["made by", "noise", "records", "maker most probable", *names]
+    rows = []
+    for maker in dict.fromkeys(study["record_made_by"].values.tolist()):
+        for factor in study["noise_factor"].values:
+            of = compared(study).sel(noise_factor=factor).isel(record=(study["record_made_by"] == maker).values)
+            known = of.dropna("record")
+            most = [names[index] for index in known.argmax("damping_model").values]
+            rows.append(
+                [maker, f"× {factor:g}", f"{known.sizes['record']} of {of.sizes['record']}"]
+                + [str(most.count(maker)) if maker in names else "–"]
+                + [f"{float(known.sel(damping_model=name).mean()):.2f}" if known.size else "–" for name in names]
+            )
+    missing = int(np.isnan(study["log_evidence"]).sum())
+    told = f"Of {study['log_evidence'].size} evidences {missing} were not determined; their records are left out."
+    return f"{table(head, rows)}\n\n{told}"
+
+
+def random_tests(data: Data) -> str:
+    """What the posterior says of random tests that the event-driven solver made, by how far the wall rocks."""
+    rows = data[RANDOM_TESTS].to_dataframe()
+    bands = {"all": rows, "below half": rows[rows["peak_ratio"] < 0.5], "beyond": rows[rows["peak_ratio"] >= 0.5]}
+    head = ["", *(f"{name} of u_ins" if name == "below half" else name for name in bands)]
+    table_rows = [["tests", *(str(len(some)) for some in bands.values())]]
+    for ended, words in (("answered", "answered"), ("refused", "refused"), ("failed", "ended in a traceback")):
+        table_rows.append([words, *(str(int((some["ended"] == ended).sum())) for some in bands.values())])
+    for name in ("yield_displacement_ratio", "strength_ratio", "restitution"):
+        shares = [some.loc[some["ended"] == "answered", f"held_{name}"] for some in bands.values()]
+        shown = [
+            f"{percent(held.mean())} ± {percent(np.sqrt(0.09 / len(held)))}" if len(held) else "–" for held in shares
+        ]
+        table_rows.append([f"90 % intervals that hold {PARAMETERS[name]}", *shown])
+    seconds = [(some["seconds"].median(), some["seconds"].max()) for some in bands.values()]
+    table_rows.append(["time of a processor, median and longest", *(f"{a:.0f} s, {b:.0f} s" for a, b in seconds)])
+    refused = rows.loc[rows["ended"] == "refused", "reason"]
+    causes = {
+        "the response to the accelerometer's noise decides": refused.str.contains("accelerometer's noise").sum(),
+        "the rest before the motion is too short": refused.str.contains("samples at rest").sum(),
+    }
+    causes["another reason"] = len(refused) - sum(causes.values())
+    why = "; ".join(f"{words}: {int(count)}" for words, count in causes.items())
+    return f"{table(head, table_rows)}\n\nWhy tests were refused: {why}."

@@ -1,0 +1,95 @@
+"""Tables of docs/measured.md: what measured free rocking says of dampers and restitution."""
+
+import math
+
+import xarray as xr
+from markdown_tables import models, percent, table
+
+from rockdamp.figures.style import numbers
+from rockdamp.vocabulary import PAPER_MODELS
+
+Data = dict[str, xr.Dataset]
+
+ROCKING = "measured-rocking-full/measured_rocking"  # of config/measured-rocking-full.yaml, which `make` does not build
+TIMES = 100  # less likely is excluded, as in data/claims.yaml
+
+
+def rocking(data: Data) -> str:
+    """How far each damper's likelihood is below the best, and which are excluded; the exponent of the amplitude."""
+    study = data["measured_rocking"]
+    behind = study["log_likelihood"].max("damping_model") - study["log_likelihood"]
+    counts = [int(count) for count in study["impacts_used"].values]
+    head = ["", *(f"{count} impacts" for count in counts)]
+    names = list(map(str, study["damping_model"].values))
+    rows = [[name, *(f"{float(value):.1f}" for value in behind.sel(damping_model=name))] for name in names]
+    exponents = [_with_bounds(one, "amplitude_exponent") for one in (study.sel(impacts_used=n) for n in counts)]
+    rows.append(["exponent of the energy left", *exponents])
+    beyond = {name: (behind.sel(damping_model=name) > math.log(TIMES)).values for name in names}
+    groups = {
+        "Excluded with every number of impacts": [name for name in names if beyond[name].all()],
+        "Excluded with some, and not with others": [n for n in names if beyond[n].any() and not beyond[n].all()],
+        "Not excluded": [name for name in names if not beyond[name].any()],
+    }
+    told = "\n".join(f"- {text}: {', '.join(group) or 'none'}." for text, group in groups.items())
+    return f"{table(head, rows)}\n\n{told}"
+
+
+def _with_bounds(one: xr.Dataset, name: str) -> str:
+    low, high = (f"{float(one[f'{name}_interval'].sel(bound=bound)):.2f}" for bound in ("lower", "upper"))
+    return f"{float(one[name]):.2f} ({low} to {high})"
+
+
+def rocking_curves(data: Data) -> str:
+    """How much the likelihoods of the paper's dampers depend on the curve, and on the release that is not known."""
+    study = data["measured_rocking"]
+    best = float(study["log_likelihood"].sel(impacts_used=int(study["shown_impacts"])).max())
+    parts = (("log_likelihood_by_curve", "yield_displacement_ratio", "a1"),)
+    parts += (("log_likelihood_by_release", "release_amplitude", "u0/u_ins"),)
+    head, rows = ["ln L below the best"], [[name] for name in PAPER_MODELS]
+    for variable, dim, symbol in parts:
+        head += [f"{symbol} = {value:g}" for value in numbers(study, dim)]
+        for row in rows:
+            row += [f"{best - float(value):.1f}" for value in study[variable].sel(viscous_model=row[0])]
+    return table(head, rows)
+
+
+def rocking_errors(data: Data) -> str:
+    """What each part of the error model brings, and what it does to the exponent."""
+    study = data["measured_rocking"]
+    first = float(study["error_log_likelihood"][0])
+    rows = [
+        [name, f"{float(one['error_log_likelihood']) - first:.1f}", f"{float(one['error_amplitude_exponent']):.2f}"]
+        for name, one in models(study, "error_model")
+    ]
+    return table(("error", "ln L", "exponent"), rows)
+
+
+def rocking_restitution(data: Data) -> str:
+    """Restitution over Housner's, its spread, and how well it predicts."""
+    study = data["measured_rocking"]
+    coverage = study["held_out_coverage"]
+    rows = [
+        ["mean of e over Housner's", f"{float(study['restitution_over_housner_mean']):.3f}"],
+        ["deviation of ln e from trial to trial", f"{float(study['deviation_within']):.3f}"],
+        ["deviation of ln e from block to block", f"{float(study['deviation_between']):.3f}"],
+        ["first ratios over Housner's, with their noise: mean", f"{float(study['first_ratio_mean']):.3f}"],
+        ["their deviation from trial to trial", f"{float(study['first_ratio_deviation_within']):.3f}"],
+        ["their deviation from block to block", f"{float(study['first_ratio_deviation_between']):.3f}"],
+        ["first ratios above 1", percent(study["first_ratios_above_one"])],
+        ["first ratios of blocks not seen within their 90 % interval", percent(coverage.mean())],
+        ["the same, least and most of all choices", f"{percent(coverage.min())}, {percent(coverage.max())}"],
+    ]
+    return table(("", ""), rows)
+
+
+def rocking_choices(data: Data) -> str:
+    """How often the damper that made simulated trials is the most likely, and the exponent by bootstrap."""
+    study = data[ROCKING]
+    chosen = list(map(str, study["chosen"].values))
+    rows = [
+        [str(maker), *(str(int(count)) for count in study["simulated_choices"].sel(made_by=maker))]
+        for maker in study["made_by"].values
+    ]
+    low, high = (f"{float(value):.2f}" for value in study["amplitude_exponent_bootstrap_interval"])
+    told = f"The exponent lies between {low} and {high} in 90 % of the sets of trials that are drawn again."
+    return f"{table(('made by', *(f'{name} chosen' for name in chosen)), rows)}\n\n{told}"
