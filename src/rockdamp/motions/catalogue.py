@@ -8,7 +8,7 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache
@@ -341,7 +341,7 @@ def _absence(pattern: str) -> str:
     return "matches no file" if glob.has_magic(pattern) else "is no file"
 
 
-def _pulse_period(header: dict[str, str], path: Path) -> float:
+def _pulse_period(header: Mapping[str, str], path: Path) -> float:
     text = header.get(PULSE_PERIOD)
     if text is None:
         return math.nan
