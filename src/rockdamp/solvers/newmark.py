@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import broadcast, instance, numbers, one_of, whole
 from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, holds, require
-from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
@@ -313,13 +312,12 @@ def _check_start(
     return h, x0, v0
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
     """Balance the forces at the start; it refuses numbers that are finite one by one and out of all scale together."""
-    k1, b1, ks, _, _, a3 = curve.parameters()
-    with np.errstate(over="ignore", invalid="ignore"):
-        start = np.asarray(load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3))
-        if np.any(v0):
-            start = np.asarray(start - damping.unchecked_coefficient(curve, x0, v0) * v0)
+    net = load - curve.force(x0)
+    damped = damping.unchecked_coefficient(curve, x0, v0) * v0 if np.any(v0) else 0.0
+    start = np.asarray(net - damped)
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 
