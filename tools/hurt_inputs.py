@@ -26,13 +26,14 @@ WARM = 50  # calls before what is held is measured
 CALLS = 2000
 GROWTH = 20.0  # MB that memory may grow by over so many calls: what allocators keep
 EXPECTED = "an answer or a refusal in one line"
+# Of the commands; a record of a test takes seconds.
 SHARES = {
     "lists": 0.35,
     "outputs": 0.25,
     "raw tables": 0.2,
     "priors": 0.14,
     "records of tests": 0.06,
-}  # of the commands
+}
 
 
 def inputs(report: Report, seed: int, count: int) -> None:
