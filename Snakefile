@@ -7,6 +7,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
+from rockdamp.arguments import check_environment
 from rockdamp.motions import catalogue
 
 from rockdamp.pipeline import verification
@@ -32,6 +33,7 @@ if workflow.is_main_process:
     from rockdamp.config.validation import require_readable_motions, validate
 
     try:
+        check_environment()
         files = ["config/default.yaml", *map(os.path.relpath, workflow.overwrite_configfiles)]
         files = files[workflow.config_settings.replace_workflow_config :]
         refuse_old_targets(sys.argv[1:])  # Snakemake has not parsed its targets yet

@@ -1,11 +1,11 @@
 """Hurt the package and its pipeline and see that they stand: `.venv/bin/python tools/hurt.py [--seed 5] [PART ...]`.
 
-Run by hand. Parts: inputs, writer, resources, killed, orphans, two-runs, damaged, folders, surroundings, install.
-Where none is named, all but the last, which downloads packages. `--attacks 2000` and `--kills 20` say how many;
-`--page` writes the table into docs/robustness.md, where a part that was run replaces its rows. From `killed` on the
-minimal config is built in a copy of the tree whose path has a space and a letter beyond ASCII; whatever is done then
-must end in the same bytes or in a clear error. The table says what was done, what had to happen and what did; the
-exit status is 1 if these differ anywhere.
+Run by hand. Parts: inputs, commands, writer, resources, killed, orphans, two-runs, damaged, folders, surroundings,
+install. Where none is named, all but the last, which downloads packages. `--attacks 2000` and `--kills 20` say how
+many; of commands there are half as many. `--page` writes the table into docs/robustness.md, where a part that was run
+replaces its rows. From `killed` on the minimal config is built in a copy of the tree whose path has a space and a
+letter beyond ASCII; whatever is done then must end in the same bytes or in a clear error. The table says what was done,
+what had to happen and what did; the exit status is 1 if these differ anywhere.
 """
 
 from __future__ import annotations
@@ -361,6 +361,7 @@ def main() -> int:
     rng = random.Random(given.seed)
     without_build: dict[str, Callable[[], None]] = {
         "inputs": lambda: hurt_inputs.inputs(report, given.seed, given.attacks),
+        "commands": lambda: hurt_inputs.commands(report, given.seed, given.attacks // 2),
         "writer": lambda: hurt_inputs.writer(report),
         "resources": lambda: hurt_inputs.resources(report),
     }

@@ -1,6 +1,7 @@
-"""Attacks at random on records, faults in the writer, and what calls hold.
+"""Attacks at random on records and commands, faults in the writer, and what calls hold.
 
-Parts of `hurt.py`. The attacks on records are those of tests/support, with another seed and as many as are asked for.
+Parts of `hurt.py`. The attacks on records and commands are those of tests/support, with another seed and as many as
+are asked for.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import islice
 from pathlib import Path
 
@@ -16,7 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/support"))
 
 import hurt_faults as faults  # noqa: E402
-from attacks import ended  # noqa: E402
+from attacks import ANSWER, REFUSED, Attack, ended  # noqa: E402
+from command_attacks import command_attacks  # noqa: E402
 from record_attacks import record_attacks  # noqa: E402
 
 Report = Callable[[str, str, str, str, bool], None]
@@ -24,22 +26,41 @@ WARM = 50  # calls before what is held is measured
 CALLS = 2000
 GROWTH = 20.0  # MB that memory may grow by over so many calls: what allocators keep
 EXPECTED = "an answer or a refusal in one line"
+# Of the commands; a record of a test takes seconds.
+SHARES = {
+    "lists": 0.35,
+    "outputs": 0.25,
+    "raw tables": 0.2,
+    "priors": 0.14,
+    "records of tests": 0.06,
+}
 
 
 def inputs(report: Report, seed: int, count: int) -> None:
     """Attack the reader of records `count` times."""
+    _told(report, "inputs", "records", seed, _ends(islice(record_attacks(seed), count)))
+
+
+def commands(report: Report, seed: int, count: int) -> None:
+    """Run `count` commands that were mistyped, or that have files that were."""
+    for kind, share in SHARES.items():
+        _told(report, "commands", kind, seed, _ends(islice(command_attacks(seed, kind), round(share * count))))
+
+
+def _ends(attacks: Iterable[Attack]) -> Counter[str]:
     found: Counter[str] = Counter()
-    for attack in islice(record_attacks(seed), count):
+    for attack in attacks:
         with tempfile.TemporaryDirectory() as folder:
-            found[ended(attack, Path(folder))] += 1
-    _told(report, "records", seed, found)
+            how = ended(attack, Path(folder))
+        found[how if how in (ANSWER, REFUSED) else f"{attack.kind}: {how}"] += 1
+    return found
 
 
-def _told(report: Report, kind: str, seed: int, ended: Counter[str]) -> None:
+def _told(report: Report, part: str, kind: str, seed: int, ended: Counter[str]) -> None:
     good = ended["answer"] + ended["refused"]
     seen = f"{good} of {ended.total()}: {ended['answer']} right answers, {ended['refused']} refused"
     others = [f"{count} x {what}" for what, count in ended.items() if what not in ("answer", "refused")]
-    report("inputs", f"{ended.total()} {kind}, seed {seed}", EXPECTED, "; ".join([seen, *others]), not others)
+    report(part, f"{ended.total()} {kind}, seed {seed}", EXPECTED, "; ".join([seen, *others]), not others)
 
 
 def writer(report: Report) -> None:

@@ -1,12 +1,17 @@
 """Convert the coefficient of restitution of a rocking masonry wall into an equivalent viscous damping ratio.
 
 The names that this package offers stand in `__init__.pyi`. Each is imported when it is first used, so that a program
-loads only what it needs.
+loads only what it needs. So does the command line, which must import little before it can end by Ctrl-C.
 """
-
-from importlib.metadata import version
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-__version__ = version("rockdamp")
+_imported, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("rockdamp")
+    return _imported(name)

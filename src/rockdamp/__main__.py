@@ -8,20 +8,30 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from contextlib import suppress
-from types import FrameType
-
-INTERRUPTED = 130  # exit status by Ctrl-C, as shells count it
 
 
 def main() -> None:
     """Run the command line with the arguments of the process."""
     _open_streams()
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not under nohup
-        signal.signal(signal.SIGINT, _end)
+    interruptible = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not under nohup
+    if interruptible:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # while nothing is written
     from rockdamp.cli import main as command
+    from rockdamp.storage.atomic import WRITING
 
+    def end(*_: object) -> None:
+        """End the process by the signal: a KeyboardInterrupt is lost in an import or where an object is deleted."""
+        for path in [*WRITING]:
+            with suppress(OSError):
+                path.unlink()
+        with suppress(OSError):
+            os.write(2, b"Aborted!\n")
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.raise_signal(signal.SIGINT)
+
+    if interruptible:
+        signal.signal(signal.SIGINT, end)
     command(prog_name="rockdamp")
 
 
@@ -32,17 +42,6 @@ def _open_streams() -> None:
             os.fstat(descriptor)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
-
-
-def _end(signal_number: int, frame: FrameType | None) -> None:
-    """End the process at once. A KeyboardInterrupt is lost where a module is imported or an object is deleted."""
-    atomic = sys.modules.get("rockdamp.storage.atomic")
-    for path in [*atomic.WRITING] if atomic else ():
-        with suppress(OSError):
-            path.unlink()
-    with suppress(OSError):
-        os.write(2, b"Aborted!\n")
-    os._exit(INTERRUPTED)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import operator
 import os
+import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,10 @@ from rockdamp.errors import InputError, holds, require, shown
 
 MOST_ELEMENTS = 2**28  # of one array: 2 GB, beyond which the system ends the process instead of raising an error
 NUMBER = "a number, or an array of them"
+ENVIRONMENT = {  # variables that Numba and Matplotlib read, what they must match, and that in words
+    "NUMBA_NUM_THREADS": ("0*[1-9][0-9]{0,4}", "a whole number greater than 0"),
+    "SOURCE_DATE_EPOCH": ("[0-9]{1,11}", "a whole number of seconds"),
+}
 
 
 def real(name: str, value: Any) -> Array:
@@ -171,3 +176,11 @@ def several(name: str, value: Any, wanted: str) -> list[Any]:
         return list(value)
     except TypeError:
         raise InputError(f"{name} is {shown(value)}; it must be {wanted}") from None
+
+
+def check_environment() -> None:
+    """Raise `InputError` for a variable of the environment that Numba or Matplotlib would end in a traceback on."""
+    for name, (pattern, allowed) in ENVIRONMENT.items():
+        stated = os.environ.get(name)
+        if stated is not None and not re.fullmatch(pattern, stated):
+            raise InputError(f"{name} is {stated!r} in the environment; it must be {allowed}, or not set")

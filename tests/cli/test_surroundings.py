@@ -83,7 +83,7 @@ def test_ctrl_c_ends_work_whatever_it_is_at_and_leaves_no_file(tmp_path):
     assert process.stdout.readline() == "begun\n"
     process.send_signal(signal.SIGINT)
     assert process.communicate(timeout=30) == ("", "Aborted!\n")
-    assert process.returncode == 130 and not [*tmp_path.iterdir()]
+    assert process.returncode == -signal.SIGINT and not [*tmp_path.iterdir()]
 
 
 def test_what_is_said_beside_the_answer_does_not_touch_it_where_standard_error_is_closed(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -47,11 +46,12 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np
 
+        from rockdamp.arguments import check_environment
         from rockdamp.errors import warnings_as_lines
 
         try:
             # Numbers too large or too small for the formulas are bad input, not results.
-            _check_environment()
+            check_environment()
             _refuse_same_files(ctx)
             with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
@@ -86,17 +86,6 @@ class Main(click.Group):
             with open(os.devnull, "w") as nothing:  # what could not be written is not tried again at the end
                 os.dup2(nothing.fileno(), sys.stdout.fileno())
             sys.exit(BAD_INPUT)
-
-
-def _check_environment() -> None:
-    """Raise `click.UsageError` for numbers in the environment that Numba or Matplotlib would refuse."""
-    for name, pattern, allowed in (
-        ("NUMBA_NUM_THREADS", "0*[1-9][0-9]{0,4}", "a whole number greater than 0"),
-        ("SOURCE_DATE_EPOCH", "[0-9]{1,11}", "a whole number of seconds"),
-    ):
-        stated = os.environ.get(name)
-        if stated is not None and not re.fullmatch(pattern, stated):
-            raise click.UsageError(f"{name} is {stated!r} in the environment; it must be {allowed}, or not set")
 
 
 def _refuse_same_files(ctx: click.Context) -> None:

@@ -58,8 +58,8 @@ class Prior:
         for name in ("damping_ratio", "order"):
             require(getattr(self, name).low >= 0, name, getattr(self, name).low, "at least 0")
         require(self.strength_ratio.high < 1, "strength_ratio", self.strength_ratio.high, "less than 1")
-        require(self.sensor_zero > 0, "sensor_zero", self.sensor_zero, "greater than 0")
-        require(self.sensor_drift > 0, "sensor_drift", self.sensor_drift, "greater than 0")
+        for name in ("sensor_zero", "sensor_drift"):
+            require(0 < getattr(self, name) < np.inf, name, getattr(self, name), "greater than 0, and finite")
 
     @property
     def sizes(self) -> tuple[str, ...]:

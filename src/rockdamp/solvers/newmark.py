@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import broadcast, instance, numbers, one_of, whole
 from rockdamp.arrays import Array, is_named
 from rockdamp.errors import InputError, holds, require
-from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
@@ -320,16 +319,17 @@ def _check_start(
     return h, x0, v0
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
     """Balance the forces at the start; it refuses numbers that are finite one by one and out of all scale together."""
-    k1, b1, ks, _, _, a3 = curve.parameters()
-    with np.errstate(over="ignore", invalid="ignore"):
-        start = np.asarray(load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3))
-        if damping.on_net_force:
-            (alpha,) = damping.formula_parameters(curve)
-            start = np.asarray(start - alpha * np.abs(start) * np.sign(np.where(v0 == 0, start, v0)))
-        elif np.any(v0):
-            start = np.asarray(start - damping.unchecked_coefficient(curve, x0, v0) * v0)
+    net = np.asarray(load - curve.force(x0))
+    if damping.on_net_force:
+        (alpha,) = damping.formula_parameters(curve)
+        start = np.asarray(net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0)))
+    elif np.any(v0):
+        start = np.asarray(net - damping.unchecked_coefficient(curve, x0, v0) * v0)
+    else:
+        start = net
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
     return start
 

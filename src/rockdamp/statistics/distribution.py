@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,9 @@ class Distribution:
     def __post_init__(self) -> None:
         kind = self.distribution
         require(kind in KINDS, "distribution", kind, f"one of {', '.join(KINDS)}")
+        for name in ("low", "high", "mean", "standard_deviation"):
+            value = getattr(self, name)
+            require(value is None or math.isfinite(value), name, value, "a finite number")
         require(kind != "loguniform" or self.low > 0, "low", self.low, "greater than 0 for loguniform")
         require(self.high > self.low, "high", self.high, f"greater than low, {self.low:g}")
         stated = [moment is not None for moment in (self.mean, self.standard_deviation)]

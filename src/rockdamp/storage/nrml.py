@@ -18,7 +18,7 @@ NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 # OpenQuake's units of the intensity measures: PGA in g, PGV in cm/s; what SI is multiplied by.
 UNITS: Mapping[str, tuple[str, float]] = {"PGA": ("g", 1 / STANDARD_GRAVITY), "PGV": ("cm/s", 100.0)}
 LIMIT_STATE = "collapse"
-RISING = "finite, and rise from above 0"
+RISING = "finite, at least 0 and rising"
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def text(collapses: Iterable[Collapse], measure: str, name: str, description: st
     """Return a fragility model: of each collapse a continuous function and, with ``-discrete``, its stripes.
 
     A collapse without a lognormal function has the stripes alone. `measure` is one of `UNITS`. What is no fragility
-    raises `InputError`: no function at all, shares outside of 0 to 1, intensities that do not rise from above 0, a
+    raises `InputError`: no function at all, shares outside of 0 to 1, intensities below 0 or that do not rise, a
     median or a dispersion that is not greater than 0.
     """
     unit, factor = UNITS[measure]
@@ -74,7 +74,8 @@ def _check(collapse: Collapse) -> None:
     name, levels, share = collapse.name, np.asarray(collapse.intensity), np.asarray(collapse.share)
     if levels.size == 0 or levels.shape != share.shape:
         raise InputError(f"{name!r} has {levels.size} intensities and {share.size} shares; it must have one for each")
-    require((np.diff(levels, prepend=0.0) > 0) & np.isfinite(levels), f"intensity of {name!r}", levels, RISING)
+    rises = (np.diff(levels, prepend=-1.0) > 0) & (levels >= 0) & np.isfinite(levels)
+    require(rises, f"intensity of {name!r}", levels, RISING)
     require((share >= 0) & (share <= 1), f"share of collapses of {name!r}", share, "between 0 and 1")
     if not (math.isnan(collapse.median) and math.isnan(collapse.dispersion)):
         for quantity, value in (("median", collapse.median), ("dispersion", collapse.dispersion)):
