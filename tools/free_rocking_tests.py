@@ -110,3 +110,42 @@ def channel(moved: Any, step: float, *, held: float, late: float, rest: float, n
     zero = 10 * noise * random.standard_normal()
     shown = shown + zero + drift * elapsed + walk + noise * random.standard_normal(shown.size)
     return elapsed, np.round(shown, 5)
+
+
+# The examples: a wall of 250 mm without overburden, released from half and from a quarter of u_ins.
+EXAMPLE = Specimen(0.25, 3.0, 0.6, 0.0, a1=0.05, b1=0.82, e=0.875, scatter=0.015)
+STEP, NOISE, DRIFT = 0.002, 2e-4, 1.5e-4  # 500 Hz; [m] and [m/s]
+SOURCE = (
+    "computed by tools/free_rocking_tests.py: SciPy's DOP853 with events, an impact at a time, then noise and drift"
+)
+
+
+def examples() -> dict[str, str]:
+    """Return the text of each example by the name of its file."""
+    texts = {}
+    for number, (share, held) in enumerate([(0.5, 0.8), (0.25, 0.5)], 1):
+        random = np.random.RandomState(2026 + number)
+        release = share * EXAMPLE.u_ins
+        moved, _ = decay(EXAMPLE, release, STEP, 8.0, NOISE, random)
+        elapsed, shown = channel(moved, STEP, held=held, late=0.0, rest=1.0, noise=NOISE, drift=DRIFT, random=random)
+        header = {
+            "specimen": f"wall 0.25 m thick and 3 m high, hinge at 0.6 of its height, release {number}; computed",
+            "source": SOURCE,
+            "licence": "CC0-1.0",
+            "synthetic": "yes",
+        }
+        lines = [f"# {key}: {value}" for key, value in header.items()]
+        if number == 1:  # a logger's raw channels: ms after it was switched on, mm from the sensor's zero
+            rows = [f"{1000 * t:.0f};{1000 * u + 12.5:.2f}" for t, u in zip(elapsed, shown, strict=True)]
+            texts["my-free-rocking-raw.csv"] = "\n".join([*lines, "t;d", *rows]) + "\n"
+            continue
+        true = {"yield_displacement_ratio": EXAMPLE.a1, "strength_ratio": EXAMPLE.b1, "restitution": EXAMPLE.e}
+        lines += ["# units: s, m", *(f"# generator_{name}: {value:g}" for name, value in true.items())]
+        rows = [f"{t:.3f},{u:.5f}" for t, u in zip(elapsed, shown, strict=True)]
+        texts[f"my-free-rocking-{number}.csv"] = "\n".join([*lines, "elapsed_s,displacement_m", *rows]) + "\n"
+    return texts
+
+
+if __name__ == "__main__":
+    for name, text in examples().items():
+        (FOLDER / name).write_text(text, encoding="utf-8")

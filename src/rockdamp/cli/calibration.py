@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
+from rockdamp.cli.free_rocking import FREE_ROCKING_EXAMPLE, or_free_rocking
 from rockdamp.cli.options import (
     json_option,
     make_wall,
-    record_option,
+    optional_record_option,
     refuse_unused,
     softening_options,
     wall_options,
@@ -31,9 +32,11 @@ if TYPE_CHECKING:
     examples=[
         "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --output calibration.nc --plot calibration.png",
+        FREE_ROCKING_EXAMPLE,
     ],
 )
-@record_option
+@or_free_rocking
+@optional_record_option
 @wall_options()
 @softening_options
 @click.option("--posterior", is_flag=True, help="Sample the posterior, with the sensors' errors as unknowns.")
@@ -51,12 +54,13 @@ if TYPE_CHECKING:
 def calibrate_command(
     record: Path, posterior: bool, output: Path | None, plot: Path | None, as_json: bool, **options: Any
 ) -> None:
-    """Fit a1, b1 and e to a measured record.
+    """Fit a1, b1 and e to a measured record, or with --free-rocking to tests without ground motion, FILES.
 
     By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
     with the sensors' zero, drift and noise as unknowns. A posterior is refused where it cannot be drawn from. The
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
-    taken as known.
+    taken as known. Of free-rocking tests (pull and release) each impact's e, and how the loss depends on the amplitude,
+    are printed too; several tests of one specimen go into one estimate.
     """
     from rockdamp.identification import calibration, identify
     from rockdamp.motions.records import read_record

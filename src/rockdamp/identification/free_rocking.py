@@ -109,7 +109,9 @@ def calibrate_free_rocking(
         instability_displacement=u_ins,
         frequency_parameter=p,
     )
-    fitted.attrs = {f"record_{key}": given[0].header.get(key, "not stated") for key in ("specimen", "source", "licence")}
+    fitted.attrs = {
+        f"record_{key}": given[0].header.get(key, "not stated") for key in ("specimen", "source", "licence")
+    }
     fitted.attrs["record_synthetic"] = "yes" if any(test.synthetic for test in given) else "no"
     warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
@@ -136,7 +138,9 @@ def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Par
     factor, unit = (MILLI, "millimetres") if test.rotation is None else (1 / DEGREE, "degrees")
     shown = f"{peak:.4g} m" if test.rotation is None else f"{peak / lever(wall):.4g} rad"
     slip = f"; were they {unit}?" if peak / factor < u3 else "; is it the right wall?"
-    raise InputError(f"the largest peak is {shown}; it must be less than {u3:.4g} m at the hinge or top, where the wall falls{slip}")
+    raise InputError(
+        f"the largest peak is {shown}; it must be less than {u3:.4g} m at the hinge or top, where the wall falls{slip}"
+    )
 
 
 def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
@@ -171,7 +175,7 @@ def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
             "impact_rocking": ("impact", rocking.astype(int)),
             "restitution_scatter": mean.scatter,
             "restitution_unlike_releases": _between(losses, release_of_impact[rocking]),
-            **_exponents(losses, curve, before[rocking], e),
+            **_exponents(losses, curve, before[rocking], e, rocking),
             **_histories(solution, amplitudes),
         },
         coords={
@@ -203,23 +207,27 @@ def _derived(solution: Solution) -> tuple[Array, Array]:
     return derived(solution.point[None])[0], gradient @ solution.covariance @ gradient.T
 
 
-def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float) -> dict[str, object]:
+def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, rocking: Array) -> dict[str, object]:
     """Return the exponent of the energy in the losses, and what each damper would show on this curve."""
     log_energy = np.log(curve.energy(before))
     middle = curve.amplitude(e * curve.energy(before))  # of a half cycle: a damper's loss there is that of second order
     exponent = exponent_of(losses, log_energy)
     likelihoods, expected = [], []
-    for model in MODELS:
+    restitution = np.full((len(MODELS), rocking.size), np.nan)
+    for index, model in enumerate(MODELS):
         shape = np.ones(before.size)
         if model != REFERENCE and not Damping(model, 1.0).same_loss_at_any_amplitude:
             shape = 1 / equivalence_factor(curve, Damping(model, 1.0), middle)
+        line = losses.line(shape / shape.mean(), restricted=False)
         expected.append(float(np.polyfit(log_energy, np.log(shape), 1)[0]))
-        likelihoods.append(losses.line(shape / shape.mean(), restricted=False).log_likelihood)
+        likelihoods.append(line.log_likelihood)
+        restitution[index, rocking] = np.exp(-line.decrement * shape / shape.mean())
     return {
         "amplitude_exponent": exponent.estimate,
         "amplitude_exponent_interval": ("bound", np.array(exponent.interval)),
         "expected_exponent": ("damping_model", np.array(expected)),
-        "log_likelihood": ("damping_model", np.array(likelihoods) - exponent.log_likelihood),
+        "expected_restitution": (("damping_model", "impact"), restitution),
+        "log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
         "log_likelihood_threshold": -losses.threshold,
     }
 
@@ -259,7 +267,7 @@ def _histories(solution: Solution, amplitudes: Sequence[Array]) -> dict[str, obj
             displacement=test.u_ins * computed,
         )
     of_half_cycles = ("peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
-    dims = {name: "half_cycle" for name in of_half_cycles}
+    dims = dict.fromkeys(of_half_cycles, "half_cycle")
     residual = test.u_ins * solution.residual
     return {
         **{name: (dims.get(name) or _dim(name), np.concatenate(values)) for name, values in parts.items()},
@@ -304,7 +312,9 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
         )
     a1, (low, high) = fitted.sel(parameter=PARAMETERS[0]), fitted["interval"].sel(parameter=PARAMETERS[0]).values
     if low <= 0:
-        found.append(f"a1 is not determined: it is {float(a1['estimate']):.2g}, and 0 is inside its interval, up to {high:.2g}")
+        found.append(
+            f"a1 is not determined: it is {float(a1['estimate']):.2g}, and 0 is inside its interval, up to {high:.2g}"
+        )
     e, analytical = float(fitted["estimate"].sel(parameter=PARAMETERS[2])), float(fitted["restitution_analytical"])
     least, most = USUAL_RATIO
     if not least <= e / analytical <= most:
@@ -313,7 +323,7 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
             " thickness, height and overburden right?"
         )
     if (alike := float(fitted["restitution_unlike_releases"])) < 0.01:
-        found.append(f"the releases differ in e by more than their scatter (probability {alike:.1g}): is it one specimen?")
+        found.append(
+            f"the releases differ in e by more than their scatter (probability {alike:.1g}): is it one specimen?"
+        )
     return found
-
-

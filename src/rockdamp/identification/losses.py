@@ -82,7 +82,7 @@ class Losses:
 
     @property
     def threshold(self) -> float:
-        """Fall of the log-likelihood at the end of an interval for one more parameter, exact for equal variances."""
+        """Fall of the log-likelihood at the end of an interval of a parameter, exact for equal variances."""
         left = max(self.decrement.size - 2, 1)
         quantile = float(student.ppf(0.5 + LEVEL / 2, left))
         return 0.5 * self.decrement.size * float(np.log1p(quantile**2 / left))
@@ -90,11 +90,10 @@ class Losses:
 
 @dataclass(frozen=True)
 class Exponent:
-    """The exponent gamma of the energy, its interval, NaN where an end is not determined, and the largest ln L."""
+    """The exponent gamma of the energy, and its interval, NaN where an end is not determined."""
 
     estimate: float
     interval: tuple[float, float]
-    log_likelihood: float
 
 
 def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
@@ -123,4 +122,4 @@ def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
         return float(EXPONENTS[index - side] + share * (EXPONENTS[index] - EXPONENTS[index - side]))
 
     inside[best] = True
-    return Exponent(float(found.x), (end(-1), end(1)), highest)
+    return Exponent(float(found.x), (end(-1), end(1)))

@@ -68,7 +68,9 @@ class FreeRocking(ByValue):
             values.flags.writeable = False
             object.__setattr__(self, name, values)
             if values.ndim != 1 or values.shape != self.elapsed.shape:
-                raise InputError(f"{column} has shape {values.shape}; it must be {self.elapsed.shape[:1]}, that of time")
+                raise InputError(
+                    f"{column} has shape {values.shape}; it must be {self.elapsed.shape[:1]}, that of time"
+                )
             check_finite(values, column, lambda index: f"at sample {index}")
         check_time(self.elapsed, lambda index: f"at sample {index}")
         object.__setattr__(self, "header", checked_header(self.header))
