@@ -115,9 +115,7 @@ def channel(moved: Any, step: float, *, held: float, late: float, rest: float, n
 # The examples: a wall of 250 mm without overburden, released from half and from a quarter of u_ins.
 EXAMPLE = Specimen(0.25, 3.0, 0.6, 0.0, a1=0.05, b1=0.82, e=0.875, scatter=0.015)
 STEP, NOISE, DRIFT = 0.002, 2e-4, 1.5e-4  # 500 Hz; [m] and [m/s]
-SOURCE = (
-    "computed by tools/free_rocking_tests.py: SciPy's DOP853 with events, an impact at a time, then noise and drift"
-)
+SOURCE = "computed by tools/free_rocking_tests.py: SciPy's DOP853 from impact to impact, then noise and drift"
 
 
 def examples() -> dict[str, str]:

@@ -360,8 +360,28 @@ def support(data: Data) -> str:
     return f"{table(head, rows)}\n\n{told}"
 
 
+def free_rocking(_: Data) -> str:
+    """How often intervals of free-rocking tests hold the truth, and which damper they exclude: the stored check."""
+    rows = pd.read_csv(ROOT / "tools/free-rocking-check.csv")
+    share = rows.set_index(["made_by", "quantity"])["share"]
+    counts = rows.groupby("made_by", sort=False)[["tests", "refused"]].first()
+    head = ["a1", "b1", "e", "gamma"]
+    shown = [[percent(share["CR", name]) for name in head]]
+    first, refused = counts.loc["CR"]
+    judged = list(dict.fromkeys(name for _, name in share.index if name.endswith(" excluded")))
+    excluded = [
+        [maker, str(counts.loc[maker, "tests"]), *(percent(share[maker, name]) for name in judged)]
+        for maker in counts.index
+    ]
+    return (
+        f"Of {first + refused} tests {first} were fitted, and {refused} refused.\n\n{table(head, shown)}\n\n"
+        "Share of tests that exclude a damper, by what made them:\n\n"
+        f"{table(['made by', 'tests', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
+    )
+
+
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
-_LAST = (response_length, coverage, support, verdicts)
+_LAST = (response_length, coverage, support, free_rocking, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 

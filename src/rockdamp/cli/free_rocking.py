@@ -23,6 +23,7 @@ FREE_ROCKING_EXAMPLE = (
     " --hinge-ratio 0.6 --plot free-rocking.png"
 )
 OF_RECORDS = ("record", "posterior", "damping_model", "evidence", "priors", "seed")
+RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
 SHOWN = 12  # impacts that are printed
 
 
@@ -86,12 +87,19 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
         from rockdamp.figures.free_rocking import free_rocking_figure
 
         write_figure(free_rocking_figure(fitted), options["plot"])
-    print_json(content(fitted)) if options["as_json"] else _print(fitted)
+    print_json(content(fitted)) if options["as_json"] else _print(
+        fitted, "Housner" if options["parapet"] else "Eq. (7)"
+    )
 
 
 def content(fitted: xr.Dataset) -> dict[str, Any]:
     """Return all of a fit but its histories, for JSON; null is not known or not determined."""
-    scalars = ("restitution_scatter", "amplitude_exponent", "restitution_analytical", "restitution_impulsive")
+    scalars: tuple[str, ...] = (
+        "restitution_scatter",
+        "amplitude_exponent",
+        "restitution_analytical",
+        "restitution_impulsive",
+    )
     scalars += ("residual_rms", "rest_deviation", "log_likelihood_threshold", "restitution_unlike_releases")
     rms, peak = float(fitted["residual_rms"]), float(abs(fitted["peak_displacement"]).max())
     return {
@@ -145,20 +153,21 @@ def models(fitted: xr.Dataset) -> list[dict[str, Any]]:
     ]
 
 
-def _print(fitted: xr.Dataset) -> None:
+def _print(fitted: xr.Dataset, law: str) -> None:
     told = content(fitted)
     rows = [{**row, "interval_90": _span(row["interval_90"])} for row in told["parameters"]]
     if all(row["true_value"] is None for row in rows):
         rows = [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
     print_table(rows)
-    e, rocking = told["parameters"][-1]["estimate"], int(fitted["impact_rocking"].sum())
-    law = "Eq. (7) or Housner's formula for a parapet"
+    e, analytical = told["parameters"][-1]["estimate"], told["restitution_analytical"]
+    rocking, count = int(fitted["impact_rocking"].sum()), fitted.sizes["release"]
     over = "" if told["residual_over_rest"] is None else f", {told['residual_over_rest']:.3g} times the noise at rest"
     click.echo(
-        f"\ne is {e / told['restitution_analytical']:.3f} of the analytical {told['restitution_analytical']:.4f} ({law}), by"
-        f" {rocking} impacts of {len(told['releases'])} {'release' if len(told['releases']) == 1 else 'releases'}"
+        f"\ne is {e / analytical:.3f} of the analytical {analytical:.4f} ({law}), by {rocking} impacts of {count}"
+        f" {'release' if count == 1 else 'releases'}"
         f"\nfrom impact to impact e scatters by {told['restitution_scatter']:.2g} (standard deviation of ln e)"
-        f"\nthe fit leaves {1000 * told['residual_rms']:.3g} mm (rms), {told['residual_over_peak']:.2g} of the peak{over}"
+        f"\nthe fit leaves {1000 * told['residual_rms']:.3g} mm (rms), {told['residual_over_peak']:.2g} of the"
+        f" largest peak{over}"
         f"\nthe loss per impact goes with the energy to the power {told['amplitude_exponent']:.3f}"
         f" ({_span(told['amplitude_exponent_interval_90'])}); that of each damper on this curve:\n"
     )

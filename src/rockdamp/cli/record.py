@@ -93,8 +93,10 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     }
     table = read_raw(raw)
     with concerning(raw):
-        made = (laboratory_free_rocking if free_rocking else laboratory_record)(table, **parsed, **settings)
-    (write_free_rocking if free_rocking else write_record)(output, made)
+        make: Any = laboratory_free_rocking if free_rocking else laboratory_record
+        made = make(table, **parsed, **settings)
+    write: Any = write_free_rocking if free_rocking else write_record
+    write(output, made)
     click.echo(f"{output} written", err=True)
     if plot is not None:
         from rockdamp.figures.record import record_figure

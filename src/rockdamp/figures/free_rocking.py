@@ -1,6 +1,8 @@
-"""A free-rocking test: the decay with its release and peaks, half periods, and e of each impact against the amplitude."""
+"""A free-rocking test: the decay with its peaks, half periods and e of each impact against the amplitude."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,10 +26,12 @@ HEIGHT = 150.0  # [mm]
 def free_rocking_figure(fitted: xr.Dataset) -> Figure:
     """Draw the first release with its fit, and half periods and e of the impacts of all releases."""
     figure = new_figure(DOUBLE_COLUMN, HEIGHT)
-    above, below = figure.add_gridspec(2, 1, height_ratios=[1.25, 1.0])
-    history, left = above.subgridspec(2, 1, height_ratios=[2.6, 1.0]).subplots(sharex=True)
+    rows = figure.add_gridspec(2, 1, height_ratios=[1.25, 1.0])
+    above, below = rows[0].subgridspec(2, 1, height_ratios=[2.6, 1.0]), rows[1].subgridspec(1, 2)
+    history, periods, impacts = (figure.add_subplot(cell) for cell in (above[0], below[0], below[1]))
+    left = figure.add_subplot(above[1], sharex=history)
+    history.tick_params(labelbottom=False)
     _decay(history, left, fitted)
-    periods, impacts = below.subgridspec(1, 2).subplots()
     _half_periods(periods, fitted)
     _restitution(impacts, fitted)
     figure.suptitle(record_title(fitted), fontsize=8)
@@ -50,11 +54,11 @@ def _decay(history: Axes, left: Axes, fitted: xr.Dataset) -> None:
     history.set_ylabel("$u$ [mm]")
     left.set_ylabel("residual [mm]")
     left.set_xlabel(TIME)
-    left.margins(x=0.015)
     count = fitted.sizes["release"]
     history.set_title("(a) free rocking" + (f", the first of {count} releases" if count > 1 else ""))
     history.legend(loc="upper right", ncols=4)
     for axes in (history, left):
+        axes.margins(x=0.015)
         axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
 
 
@@ -109,7 +113,7 @@ def _restitution(axes: Axes, fitted: xr.Dataset) -> None:
     axes.legend(loc="best", ncols=2, fontsize=7)
 
 
-def _marker(release: int) -> dict[str, object]:
+def _marker(release: int) -> dict[str, Any]:
     return {"marker": MARKERS[(release - 1) % len(MARKERS)], "markersize": 3.5, "linestyle": "none"}
 
 

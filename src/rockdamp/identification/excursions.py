@@ -25,6 +25,7 @@ from rockdamp.mechanics.free_motion import displacement_from_peak
 # ASSUME: where a1/a2 and b1 are looked for. Blocks that rock nearly rigidly reach further than walls do.
 LOWEST, HIGHEST = np.array([0.004, 0.30]), np.array([0.90, 0.98])
 STARTS = (np.geomspace(0.006, 0.8, 24), np.linspace(0.32, 0.97, 40))
+MOST_UNLIKE = 1.3  # half periods, over those of the nearest curve or below: beyond it the wall is another one
 BELOW_A3 = 1 - 1e-6  # of a3: the largest amplitude
 DIFFERENCE = 1e-5  # of a parameter: step of the central differences
 AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
@@ -108,12 +109,23 @@ class Excursions:
         for release in self.releases:
             amplitude = np.clip(np.abs(release.peaks) / self.u_ins, 1e-6, BELOW_A3 * self.ultimate_displacement_ratio)
             expected = curve.period(amplitude[1:-1]) / 2
-            # Late half periods are short, and their crossings uncertain by the noise over the speed there: by time alone.
             misfit += ((expected - self.p * release.half_periods) ** 2).sum(axis=1)
             crossing = self.p * (release.crossings[0] - release.elapsed[0])
             own += [crossing, 0.0, 0.0, *np.log(amplitude)]
         best = int(np.argmin(misfit))
+        self._check_half_periods(self.curve(ratio[best], b1[best]))
         return np.array([ratio[best], b1[best], *own])
+
+    def _check_half_periods(self, curve: TrilinearCurve) -> None:
+        """Raise `InputError` where no curve has half periods like the measured ones."""
+        release = self.releases[0]
+        amplitude = np.minimum(np.abs(release.peaks[1:-1]) / self.u_ins, BELOW_A3 * self.ultimate_displacement_ratio)
+        ratio = float(np.median(self.p * release.half_periods / (curve.period(amplitude) / 2)))
+        if not 1 / MOST_UNLIKE < ratio < MOST_UNLIKE:
+            raise InputError(
+                f"half periods are {ratio:.3g} times those of the wall whose curve is nearest;"
+                " are the wall, and the units of time and displacement, right?"
+            )
 
     def solution(self) -> Solution:
         """Return the least squares."""
@@ -170,17 +182,6 @@ class Solution:
             value = self.point[index]
             if value > HIGHEST[index] - near[index] or (index == 1 and value < LOWEST[index] + near[index]):
                 raise InputError(
-                    f"the best fit has {name} {value:.3g}; it must lie inside {LOWEST[index]:g} to {HIGHEST[index]:g}: "
-                    f"{self._half_periods()}"
+                    f"the best fit has {name} {value:.3g}; it must lie inside {LOWEST[index]:g} to {HIGHEST[index]:g}:"
+                    " are the wall, and the units of time and displacement, right?"
                 )
-
-    def _half_periods(self) -> str:
-        """Say how the measured half periods compare with those of the rigid wall at the same amplitudes."""
-        release = self.test.releases[0]
-        amplitude = np.minimum(np.abs(release.peaks[1:-1]) / self.test.u_ins, 0.999)
-        rigid = 2 * np.arccosh(1 / (1 - amplitude)) / self.test.p
-        ratio = float(np.median(release.half_periods / rigid))
-        return (
-            f"half periods are {ratio:.3g} times those of the rigid wall at the same amplitudes;"
-            " are the wall, and the units of time and displacement, right?"
-        )

@@ -75,11 +75,13 @@ def calibrate_free_rocking(
 
     Examples
     --------
+    >>> import numpy as np
     >>> import rockdamp as rd
     >>> wall = rd.Wall(thickness=0.25, height=3.0)
     >>> curve, damping = rd.TrilinearCurve(0.05, 0.80), rd.Damping.cr(0.88)
-    >>> decay = rd.free_decay(curve, damping, wall=wall, response_length=40, step=0.002)
-    >>> test = rd.FreeRocking(decay.elapsed, decay.displacement.isel(damping_model=0))
+    >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0, points=3001, step=0.002)
+    >>> displacement = decay.displacement.values + 1e-4 * np.random.RandomState(1).standard_normal(3001)
+    >>> test = rd.FreeRocking(decay.elapsed, displacement)
     >>> fitted = rd.calibrate_free_rocking(test, wall)
     >>> fitted.estimate.values.round(3)
     array([0.05, 0.8 , 0.88])
@@ -307,8 +309,9 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
     peak = float(abs(fitted["peak_displacement"]).max())
     if rms > SYSTEMATIC * rest:
         found.append(
-            f"the fit leaves {MILLI * rms:.3g} mm (rms), {rms / rest:.3g} times the noise at rest and {rms / peak:.2g} of the"
-            " largest peak: the specimen does what the model does not, such as losing energy between impacts or twisting"
+            f"the fit leaves {MILLI * rms:.3g} mm (rms), {rms / rest:.3g} times the noise at rest and {rms / peak:.2g}"
+            " of the largest peak: the specimen does more than the model, which neither twists nor loses energy between"
+            " impacts"
         )
     a1, (low, high) = fitted.sel(parameter=PARAMETERS[0]), fitted["interval"].sel(parameter=PARAMETERS[0]).values
     if low <= 0:
@@ -319,8 +322,8 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
     least, most = USUAL_RATIO
     if not least <= e / analytical <= most:
         found.append(
-            f"e is {e:.3g}, {e / analytical:.3g} of the analytical {analytical:.3g}; {least:g} to {most:g} is usual: are"
-            " thickness, height and overburden right?"
+            f"e is {e:.3g}, {e / analytical:.3g} of the analytical {analytical:.3g}, {least:g} to {most:g} is usual;"
+            " are thickness, height and overburden right?"
         )
     if (alike := float(fitted["restitution_unlike_releases"])) < 0.01:
         found.append(

@@ -27,7 +27,7 @@ LARGEST_SCATTER = 1.0  # of ln e
 
 @dataclass(frozen=True)
 class Line:
-    """A fitted multiple of a shape: delta and its standard error, the scatter s, and the logarithm of the likelihood."""
+    """A fitted multiple of a shape: delta and its standard error, the scatter s, and ln of the likelihood."""
 
     decrement: float
     standard_error: float

@@ -127,6 +127,6 @@ def rest_deviation(displacement: Array) -> float:
 
 def _too_few(count: int, noise: float) -> InputError:
     return InputError(
-        f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak is clear"
-        f" beyond {1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
+        f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak is"
+        f" clear beyond {1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
     )

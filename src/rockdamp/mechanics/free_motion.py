@@ -36,7 +36,7 @@ def displacement_from_peak(curve: TrilinearCurve, amplitude: ArrayLike, tau: Arr
     x0, s = real("amplitude", amplitude), np.abs(real("tau", tau))
     k1, b1, ks, a1, a2, a3 = curve.parameters()
     v0 = curve.energy(x0)
-    # Where each branch begins on the way down, and with which speed; of a branch above the peak, at the peak and at rest.
+    # Where each branch begins on the way down, and with which speed; a branch above the peak begins there, at rest.
     on2, on1 = np.minimum(x0, a2), np.minimum(x0, a1)
     speed2, speed1 = (np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0.0)) for x in (on2, on1))
     reach = np.where(x0 > a2, (a3 - a2) / np.where(x0 > a2, a3 - x0, 1.0), 1.0)

@@ -1,4 +1,4 @@
-"""Free-rocking tests: the displacement or rotation of a specimen that was pulled and released, without ground motion."""
+"""Free-rocking tests: displacement or rotation of a specimen that was pulled and released, without ground motion."""
 
 from __future__ import annotations
 
@@ -139,6 +139,20 @@ def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
     ------
     InputError
         If the header cannot be written as lines ``# key: value``, or the file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import rockdamp as rd
+    >>> test = rd.FreeRocking([0.0, 0.002], displacement=[0.05, 0.05], header={"synthetic": "yes"})
+    >>> with TemporaryDirectory() as folder:
+    ...     rd.write_free_rocking(Path(folder, "release.csv"), test)
+    ...     print(Path(folder, "release.csv").read_text(encoding="utf-8"), end="")
+    # synthetic: yes
+    elapsed_s,displacement_m
+    0.0,0.05
+    0.002,0.05
     """
     path, test = file_path("path", path), instance("test", test, FreeRocking)
     frame = pd.DataFrame({TIME: test.elapsed, test.column: test.measured})

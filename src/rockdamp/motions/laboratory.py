@@ -202,9 +202,9 @@ def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array
         return []
     zero, there, least = (factor * value for value in (float(np.mean(values[:count])), spreads[0], spreads[quietest]))
     return [
-        f"the first {rest:g} s are not at rest: the {name} varies there by {there:.2g} {unit} (standard deviation), and by"
-        f" {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; its zero of {zero:.3g} {unit}"
-        " is the mean over this rest, which must end before the motion begins"
+        f"the first {rest:g} s are not at rest: the {name} varies there by {there:.2g} {unit} (standard deviation), and"
+        f" by {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; their mean,"
+        f" {zero:.3g} {unit}, is no zero: the rest must end before the motion begins"
     ]
 
 
@@ -240,7 +240,8 @@ def laboratory_free_rocking(
     assert channel is not None
     moved = CubicSpline(elapsed, _in(raw, channel, unit, name, header))(even)
     even, moved, _ = _filtered(even, moved, None, lowpass, rate, header)
-    return FreeRocking(even - even[0], *((moved, None) if name == "wall" else (None, moved)), header)
+    displacement, turned = (moved, None) if name == "wall" else (None, moved)
+    return FreeRocking(even - even[0], displacement, turned, header)
 
 
 def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str]) -> Array:
