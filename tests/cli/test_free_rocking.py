@@ -92,7 +92,7 @@ def test_the_table_says_what_the_test_says(made):
         (["calibrate", *WALL], "there must be --record FILE, or --free-rocking FILE"),
         (["calibrate", "--free-rocking", *WALL], "must be followed by a file"),
         (["calibrate", SECOND, *WALL], "must follow --record or --free-rocking"),
-        (["calibrate", "--free-rocking", SECOND, *WALL, "--posterior"], "--posterior belongs to a test with ground"),
+        (["calibrate", "--free-rocking", SECOND, *WALL, "--posterior"], "--posterior belongs to a record with ground"),
         (["calibrate", "--free-rocking", SECOND, *WALL, "--a3", "0.2"], f"{SECOND}: the largest peak is"),
         (["record", RAW, "--free-rocking", "--time", "t:ms", "--wall", "d:mm", "--rest", "1", "--output", "x.csv"],
          "--rest belongs to a test with ground motion"),

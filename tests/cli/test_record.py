@@ -43,10 +43,10 @@ def test_a_channel_that_is_not_there_is_named_with_its_file(tmp_path):
 
 def test_a_rest_with_the_motion_in_it_is_doubted_and_what_was_removed_is_printed(tmp_path):
     output = str(tmp_path / "made.csv")
-    result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", "1.45", "--output", output])
+    result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", "1.55", "--output", output])
     assert result.exit_code == 0
     doubts = [line for line in result.stderr.splitlines() if line.startswith("warning:")]
-    assert len(doubts) == 2 and all("the first 1.45 s are not at rest" in doubt for doubt in doubts)
+    assert len(doubts) == 2 and all("the first 1.55 s are not at rest" in doubt for doubt in doubts)
     header = rd.read_record(output).header
     removed = (
         f"{float(header['acceleration_offset_removed_m_s2']):.5g}",
