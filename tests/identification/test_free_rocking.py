@@ -146,3 +146,13 @@ def test_releases_are_found_with_their_peaks_and_without_those_in_the_noise():
     assert np.abs(first.peaks).min() > 2e-3 and first.crossings.size == first.peaks.size - 1
     few, _ = releases_of(test_of(displacement), displacement, least=0.02)
     assert np.abs(few.peaks).min() > 0.02
+
+
+def test_filtered_noise_makes_no_peaks_at_rest():
+    """White noise that a logger's filter took most of shows at rest, and hardly in differences of samples."""
+    displacement = np.convolve(decay(noise=1e-3), np.full(25, 1 / 25), mode="valid")
+    (release,) = releases_of(test_of(displacement), displacement)
+    assert noise_of(displacement) > 5e-5
+    assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
+    fit = rd.calibrate_free_rocking(test_of(displacement), WALL)
+    assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=5e-3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import find_peaks
+from scipy.signal import detrend, find_peaks
 from scipy.stats import theilslopes
 
 from rockdamp.arrays import Array
@@ -21,8 +21,10 @@ FALLING = 0.8  # of the release: below it the specimen moves freely, whatever he
 RISEN = 0.5  # of the next peak: where the record begins below it, the first impact has no energy before it
 ONE_SIDED = 0.5  # of the amplitude: how far the middle between peaks may move with it
 LAST = 0.4  # of the half period before: how far beyond the last peak the record is used
-QUIET_SPREAD = 1.5  # of the sensor's noise: a part of the test that varies less is at rest
-QUIET_SAMPLES = 50
+# Of the white noise, or of the range: where the first or the last part of a test varies less, the specimen is at rest.
+QUIET_SPREAD, QUIET = 1.5, 0.005
+QUIET_SHARE, QUIET_SAMPLES = 0.05, 50  # of the test: how long that part is, and its least number of samples
+NORMAL_MEDIAN = 0.6745  # median of the absolute value of a standard normal variable
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,27 @@ class Release:
 
 
 def noise_of(displacement: Array) -> float:
-    """Return the standard deviation of white noise by second differences, which motion hardly changes. [m]"""
+    """Return the standard deviation of the sensor's noise, or half of that at rest where the noise is no white one. [m]
+
+    White noise shows in second differences, which motion hardly changes; filtered noise shows at rest alone.
+    """
+    resting = rest_deviation(displacement)
+    return max(_white_noise(displacement), 0.0 if np.isnan(resting) else resting / 2)
+
+
+def rest_deviation(displacement: Array) -> float:
+    """Return the standard deviation of the sensor at rest, at the start or the end of a test; NaN without rest. [m]"""
+    count = max(int(QUIET_SHARE * displacement.size), QUIET_SAMPLES)
+    spreads = [float(np.std(detrend(part))) for part in (displacement[:count], displacement[-count:])]
+    quiet = max(QUIET_SPREAD * _white_noise(displacement), QUIET * float(np.ptp(displacement)))
+    return min(spreads) if min(spreads) < quiet else np.nan
+
+
+def _white_noise(displacement: Array) -> float:
     differences = np.diff(displacement, 2)
-    spread = 1.4826 * float(np.median(np.abs(differences - np.median(differences)))) / np.sqrt(6)
-    quantum = np.unique(np.abs(np.diff(displacement)))
-    return max(spread, float(quantum[quantum > 0].min(initial=np.inf)) / np.sqrt(12) if quantum.any() else 0.0)
+    spread = float(np.median(np.abs(differences - np.median(differences)))) / NORMAL_MEDIAN / np.sqrt(6)
+    steps = np.unique(np.abs(np.diff(displacement)))
+    return max(spread, float(steps[steps > 0].min()) / np.sqrt(12) if steps.any() else 0.0)  # the logger's steps
 
 
 def zero_of(displacement: Array, noise: float) -> float:
@@ -116,13 +134,6 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
         used = slice(first, int(np.searchsorted(test.elapsed, last)) + 1)
         found.append(Release(test.elapsed[used], displacement[used], zero, inside, peaks))
     return found
-
-
-def rest_deviation(displacement: Array) -> float:
-    """Return the standard deviation of the sensor at rest, at the start or the end of a test; NaN without rest. [m]"""
-    noise = noise_of(displacement)
-    spreads = [float(np.std(part)) for part in (displacement[:QUIET_SAMPLES], displacement[-QUIET_SAMPLES:])]
-    return min(spreads) if min(spreads) < QUIET_SPREAD * noise else np.nan
 
 
 def _too_few(count: int, noise: float) -> InputError:
