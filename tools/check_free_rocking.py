@@ -1,6 +1,6 @@
 """See that intervals from free-rocking tests hold the truth as often as they say: fit tests that an integrator made.
 
-`.venv/bin/python tools/check_free_rocking.py --tests 200 --dampers 40 --seed 7` draws specimens, releases and sensors
+`.venv/bin/python tools/check_free_rocking.py --tests 200 --dampers 40 --seed 8` draws specimens, releases and sensors
 at random, simulates them (`free_rocking_tests.py`, which shares no code with the package) and fits them. It takes some
 seconds a test, writes tools/free-rocking-check.csv, of which `measured_tables.py` makes the table of the documents, and
 ends with status 1 where an interval of 90 % holds the truth in less than 84 or more than 96 of 100 tests.
@@ -131,7 +131,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tests", type=int, default=200)
     parser.add_argument("--dampers", type=int, default=40, help="tests made by each viscous damper")
-    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--seed", type=int, default=8)
     parser.add_argument("--output", type=Path, default=FILE)
     given = parser.parse_args()
     counts = {name: given.tests if name == "CR" else given.dampers for name in LOSSES}

@@ -164,10 +164,21 @@ class Solution:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the point by the residuals, which may follow each other."""
+        """Covariance of the point by the residuals, which may follow each other, and at least that of white noise.
+
+        With so many parameters neighbouring residuals are correlated negatively by the fit itself, which the estimate
+        that takes them as they are would mistake for the sensor's (the larger of the two: Angrist and Pischke 2009,
+        section 8.1).
+        """
         inside = np.clip(self.point[:2], LOWEST + DIFFERENCE, HIGHEST - DIFFERENCE)
         derivative = self.test.derivative(np.concatenate([inside, self.point[2:]]))
-        return covariance_by_sensor(derivative, self.residual)[0]
+        following = covariance_by_sensor(derivative, self.residual)[0]
+        samples, parameters = derivative.shape
+        scale = np.linalg.norm(derivative, axis=0)
+        inverse = np.linalg.inv((derivative / scale).T @ (derivative / scale))
+        white = np.diag(inverse) / scale**2 * (self.residual @ self.residual) / (samples - parameters)
+        larger = np.sqrt(np.maximum(white / np.diag(following), 1.0))
+        return following * np.outer(larger, larger)
 
     @property
     def curve(self) -> TrilinearCurve:

@@ -13,15 +13,17 @@ is estimated too: it is what a large specimen's e is uncertain by, once the sens
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import t as student
 
 from rockdamp.arrays import Array
 
 LEVEL = 0.90
-EXPONENTS = np.linspace(-3.0, 3.0, 241)  # gammas that are looked at
+SPACING = 0.1
+EXPONENTS = SPACING * np.arange(-30, 31)  # gammas that are looked at
 LARGEST_SCATTER = 1.0  # of ln e
 
 
@@ -42,6 +44,12 @@ class Losses:
     decrement: Array
     covariance: Array
 
+    @cached_property
+    def _directions(self) -> tuple[Array, Array]:
+        """Variances by the sensor, and the independent sums of losses that have them."""
+        values, vectors = np.linalg.eigh(self.covariance)
+        return values, vectors
+
     def of(self, chosen: Array) -> Losses:
         """Return the losses of some impacts, by their indices or by True and False."""
         return Losses(self.decrement[chosen], self.covariance[chosen][:, chosen])
@@ -58,7 +66,7 @@ class Losses:
         by which shapes are compared. The standard error is Hartung and Knapp's (doi:10.1002/sim.791): it takes the
         residuals as they are, where they are larger than expected.
         """
-        values, vectors = np.linalg.eigh(self.covariance)
+        values, vectors = self._directions
         y, m = vectors.T @ self.decrement, vectors.T @ shape
 
         def parts(scatter: float) -> tuple[float, float, float, float]:
@@ -100,26 +108,20 @@ def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
     """Return gamma of a loss proportional to V^gamma by maximum likelihood, with its interval by the likelihood."""
     centred = log_energy - log_energy.mean()
 
-    def cost(gamma: float) -> float:
-        return -losses.line(np.exp(gamma * centred), restricted=False).log_likelihood
+    def likelihood(gamma: float) -> float:
+        return losses.line(np.exp(gamma * centred), restricted=False).log_likelihood
 
-    likelihood = np.array([-cost(gamma) for gamma in EXPONENTS])
-    best = int(np.argmax(likelihood))
-    around = EXPONENTS[max(best - 1, 0)], EXPONENTS[min(best + 1, EXPONENTS.size - 1)]
-    found = minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": 1e-5})
-    highest = max(-float(found.fun), float(likelihood[best]))
-    inside = likelihood > highest - losses.threshold
+    rough = EXPONENTS[int(np.argmax([likelihood(gamma) for gamma in EXPONENTS]))]
+    around = np.clip([rough - SPACING, rough + SPACING], EXPONENTS[0], EXPONENTS[-1])
+    found = minimize_scalar(lambda gamma: -likelihood(gamma), bounds=around, method="bounded", options={"xatol": 1e-5})
+    best, least = float(found.x), -float(found.fun) - losses.threshold
 
-    def end(side: int) -> float:
-        index = best
-        while inside[index]:
-            index += side
-            if not 0 <= index < EXPONENTS.size:
-                return np.nan
-        # A straight line between the last grid point inside and the first outside.
-        near, far = likelihood[index - side], likelihood[index]
-        share = (near - (highest - losses.threshold)) / (near - far)
-        return float(EXPONENTS[index - side] + share * (EXPONENTS[index] - EXPONENTS[index - side]))
+    def end(beyond: Array) -> float:
+        inside = best
+        for gamma in beyond:
+            if likelihood(gamma) < least:
+                return float(brentq(lambda between: likelihood(between) - least, inside, gamma, xtol=1e-5))
+            inside = gamma
+        return np.nan
 
-    inside[best] = True
-    return Exponent(float(found.x), (end(-1), end(1)))
+    return Exponent(best, (end(EXPONENTS[EXPONENTS < best][::-1]), end(EXPONENTS[EXPONENTS > best])))
