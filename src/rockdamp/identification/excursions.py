@@ -26,6 +26,7 @@ from rockdamp.mechanics.free_motion import displacement_from_peak
 LOWEST, HIGHEST = np.array([0.004, 0.30]), np.array([0.90, 0.98])
 STARTS = (np.geomspace(0.006, 0.8, 24), np.linspace(0.32, 0.97, 40))
 MOST_UNLIKE = 1.3  # half periods, over those of the nearest curve or below: beyond it the wall is another one
+LEAST = 1e-6  # of u_ins: the smallest amplitude
 BELOW_A3 = 1 - 1e-6  # of a3: the largest amplitude
 DIFFERENCE = 1e-5  # of a parameter: step of the central differences
 AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
@@ -107,7 +108,7 @@ class Excursions:
         misfit = np.zeros(ratio.size)
         own = []
         for release in self.releases:
-            amplitude = np.clip(np.abs(release.peaks) / self.u_ins, 1e-6, BELOW_A3 * self.ultimate_displacement_ratio)
+            amplitude = np.clip(np.abs(release.peaks) / self.u_ins, LEAST, BELOW_A3 * self.ultimate_displacement_ratio)
             expected = curve.period(amplitude[1:-1]) / 2
             misfit += ((expected - self.p * release.half_periods) ** 2).sum(axis=1)
             crossing = self.p * (release.crossings[0] - release.elapsed[0])
@@ -133,9 +134,11 @@ class Excursions:
         low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
         low[:2], high[:2] = LOWEST, HIGHEST
         for part in self.slices:
+            low[part.start + 3 : part.stop] = np.log(LEAST)
             high[part.start + 3 : part.stop] = np.log(BELOW_A3 * self.ultimate_displacement_ratio)
         start = np.clip(start, low + 1e-9, high - 1e-9)
-        scale = np.where(np.isfinite(low), 0.1, 0.01)
+        scale = np.full(start.size, 0.01)
+        scale[:2] = 0.1
         found = least_squares(
             self.residual,
             start,

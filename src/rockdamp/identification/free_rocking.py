@@ -26,9 +26,11 @@ from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
 FEWEST_IMPACTS = 3  # from beyond u1
 NORMAL = 1.6449  # of an interval of 90 %
+WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none that is narrower
 SYSTEMATIC = 3.0  # of the sensor's noise: residuals beyond it are no noise
 USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones lie within
 DIFFERENCE = 1e-5
+MANY = 5.0  # times the displacement at which a wall falls: a peak beyond it is a slip of units
 MILLI, DEGREE = 1000.0, np.pi / 180
 
 
@@ -93,12 +95,16 @@ def calibrate_free_rocking(
     require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
     softening = one_of("softening", softening, SOFTENING)
     given = [tests] if isinstance(tests, FreeRocking) else several("tests", tests, "free-rocking tests")
+    given = [instance("tests", test, FreeRocking) for test in given]
     require(np.asarray(len(given) > 0), "the number of tests", len(given), "at least 1")
+    if least_peak is not None:
+        least_peak = number("least_peak", least_peak)
+        require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
     p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
     releases: list[Release] = []
     resting = []
     for test in given:
-        displacement = displacement_of(instance("a test", test, FreeRocking), wall)
+        displacement = displacement_of(test, wall)
         releases += releases_of(test, displacement, least_peak)
         resting.append(rest_deviation(displacement))
         _check_size(test, releases[-1], a3 * u_ins, wall)
@@ -140,7 +146,8 @@ def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Par
         return
     factor, unit = (MILLI, "millimetres") if test.rotation is None else (1 / DEGREE, "degrees")
     shown = f"{peak:.4g} m" if test.rotation is None else f"{peak / lever(wall):.4g} rad"
-    slip = f"; were they {unit}?" if peak / factor < u3 else "; is it the right wall?"
+    likely = MANY < peak / u3 < factor
+    slip = f"; were they {unit}?" if likely else "; is it the right wall?"
     raise InputError(
         f"the largest peak is {shown}; it must be less than {u3:.4g} m at the hinge or top, where the wall falls{slip}"
     )
@@ -161,11 +168,11 @@ def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
     mean = losses.line(np.ones(losses.decrement.size))
     e = float(np.exp(-mean.decrement))
     errors = np.sqrt(np.diag(covariance))
-    reach = losses.quantile * mean.standard_error
+    reach = min(losses.quantile * mean.standard_error, WIDEST)
     estimate = np.array([*values[:2], e])
     low = np.array([*(values[:2] - NORMAL * errors[:2]), float(np.exp(-mean.decrement - reach))])
     high = np.array([*(values[:2] + NORMAL * errors[:2]), float(np.exp(-mean.decrement + reach))])
-    each, each_error = np.exp(-values[2:]), NORMAL * errors[2:]
+    each, each_error = np.exp(-values[2:]), np.minimum(NORMAL * errors[2:], WIDEST)
     return xr.Dataset(
         {
             "estimate": ("parameter", estimate),

@@ -9,7 +9,7 @@ from scipy.signal import detrend, find_peaks
 from scipy.stats import theilslopes
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import CLEAR, half_cycles
 from rockdamp.motions.free_rocking import FreeRocking
 
@@ -108,6 +108,8 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     InputError
         If there are too few peaks, or the specimen rocks to one side only.
     """
+    if displacement.size < QUIET_SAMPLES:
+        require(False, "the number of samples", displacement.size, f"at least {QUIET_SAMPLES}")
     noise = noise_of(displacement)
     zero = zero_of(displacement, noise)
     cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)
@@ -119,6 +121,8 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     ends = np.append(starts[1:], sizes.size)
     parts = [cycles[int(start) : int(end)] for start, end in zip(starts, ends, strict=True)]
     usable = [part for part in parts if part.peak.size >= FEWEST_PEAKS and abs(part.peak[0]) > RELEASE * sizes.max()]
+    if not usable and max(part.peak.size for part in parts) >= FEWEST_PEAKS:
+        raise InputError("no release has peaks that fade; after a release the specimen must rock freely")
     if not usable:
         raise _too_few(max(part.peak.size for part in parts), noise)
     found = []

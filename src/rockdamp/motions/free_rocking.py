@@ -62,7 +62,7 @@ class FreeRocking(ByValue):
         if (self.displacement is None) == (self.rotation is None):
             raise InputError(f"a free-rocking test must have one of {' and '.join(ROCKING_COLUMNS)}")
         for name, column in zip(("elapsed", "displacement", "rotation"), (TIME, *ROCKING_COLUMNS), strict=True):
-            if (values := getattr(self, name)) is None:
+            if (values := getattr(self, name)) is None and name != "elapsed":
                 continue
             values = real(column, values).copy()
             values.flags.writeable = False
