@@ -156,3 +156,16 @@ def test_filtered_noise_makes_no_peaks_at_rest():
     assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
     fit = rd.calibrate_free_rocking(test_of(displacement), WALL)
     assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=5e-3)
+
+
+def test_an_uncertain_size_widens_the_answer_by_what_another_size_changes():
+    test = test_of(decay(release=0.4))
+    exact, uncertain = (
+        rd.calibrate_free_rocking(test, WALL, uncertain=sizes) for sizes in (None, {"thickness": 0.002})
+    )
+    thick, thin = (rd.Wall(thickness=0.25 + side, height=3.0, hinge_ratio=0.6) for side in (0.002, -0.002))
+    change = [rd.calibrate_free_rocking(test, wall)["estimate"].values for wall in (thick, thin)]
+    added = uncertain["standard_error"].values ** 2 - exact["standard_error"].values ** 2
+    np.testing.assert_allclose(np.sqrt(added), np.abs(change[0] - change[1]) / 2, rtol=1e-6)
+    low, high = uncertain["interval"].sel(parameter="strength_ratio").values
+    assert high - low > 5 * float(np.diff(exact["interval"].sel(parameter="strength_ratio").values)[0])

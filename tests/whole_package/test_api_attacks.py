@@ -71,6 +71,7 @@ WRONG = {
     **dict.fromkeys(("softening", "model", "damping_model", "scheme", "name"), [None, "", "CDRR", b"CDR", 3, ["CDR"]]),
     **dict.fromkeys(("steps", "substeps", "store_every", "threads", "points"), [None, 0.5, "2", True, [2], -1]),
     **dict.fromkeys(("test", "tests"), [None, "x", 0.3, RECORD, [RECORD], []]),
+    "uncertain": ["x", 0.3, ["thickness"], {"x": 0.1}, {"thickness": "a"}, {"thickness": -1}],
     "path": [None, "", "a\0b", 3, ["a"]],
     "records": [None, "", 3, [3], [None], {}],
     "displacement": [None, "a", True, 1j],  # of a reference; finite or not is seen by the solver

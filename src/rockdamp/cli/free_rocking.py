@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import concerning, print_json, print_table, write_dataset, write_figure
-from rockdamp.cli.options import make_wall, refuse_unused
+from rockdamp.cli.options import SIZES, make_wall, refuse_unused
 from rockdamp.cli.types import Quantity
 
 if TYPE_CHECKING:
@@ -36,9 +36,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
     )
     @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
     @wraps(command)
-    def either(
-        free_rocking: bool, least_peak: float | None, files: tuple[Path, ...], record: Any, **options: Any
-    ) -> None:
+    def either(free_rocking: bool, least_peak: float | None, files: tuple[Path, ...], **options: Any) -> None:
         if free_rocking:
             _calibrate(files, least_peak, options)
             return
@@ -47,11 +45,11 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
             raise click.UsageError(
                 f"{str(files[0])!r} stands without an option; it must follow --record or --free-rocking"
             )
-        if not record:
+        if not options["record"]:
             raise click.UsageError(
                 "there must be --record FILE, or --free-rocking FILE for a test without ground motion"
             )
-        command(record=record, **options)
+        command(**options)
 
     return either
 
@@ -70,6 +68,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
     if not files:
         raise click.UsageError("--free-rocking must be followed by a file, or by several of one specimen")
     wall = make_wall(options)
+    deviations = {name: getattr(options[name], "deviation", 0.0) for name in (*SIZES, "hinge_ratio")}
     tests = [read_free_rocking(path) for path in files]
     with concerning(", ".join(map(str, files))):
         fitted = calibrate_free_rocking(
@@ -78,6 +77,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
             ultimate_displacement_ratio=options["a3"],
             softening=options["softening"],
             least_peak=least_peak,
+            uncertain={name: deviation for name, deviation in deviations.items() if deviation},
         )
     if options["output"] is not None:
         digest = hashlib.sha256("".join(test.digest for test in tests).encode()).hexdigest()

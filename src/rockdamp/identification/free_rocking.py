@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -41,6 +43,7 @@ def calibrate_free_rocking(
     ultimate_displacement_ratio: float = 1.0,
     softening: str = "steeper",
     least_peak: float | None = None,
+    uncertain: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     r"""Fit a1, b1 and e to free-rocking tests of one specimen, and the exponent of the amplitude in its losses.
 
@@ -49,18 +52,21 @@ def calibrate_free_rocking(
     the impact between them, ``-ln e``; half periods give a1 and b1. Then the losses of all impacts are averaged.
 
     Intervals hold 90 %. They include the sensor's noise, zero and drift, and that of the mean e the scatter from impact
-    to impact, which is estimated. They do not include errors of the wall's geometry, weights and of the sensor's gain.
+    to impact, which is estimated; and the sizes of the wall that are `uncertain`. They do not include an error of the
+    sensor's gain.
 
     Parameters
     ----------
     tests : FreeRocking or sequence of them
         Each with one or more releases.
     wall : Wall or Parapet
-        Its geometry and weights are taken as known: they give u_ins and p.
+        Its geometry and weights are taken as known but for those that are `uncertain`: they give u_ins and p.
     ultimate_displacement_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
     least_peak : float, optional
         Smallest peak that is used; by default ten standard deviations of the sensor's noise. [m]
+    uncertain : dict of float, optional
+        Standard deviations of those sizes of the wall that are not exact, by name, such as ``{"thickness": 0.002}``.
 
     Returns
     -------
@@ -100,23 +106,21 @@ def calibrate_free_rocking(
     if least_peak is not None:
         least_peak = number("least_peak", least_peak)
         require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
-    p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
-    releases: list[Release] = []
-    resting = []
-    for test in given:
-        displacement = displacement_of(test, wall)
-        releases += releases_of(test, displacement, least_peak)
-        resting.append(rest_deviation(displacement))
-        _check_size(test, releases[-1], a3 * u_ins, wall)
-    solution = Excursions(releases, p, u_ins, a3, softening).solution()
-    solution.check_inside()
-    fitted = _summary(solution, given[0])
+    deviations = _deviations(wall, uncertain)
+
+    def solution_of(mechanism: Wall | Parapet) -> Solution:
+        return _solution(given, mechanism, a3, softening, least_peak)
+
+    fitted = _summary(solution_of(wall), given[0])
+    if deviations:
+        fitted = _widened(fitted, _by_sizes(wall, deviations, lambda other: _summary(solution_of(other), given[0])))
+    resting = [rest_deviation(displacement_of(test, wall)) for test in given]
     fitted = fitted.assign(
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
         restitution_analytical=float(wall.restitution),
         restitution_impulsive=float(wall.restitution_impulsive),
-        instability_displacement=u_ins,
-        frequency_parameter=p,
+        instability_displacement=float(wall.instability_displacement),
+        frequency_parameter=float(wall.frequency_parameter),
     )
     fitted.attrs = {
         f"record_{key}": given[0].header.get(key, "not stated") for key in ("specimen", "source", "licence")
@@ -124,6 +128,53 @@ def calibrate_free_rocking(
     fitted.attrs["record_synthetic"] = "yes" if any(test.synthetic for test in given) else "no"
     warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
+
+
+def _solution(
+    tests: Sequence[FreeRocking], wall: Wall | Parapet, a3: float, softening: str, least_peak: float | None
+) -> Solution:
+    """Return the least squares of all releases of the tests."""
+    p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
+    releases: list[Release] = []
+    for test in tests:
+        releases += releases_of(test, displacement_of(test, wall), least_peak)
+        _check_size(test, releases[-1], a3 * u_ins, wall)
+    solution = Excursions(releases, p, u_ins, a3, softening).solution()
+    solution.check_inside()
+    return solution
+
+
+def _deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the standard deviations of uncertain sizes of the wall."""
+    deviations = {}
+    for name, deviation in instance("uncertain", {} if uncertain is None else uncertain, Mapping).items():
+        one_of("a size that is uncertain", name, [field.name for field in fields(wall)])
+        deviations[name] = number(f"uncertain {name}", deviation)
+        require(deviations[name] > 0, f"uncertain {name}", deviations[name], "greater than 0")
+    return deviations
+
+
+def _by_sizes(
+    wall: Wall | Parapet, deviations: Mapping[str, float], fit: Callable[[Wall | Parapet], xr.Dataset]
+) -> Array:
+    """Return the variance that uncertain sizes of the wall give a1, b1 and e, by fits with other sizes."""
+    variance = np.zeros(len(PARAMETERS))
+    for name, deviation in deviations.items():
+        other: list[Any] = [{name: float(getattr(wall, name)) + side * deviation} for side in (1, -1)]
+        high, low = (fit(replace(wall, **changed))["estimate"].values for changed in other)
+        variance += ((high - low) / 2) ** 2
+    return variance
+
+
+def _widened(fitted: xr.Dataset, variance: Array) -> xr.Dataset:
+    """Add a variance to those of the parameters, and to their intervals."""
+    estimate = fitted["estimate"].values
+    reach = np.sqrt((fitted["interval"].values - estimate) ** 2 + NORMAL**2 * variance)
+    interval = estimate + np.array([[-1.0], [1.0]]) * reach
+    return fitted.assign(
+        standard_error=("parameter", np.sqrt(fitted["standard_error"].values ** 2 + variance)),
+        interval=(("bound", "parameter"), np.maximum(interval, 0.0)),
+    )
 
 
 def displacement_of(test: FreeRocking, wall: Wall | Parapet) -> Array:

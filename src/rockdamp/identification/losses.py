@@ -116,7 +116,7 @@ def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
     found = minimize_scalar(lambda gamma: -likelihood(gamma), bounds=around, method="bounded", options={"xatol": 1e-5})
     best, least = float(found.x), -float(found.fun) - losses.threshold
 
-    def end(beyond: Array) -> float:
+    def end(beyond: list[float]) -> float:
         inside = best
         for gamma in beyond:
             if likelihood(gamma) < least:
@@ -124,4 +124,5 @@ def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
             inside = gamma
         return np.nan
 
-    return Exponent(best, (end(EXPONENTS[EXPONENTS < best][::-1]), end(EXPONENTS[EXPONENTS > best])))
+    below, above = (EXPONENTS[side].tolist() for side in (EXPONENTS < best, EXPONENTS > best))
+    return Exponent(best, (end(below[::-1]), end(above)))
