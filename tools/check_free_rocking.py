@@ -135,13 +135,16 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=FILE)
     given = parser.parse_args()
     counts = {name: given.tests if name == "CR" else given.dampers for name in LOSSES}
-    rows = [row for name, count in counts.items() if count for row in rows_by(name, count, given.seed)]
-    with given.output.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-    for row in rows:
-        print(f"{row['made_by']:4s} {row['quantity']:15s} {row['share']:.3f}")
+    rows: list[dict[str, Any]] = []
+    for name, count in counts.items():
+        new = rows_by(name, count, given.seed) if count else []
+        rows += new
+        with given.output.open("w", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+        for row in new:
+            print(f"{row['made_by']:4s} {row['quantity']:15s} {row['share']:.3f}", flush=True)
     shares = [row["share"] for row in rows if row["made_by"] == "CR" and "excluded" not in row["quantity"]]
     return 0 if all(ALLOWED[0] <= share <= ALLOWED[1] for share in shares) else 1
 
