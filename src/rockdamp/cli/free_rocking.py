@@ -22,7 +22,7 @@ FREE_ROCKING_EXAMPLE = (
     "rockdamp calibrate --free-rocking examples/my-free-rocking-2.csv --thickness 250mm --height 3m"
     " --hinge-ratio 0.6 --plot free-rocking.png"
 )
-OF_RECORDS = ("record", "posterior", "damping_model", "evidence", "priors", "seed")
+OF_RECORDS = ("record", "records", "posterior", "damping_model", "evidence", "loss_by_run", "priors", "seed")
 RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
 SHOWN = 12  # impacts that are printed
 
@@ -45,7 +45,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
             raise click.UsageError(
                 f"{str(files[0])!r} stands without an option; it must follow --record or --free-rocking"
             )
-        if not options["record"]:
+        if not any(options.get(name) for name in ("record", "records")):
             raise click.UsageError(
                 "there must be --record FILE, or --free-rocking FILE for a test without ground motion"
             )
@@ -59,9 +59,9 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
     from rockdamp.identification.free_rocking import calibrate_free_rocking
     from rockdamp.motions.free_rocking import read_free_rocking
 
-    for name in OF_RECORDS:
-        if was_given(name):
-            option = "--" + name.replace("_", "-")
+    for parameter in click.get_current_context().command.params:
+        if parameter.name in OF_RECORDS and was_given(parameter.name):
+            option = parameter.opts[0]
             raise click.UsageError(
                 f"{option} belongs to a record with ground motion; --free-rocking must be without it"
             )
