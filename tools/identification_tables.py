@@ -1,6 +1,9 @@
 """Tables of docs/identification.md: how often intervals hold the truth, evidence, and random tests."""
 
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 import xarray as xr
 from markdown_tables import models, percent, table
 
@@ -12,6 +15,7 @@ Data = dict[str, xr.Dataset]
 IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
 RANDOM_TESTS = "random-tests-7"  # that tools/check_posterior.py --tests keeps
 LEVELS = (0.5, 0.9)
+FREE_ROCKING = Path(__file__).with_name("free-rocking-check.csv")
 PARAMETERS = {
     "yield_displacement_ratio": "a1",
     "strength_ratio": "b1",
@@ -86,3 +90,26 @@ def random_tests(data: Data) -> str:
     causes["another reason"] = len(refused) - sum(causes.values())
     why = "; ".join(f"{words}: {int(count)}" for words, count in causes.items())
     return f"{table(head, table_rows)}\n\nWhy tests were refused: {why}."
+
+
+def free_rocking(_: Data) -> str:
+    """How often intervals of free-rocking tests hold the truth, and which damper they exclude: the stored check."""
+    rows = pd.read_csv(FREE_ROCKING)
+    share = rows.set_index(["made_by", "quantity"])["share"]
+    counts = rows.groupby("made_by", sort=False)[["tests", "refused"]].first()
+    head = ["a1", "b1", "e", "gamma"]
+    shown = [[percent(share["CR", name]) for name in head]]
+    first, refused = counts.loc["CR"]
+    judged = list(dict.fromkeys(name for _, name in share.index if name.endswith(" excluded")))
+    excluded = [
+        [maker, str(counts.loc[maker, "tests"]), *(percent(share[maker, name]) for name in judged)]
+        for maker in counts.index
+    ]
+    fitted = f"Of {first + refused} tests {first} were fitted, and {refused} refused.\n\n{table(head, shown)}"
+    if not judged:
+        return fitted
+    return (
+        f"{fitted}\n\n"
+        "Share of tests that exclude a damper, by what made them:\n\n"
+        f"{table(['made by', 'tests', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
+    )

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, random_tests, support
+from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, free_rocking, random_tests, support
 from markdown_tables import models, percent, table
 from order_tables import by_band, orders
 from rocking_tables import ROCKING, rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
@@ -315,7 +315,7 @@ def verdicts(data: Data) -> str:
 
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
-_LAST = (local_damping, by_program, response_length, coverage, random_tests, support, *_ROCKING, verdicts)
+_LAST = (local_damping, by_program, response_length, coverage, random_tests, support, free_rocking, *_ROCKING, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 

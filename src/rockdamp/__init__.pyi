@@ -14,12 +14,16 @@ from .errors import InputWarning as InputWarning
 from .histories.labelled import free_decay as free_decay
 from .histories.labelled import respond as respond
 from .identification.calibration import calibrate as calibrate
+from .identification.free_rocking import calibrate_free_rocking as calibrate_free_rocking
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion
 from .motions.catalogue import load_records as load_records
+from .motions.free_rocking import FreeRocking as FreeRocking
+from .motions.free_rocking import read_free_rocking as read_free_rocking
+from .motions.free_rocking import write_free_rocking as write_free_rocking
 from .motions.intensity import IntensityMeasures as IntensityMeasures
 from .motions.intensity import intensity_measures as intensity_measures
 from .motions.intensity import spectral_acceleration as spectral_acceleration

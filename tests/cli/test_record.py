@@ -23,6 +23,8 @@ def test_raw_channels_become_a_record_and_a_picture(tmp_path):
     told, made = json.loads(result.stdout), rd.read_record(output)
     assert told["samples"] == made.elapsed.size
     assert told["peak_displacement"] == float(np.abs(made.displacement).max())
+    assert told["displacement_offset_removed"] == float(made.header["zero_removed_m"])
+    assert not result.stderr.count("not at rest")
     assert plot.read_bytes().startswith(b"\x89PNG")
     ground, moved = record_figure(made).axes
     np.testing.assert_allclose(moved.lines[0].get_ydata(), 1000 * made.displacement)
@@ -37,3 +39,18 @@ def test_a_channel_that_is_not_there_is_named_with_its_file(tmp_path):
     )
     assert result.exit_code == 2 and not output.exists()
     assert f"{RAW}: column 'v' is not there; it must be one of t, a, d1, d2" in result.stderr
+
+
+def test_a_rest_with_the_motion_in_it_is_doubted_and_what_was_removed_is_printed(tmp_path):
+    output = str(tmp_path / "made.csv")
+    result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", "1.55", "--output", output])
+    assert result.exit_code == 0
+    doubts = [line for line in result.stderr.splitlines() if line.startswith("warning:")]
+    assert len(doubts) == 2 and all("the first 1.55 s are not at rest" in doubt for doubt in doubts)
+    header = rd.read_record(output).header
+    removed = (
+        f"{float(header['acceleration_offset_removed_m_s2']):.5g}",
+        f"{1000 * float(header['zero_removed_m']):.5g}",
+    )
+    for text, unit in zip(removed, ("m s-2", "mm"), strict=True):
+        assert f"{text} {unit}" in result.stdout

@@ -5,7 +5,7 @@ import re
 import pytest
 import xarray as xr
 import yaml
-from howto_pages import blocks, follow, make_tree
+from howto_pages import blocks, follow, make_tree, python
 from repository import ROOT
 
 from rockdamp.vocabulary import VISCOUS_MODELS
@@ -47,6 +47,9 @@ def test_your_own_test_becomes_parameters_dampers_and_a_figure(tree):
     assert (results / "figures/fig8.pdf").is_file() and (results / "figures/fig8.png").is_file()
     assert (results / "coefficients.csv").read_text(encoding="utf-8").count("\nCDR,") == 3
     assert "synthetic: yes" in (tree.place / "my-test.csv").read_text(encoding="utf-8")
+    fitted = python(tree, "-c", blocks("your-test", "python")[0])
+    assert "restitution" in fitted and "of the analytical" in printed
+    assert (tree.place / "my-free-rocking.png").stat().st_size > 10_000
     assert "effective draws" in printed and (tree.place / "posterior.png").stat().st_size > 10_000
 
 

@@ -10,6 +10,7 @@ import rockdamp as rd
 CURVE, DAMPING, WALL = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05), rd.Wall(0.3, 4.5)
 TIME = 0.01 * np.arange(100)
 RECORD = rd.Record(TIME, 3 * np.sin(2 * np.pi * TIME), 0.01 * np.sin(TIME), {"synthetic": "yes"})
+TEST = rd.FreeRocking([0.0, 0.5], displacement=[0.0, 0.1])
 RUN = {"curve": CURVE, "damping": DAMPING, "step": 0.01, "steps": 20}
 SHAPE = {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85}
 CLOSED = {"curve": CURVE, "damping_model": "CDR", "restitution": 0.85, "release_amplitude": 0.5}
@@ -52,6 +53,10 @@ CALLS = {
     "load_records": (rd.load_records, {"records": "none.csv"}),
     "fit_fragility": (rd.fit_fragility, {"intensity": [0.2, 0.4, 0.8], "collapses": [0, 3, 9], "runs": 10}),
     "assess": (rd.assess, {"wall": WALL, "curve": CURVE, "records": "none.csv", "pgv": 0.4}),
+    "FreeRocking": (rd.FreeRocking, {"elapsed": [0.0, 1.0], "displacement": [0.0, 1.0]}),
+    "read_free_rocking": (rd.read_free_rocking, {"path": "data/none.csv"}),
+    "write_free_rocking": (rd.write_free_rocking, {"path": "attacked.csv", "test": TEST}),
+    "calibrate_free_rocking": (rd.calibrate_free_rocking, {"tests": TEST, "wall": WALL}),
     "calibrate": (rd.calibrate, {"record": RECORD, "wall": WALL}),
 }
 # What functions return and raise: nobody calls these.
@@ -65,6 +70,8 @@ WRONG = {
     **dict.fromkeys(("curve", "wall", "damping", "record", "reference"), [None, "x", 0.3, RUN, rd.Wall]),
     **dict.fromkeys(("softening", "model", "damping_model", "scheme", "name"), [None, "", "CDRR", b"CDR", 3, ["CDR"]]),
     **dict.fromkeys(("steps", "substeps", "store_every", "threads", "points"), [None, 0.5, "2", True, [2], -1]),
+    **dict.fromkeys(("test", "tests"), [None, "x", 0.3, RECORD, [RECORD], []]),
+    "uncertain": ["x", 0.3, ["thickness"], {"x": 0.1}, {"thickness": "a"}, {"thickness": -1}],
     "path": [None, "", "a\0b", 3, ["a"]],
     "records": [None, "", 3, [3], [None], {}],
     "displacement": [None, "a", True, 1j],  # of a reference; finite or not is seen by the solver

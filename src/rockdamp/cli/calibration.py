@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
+from rockdamp.cli.free_rocking import FREE_ROCKING_EXAMPLE, or_free_rocking
 from rockdamp.cli.options import json_option, make_wall, refuse_unused, softening_options, wall_options, with_default
 from rockdamp.cli.types import Measured, OutputFile, Uncertain, Whole
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
@@ -36,13 +37,14 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     examples=[
         "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --output calibration.nc --plot calibration.png",
+        FREE_ROCKING_EXAMPLE,
     ],
 )
+@or_free_rocking
 @click.option(
     "--record",
     "records",
     type=click.Path(path_type=Path),
-    required=True,
     multiple=True,
     metavar="FILE",
     help="Record to read: CSV of this project. Several, each with its own --record, are runs of one --posterior.",
@@ -70,13 +72,15 @@ def calibrate_command(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Fit a1, b1 and e to a measured record.
+    """Fit a1, b1 and e to a measured record, or with --free-rocking to tests without ground motion, FILES.
 
     By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
     with the sensors' zero, drift and noise as unknowns. A posterior is refused where it cannot be drawn from. The
     record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
     taken as known; its thickness, height, hinge and overburden may have a standard deviation, as 110mm±2mm or
-    0.11+-0.002. A record is refused if the best fit leaves far more of it than noise.
+    0.11+-0.002. A record is refused if the best fit leaves far more of it than noise. Of free-rocking tests (pull and
+    release) each impact's e, and how the loss depends on the amplitude, are printed too; several tests of one specimen
+    go into one estimate.
     """
     from rockdamp.identification import calibration, identify
     from rockdamp.motions.records import read_record

@@ -91,12 +91,15 @@ damping_options = _all(
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
 
-record_option = click.option(
-    "--record",
-    type=click.Path(path_type=Path),
-    required=True,
-    metavar="FILE",
-    help="Record to read: CSV of this project, or PEER AT2.",
+record_option, optional_record_option = (
+    click.option(
+        "--record",
+        type=click.Path(path_type=Path),
+        required=required,
+        metavar="FILE",
+        help="Record to read: CSV of this project, or PEER AT2.",
+    )
+    for required in (True, False)
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 

@@ -3,15 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
-from rockdamp.cli.options import json_option, with_default
+from rockdamp.cli.options import json_option, was_given, with_default
 from rockdamp.cli.types import Number, OutputFile, Quantity
 
-UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s-2", "peak_displacement": "m"}
+if TYPE_CHECKING:
+    from rockdamp.motions.free_rocking import FreeRocking
+    from rockdamp.motions.records import Record
+
+CHANNELS = ("table_acceleration", "table_velocity", "wall", "table")
+SHARED = ("lowpass", "rate", "specimen", "source", "synthetic")
+OF_RECORDS = ("table_acceleration", "table_velocity", "table", "rest", "baseline")
+OF_FREE_ROCKING = ("rotation",)
+MILLI = 1000.0
+UNITS = {  # as printed; JSON is in SI throughout
+    "samples": "-",
+    "step": "s",
+    "duration": "s",
+    "peak_acceleration": "m s-2",
+    "peak_displacement": "m",
+    "acceleration_offset_removed": "m s-2",
+    "displacement_offset_removed": "mm",
+    "lowest_displacement": "m",
+    "highest_displacement": "m",
+    "lowest_rotation": "rad",
+    "highest_rotation": "rad",
+}
 
 
 @click.command(
@@ -19,6 +40,8 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
     examples=[
         "rockdamp record examples/my-test-raw.csv --time t --table-acceleration a:g --wall d1:mm --table d2:mm"
         " --rest 0.2s --synthetic --output my-test.csv --plot my-test.png",
+        "rockdamp record examples/my-free-rocking-raw.csv --free-rocking --time t:ms --wall d:mm --synthetic"
+        " --output my-free-rocking.csv",
     ],
 )
 @click.argument("raw", type=click.Path(path_type=Path))
@@ -28,6 +51,8 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
 @click.option("--wall", metavar="COLUMN:UNIT", help="Column of the wall's displacement at its hinge.")
 @click.option("--table", metavar="COLUMN:UNIT", help="Column of the table's displacement, subtracted from the wall's.")
 @with_default("--rest", type=Quantity("s"), default=0.5, help="Rest at the start; zeros are its means.")
+@click.option("--free-rocking", is_flag=True, help="Make a pull-and-release test, without a motion of the ground.")
+@click.option("--rotation", metavar="COLUMN:UNIT", help="With --free-rocking: column of the rotation, as r:deg.")
 @click.option("--lowpass", type=Number(), help="Corner of a low-pass filter without delay, in Hz.")
 @click.option("--rate", type=Number(), help="Sampling rate of the record, in Hz.  [default: that of the channels]")
 @with_default(
@@ -42,39 +67,62 @@ UNITS = {"samples": "-", "step": "s", "duration": "s", "peak_acceleration": "m s
 @click.option("--output", type=OutputFile(".csv"), required=True, help="Write the record.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the record.")
 @json_option
-def record(raw: Path, output: Path, plot: Path | None, as_json: bool, **options: Any) -> None:
-    """Make a record from raw channels of a laboratory.
+def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocking: bool, **options: Any) -> None:
+    """Make a record, or a free-rocking test, from raw channels of a laboratory.
 
     RAW is a table of numbers, with or without a line of names; a COLUMN is a name, or a number from 1 on. The header of
     the record states units, filter, resampling, zero and baseline, and that displacements are relative to the table. A
-    table of times and velocities is a motion too.
+    table of times and velocities is a motion too. A free-rocking test has the displacement of the wall or its rotation
+    alone; its zero is not taken off, as the fit finds it.
     """
-    from rockdamp.motions.laboratory import Channel, laboratory_record, read_raw
+    from rockdamp.motions.free_rocking import write_free_rocking
+    from rockdamp.motions.laboratory import Channel, laboratory_free_rocking, laboratory_record, read_raw
     from rockdamp.motions.records import write_record
 
-    channels = {name: options.pop(name) for name in ("time", "table_acceleration", "table_velocity", "wall", "table")}
+    for name in OF_RECORDS if free_rocking else OF_FREE_ROCKING:
+        if was_given(name):
+            option = "--" + name.replace("_", "-")
+            where = "a test with ground motion; --free-rocking must be without it" if free_rocking else "--free-rocking"
+            raise click.UsageError(f"{option} belongs to {where}")
+    names = ("wall", "rotation") if free_rocking else CHANNELS
+    channels = {name: options[name] for name in ("time", *names)}
+    settings = {name: options[name] for name in (*SHARED, *(() if free_rocking else ("rest", "baseline")))}
     usual = {"time": "s"}
     parsed: dict[str, Any] = {
         name: Channel.of(text, usual.get(name, "")) for name, text in channels.items() if text is not None
     }
     table = read_raw(raw)
     with concerning(raw):
-        made = laboratory_record(table, **parsed, **options)
-    write_record(output, made)
+        make: Any = laboratory_free_rocking if free_rocking else laboratory_record
+        made = make(table, **parsed, **settings)
+    write: Any = write_free_rocking if free_rocking else write_record
+    write(output, made)
     click.echo(f"{output} written", err=True)
     if plot is not None:
         from rockdamp.figures.record import record_figure
 
         write_figure(record_figure(made), plot)
-    values = {
-        "samples": made.elapsed.size,
-        "step": made.step,
-        "duration": float(made.elapsed[-1]),
-        "peak_acceleration": float(abs(made.ground_acceleration).max()),
-    }
-    if made.displacement is not None:
-        values["peak_displacement"] = float(abs(made.displacement).max())
+    values = {"samples": made.elapsed.size, "step": made.step, "duration": float(made.elapsed[-1] - made.elapsed[0])}
+    values |= _of_free_rocking(made) if free_rocking else _of_record(made)
     if as_json:
         print_json(values)
     else:
+        if "displacement_offset_removed" in values:
+            values["displacement_offset_removed"] *= MILLI
         print_values(values, UNITS)
+
+
+def _of_free_rocking(made: FreeRocking) -> dict[str, float]:
+    kind = "displacement" if made.rotation is None else "rotation"
+    return {f"lowest_{kind}": float(made.measured.min()), f"highest_{kind}": float(made.measured.max())}
+
+
+def _of_record(made: Record) -> dict[str, float]:
+    values = {"peak_acceleration": float(abs(made.ground_acceleration).max())}
+    removed = {
+        "acceleration_offset_removed": "acceleration_offset_removed_m_s2",
+        "displacement_offset_removed": "zero_removed_m",
+    }
+    if made.displacement is not None:
+        values["peak_displacement"] = float(abs(made.displacement).max())
+    return values | {name: float(made.header[key]) for name, key in removed.items() if key in made.header}

@@ -9,15 +9,18 @@ from matplotlib.figure import Figure
 from rockdamp.figures.single import ACCELERATION, TIME
 from rockdamp.figures.style import DOUBLE_COLUMN, PALE, literal, new_figure, styled
 from rockdamp.figures.validation import MILLIMETRES
+from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
 
 
 @styled
-def record_figure(record: Record) -> Figure:
-    """Draw the histories of a record."""
-    shown = [(ACCELERATION, record.ground_acceleration)]
+def record_figure(record: Record | FreeRocking) -> Figure:
+    """Draw the histories of a record, or that of a free-rocking test."""
+    shown = [(ACCELERATION, record.ground_acceleration)] if isinstance(record, Record) else []
     if record.displacement is not None:
         shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
+    if isinstance(record, FreeRocking) and record.rotation is not None:
+        shown.append((r"rotation [rad]", record.rotation))
     figure = new_figure(DOUBLE_COLUMN, 20.0 + 42.0 * len(shown))
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
     for axes, (label, values) in zip(panels, shown, strict=True):

@@ -11,6 +11,7 @@ from rockdamp.arguments import one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
@@ -79,7 +80,7 @@ class Candidate:
         return Damping(self.name, loss)
 
 
-def true_values(record: Record, names: Sequence[str]) -> Array:
+def true_values(record: Record | FreeRocking, names: Sequence[str]) -> Array:
     """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
     stated = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
     try:

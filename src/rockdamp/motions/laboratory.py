@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import math
 import os
 import re
 from collections.abc import Sequence
@@ -17,7 +18,9 @@ from rockdamp import units
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
+from rockdamp.plausibility import warn
 from rockdamp.storage import input_file
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
@@ -27,6 +30,9 @@ MOST_SAMPLES = 10**7  # of a record: some seconds of work
 KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
 MOST_UNEVEN = 0.5  # of the median interval: how far an interval may be from it
 BASELINES = ("constant", "linear", "none")
+ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}  # [rad]
+# ASSUME: where the rest varies so many times more than the quietest part, and by so much of the peak, it is none.
+RESTLESS, RESTLESS_SHARE = 3.0, 0.005
 
 
 @dataclass(frozen=True)
@@ -181,15 +187,72 @@ def laboratory_record(
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
     even = even - even[0]
     resting = even < rest
+    motion_and_wall = {"acceleration": (motion, "m s-2", 1.0)}
+    if displacement is not None:
+        motion_and_wall["displacement"] = (displacement, "mm", 1000.0)
+    warn([doubt for name, channel in motion_and_wall.items() for doubt in _restless(name, *channel, even, rest)])
     if displacement is not None:
         zero = float(displacement[resting].mean())
         displacement, header["zero_removed_m"] = displacement - zero, f"{zero:.6g}"
     return Record(even, _baseline(even, motion, resting, baseline, header), displacement, header)
 
 
+def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> list[str]:
+    """Return a doubt where a channel varies far more in its rest than in its quietest part of the same length."""
+    count = int(np.count_nonzero(elapsed < rest))
+    starts = range(0, values.size - count + 1, max(count // 4, 1))
+    spreads = [float(np.std(values[start : start + count])) for start in starts]
+    quietest = int(np.argmin(spreads))
+    enough = max(RESTLESS * spreads[quietest], RESTLESS_SHARE * float(np.abs(values).max()))
+    if spreads[0] <= enough:
+        return []
+    zero, there, least = (factor * value for value in (float(np.mean(values[:count])), spreads[0], spreads[quietest]))
+    return [
+        f"the first {rest:g} s are not at rest: the {name} varies there by {there:.2g} {unit} (standard deviation), and"
+        f" by {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; their mean,"
+        f" {zero:.3g} {unit}, is no zero: the rest must end before the motion begins"
+    ]
+
+
+def laboratory_free_rocking(
+    raw: Raw,
+    *,
+    time: Channel,
+    wall: Channel | None = None,
+    rotation: Channel | None = None,
+    lowpass: float | None = None,
+    rate: float | None = None,
+    specimen: str = "not stated",
+    source: str = "not stated",
+    synthetic: bool = False,
+) -> FreeRocking:
+    """Make a free-rocking test of a raw channel: units to SI, the low-pass filter, one rate. No zero is taken off.
+
+    Parameters
+    ----------
+    wall, rotation : Channel
+        One of them: the displacement at the hinge or at the top of a parapet, or the rotation of the lower body.
+    lowpass, rate, specimen, source, synthetic
+        As of `laboratory_record`.
+    """
+    if (wall is None) == (rotation is None):
+        raise InputError("a free-rocking test must be given once: as wall, a displacement, or as rotation")
+    header = {"specimen": specimen, "source": source, "units": "s, m" if wall else "s, rad"}
+    header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
+    elapsed = _in(raw, time, "s", "time", header)
+    interval = _check_time(elapsed)
+    even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
+    name, channel, unit = ("wall", wall, "m") if wall is not None else ("rotation", rotation, "rad")
+    assert channel is not None
+    moved = CubicSpline(elapsed, _in(raw, channel, unit, name, header))(even)
+    even, moved, _ = _filtered(even, moved, None, lowpass, rate, header)
+    displacement, turned = (moved, None) if name == "wall" else (None, moved)
+    return FreeRocking(even - even[0], displacement, turned, header)
+
+
 def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str]) -> Array:
     """Return a channel in SI, and state its factor in the header."""
-    factor = units.size(channel.unit, unit)
+    factor = ANGLES.get(channel.unit.lower()) if unit == "rad" else units.size(channel.unit, unit)
     if factor is None:
         raise InputError(f"{name} has the unit {channel.unit!r}, which is none of its kind, as {EXAMPLES[name]}")
     header[f"{name}_channel"] = f"{channel.column}, times {factor:.9g}"
@@ -202,6 +265,7 @@ EXAMPLES = {
     "table_velocity": "m/s, mm/s, in/s",
     "wall": "mm, cm, m, in",
     "table": "mm, cm, m, in",
+    "rotation": ", ".join(ANGLES),
 }
 
 

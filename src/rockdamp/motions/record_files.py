@@ -27,6 +27,7 @@ ACCELERATIONS = {  # the columns that an acceleration may be read from, and thei
     "ground_acceleration_g": ("g", STANDARD_GRAVITY),
     "ground_acceleration_cm_s2": ("cm s-2", 0.01),
 }
+ROCKING_COLUMNS = ("displacement_m", "rotation_rad")  # of a free-rocking test: one of them
 KEYS = ("synthetic", "units", "pulse_period")  # of a CSV's header, that change what is done with the record
 SI = "s, m s-2"
 
@@ -76,11 +77,7 @@ def require_stated(stated: str, acceleration: str, remedy: str) -> None:
 
 def csv(lines: Sequence[str]) -> Parts:
     """Parse this project's CSV."""
-    start = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    header = _header(lines[:start])
-    if start == len(lines):
-        raise InputError(f"has a header only; columns {', '.join(COLUMNS[:2])} must follow it")
-    names = [name.strip(' "') for name in lines[start].split(",")]
+    header, names, start = _names(lines, COLUMNS[:2])
     _check_columns(names, start + 1)
     (column,) = (name for name in names if name in ACCELERATIONS)
     unit, factor = ACCELERATIONS[column]
@@ -94,6 +91,32 @@ def csv(lines: Sequence[str]) -> Parts:
         acceleration = acceleration * factor
         header["units"] = f"{SI}, m" if COLUMNS[2] in names else SI
     return Parts(values["elapsed_s"], acceleration, values.get(COLUMNS[2]), header, unit)
+
+
+def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array | None], dict[str, str]]:
+    """Parse a free-rocking test: times, the displacement and the rotation, of which one is None, and the header."""
+    header, names, start = _names(lines, (COLUMNS[0], " or ".join(ROCKING_COLUMNS)))
+    allowed = f"the columns must be {COLUMNS[0]} and one of {', '.join(ROCKING_COLUMNS)}"
+    if sorted(names) not in [sorted((COLUMNS[0], column)) for column in ROCKING_COLUMNS]:
+        hint = "; a free-rocking test has no motion of the ground" if set(names) & set(ACCELERATIONS) else ""
+        raise InputError(f"columns on line {start + 1} are {', '.join(names)}; {allowed}{hint}")
+    for name in re.split("[,;]", header.get("units", "s")):
+        allowed_units = ("s", "m") if ROCKING_COLUMNS[0] in names else ("s", "rad")
+        if name.strip() not in allowed_units:
+            wrong = f"the numbers are taken in {' and '.join(allowed_units)}: they must be converted"
+            raise InputError(f"units is {header['units']!r} and has {name.strip()!r}; {wrong}")
+    values = _columns(lines, start + 1, names)
+    check_time(values[COLUMNS[0]], lambda index: f"on line {start + 2 + index}")
+    return values[COLUMNS[0]], (values.get(ROCKING_COLUMNS[0]), values.get(ROCKING_COLUMNS[1])), header
+
+
+def _names(lines: Sequence[str], expected: Sequence[str]) -> tuple[dict[str, str], list[str], int]:
+    """Return the header, the names of the columns, and the index of the line that names them."""
+    start = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    header = _header(lines[:start])
+    if start == len(lines):
+        raise InputError(f"has a header only; columns {', '.join(expected)} must follow it")
+    return header, [name.strip(' "') for name in lines[start].split(",")], start
 
 
 def _columns(lines: Sequence[str], first: int, names: Sequence[str]) -> Mapping[str, Array]:

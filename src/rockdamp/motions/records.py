@@ -81,10 +81,7 @@ class Record(ByValue):
                 )
             check_finite(values, column, lambda index: f"at sample {index}")
         check_time(self.elapsed, lambda index: f"at sample {index}")
-        object.__setattr__(self, "header", MappingProxyType(_header(self.header)))
-        answer = self.header.get("synthetic", "no")
-        if answer not in ANSWERS:
-            raise InputError(f"synthetic is {answer!r}; it must be yes or no")
+        object.__setattr__(self, "header", MappingProxyType(checked_header(self.header)))
         if "units" in self.header:
             record_files.require_stated(self.header["units"], "m s-2", "they must be converted")
 
@@ -103,8 +100,8 @@ class Record(ByValue):
         return ANSWERS[self.header.get("synthetic", "no")]
 
 
-def _header(stated: Mapping[str, str]) -> dict[str, str]:
-    """Return a header with its keys in small letters."""
+def checked_header(stated: Mapping[str, str]) -> dict[str, str]:
+    """Return a header with its keys in small letters; refuse a key that stands there twice, and an odd `synthetic`."""
     instance("header", stated, Mapping)
     for key, value in stated.items():
         instance("a key of the header", key, str)
@@ -112,7 +109,20 @@ def _header(stated: Mapping[str, str]) -> dict[str, str]:
     header = {key.strip().lower(): value for key, value in stated.items()}
     if len(header) < len(stated):
         raise InputError(f"the header has the keys {', '.join(map(str, stated))}; each must stand there once")
+    answer = header.get("synthetic", "no")
+    if answer not in ANSWERS:
+        raise InputError(f"synthetic is {answer!r}; it must be yes or no")
     return header
+
+
+def header_lines(header: Mapping[str, str]) -> str:
+    """Return the lines ``# key: value`` of a header, or raise `InputError` where it cannot be written so."""
+    for key, value in header.items():
+        line = f"{key}{value}"
+        if not key or key.startswith("#") or ":" in key or not line.isprintable():
+            allowed = "one line without control characters, the key without a colon and not beginning with #"
+            raise InputError(f"header key {key!r} is {value!r}; it must be {allowed}")
+    return "".join(f"# {key}: {value}\n" for key, value in header.items())
 
 
 def followed_by_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
@@ -201,15 +211,9 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     0.02,0.0
     """
     path, record = file_path("path", path), instance("record", record, Record)
-    for key, value in record.header.items():
-        line = f"{key}{value}"
-        if not key or key.startswith("#") or ":" in key or not line.isprintable():
-            allowed = "one line without control characters, the key without a colon and not beginning with #"
-            raise InputError(f"header key {key!r} is {value!r}; it must be {allowed}")
     columns = zip(COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True)
     frame = pd.DataFrame({name: values for name, values in columns if values is not None})
-    header = "".join(f"# {key}: {value}\n" for key, value in record.header.items())
-    text = header + frame.to_csv(index=False, lineterminator="\n")
+    text = header_lines(record.header) + frame.to_csv(index=False, lineterminator="\n")
     try:
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")

@@ -1,0 +1,149 @@
+"""Simulate free-rocking tests by an integrator that shares no code with the package: SciPy's DOP853 with events.
+
+`.venv/bin/python tools/free_rocking_tests.py` writes the examples: examples/my-free-rocking-raw.csv, a logger's raw
+channels, and examples/my-free-rocking-2.csv, a second release of the same specimen. `tools/check_free_rocking.py` draws
+many specimens. Forces and masses are in N and kg, by the paper's Eqs. (2), (5), (6) and Section 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+FOLDER = Path(__file__).resolve().parents[1] / "examples"
+GRAVITY, DENSITY = 9.80665, 1800.0
+ACCURACY = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-12}
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A wall with its curve, its loss at impacts, or a damper C = 2 m w1 xi (w/w1)^n in place of them."""
+
+    thickness: float
+    height: float
+    hinge_ratio: float
+    overburden_ratio: float
+    a1: float
+    b1: float
+    e: float
+    scatter: float = 0.0  # standard deviation of ln e from impact to impact
+    xi: float = 0.0
+    n: float = 0.0
+
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """F0 [N] and K0 [N/m] of the rigid wall, and its effective mass [kg]; of a strip one metre wide."""
+        mass = DENSITY * self.thickness * self.height
+        weight, load = mass * GRAVITY, self.overburden_ratio * mass * GRAVITY
+        low, high = self.hinge_ratio * self.height, (1 - self.hinge_ratio) * self.height
+        strength = 2 * (weight + load) * self.thickness / low + load * self.thickness / high
+        return strength, 2 * (weight + load) / low + 2 * load / high, 2 * mass / 3
+
+    @property
+    def u_ins(self) -> float:
+        """Displacement at which the rigid wall falls. [m]"""
+        strength, stiffness, _ = self.constants
+        return strength / stiffness
+
+    def force(self, u: float) -> float:
+        """Restoring force of the tri-linear law, a3 = 1. [N]"""
+        strength, stiffness, _ = self.constants
+        yielded = self.b1 * strength
+        size = min(yielded * abs(u) / (self.a1 * self.u_ins), yielded, strength - stiffness * abs(u))
+        return float(np.copysign(max(size, 0.0), u))
+
+    def acceleration(self, u: float, v: float) -> float:
+        """Acceleration of free motion. [m s-2]"""
+        strength, _, mass = self.constants
+        loss = 0.0
+        if self.xi:
+            first = np.sqrt(self.b1 * strength / (self.a1 * self.u_ins) / mass)
+            now = np.sqrt(self.force(u) / u / mass) if abs(u) > 1e-9 * self.u_ins else first
+            loss = 2 * first * self.xi * (now / first) ** self.n * v
+        return -self.force(u) / mass - loss
+
+
+def decay(specimen: Specimen, release: float, step: float, longest: float, least: float, random: Any):
+    """Return the displacement from the release on [m], at intervals of `step` [s], and e of each impact.
+
+    It ends after the time `longest` [s], or where the amplitude falls below `least`. [m]
+    """
+    strength, _, mass = specimen.constants
+    slowest = least * np.sqrt(specimen.b1 * strength / (specimen.a1 * specimen.u_ins) / mass)
+
+    def motion(_: float, state: Any) -> list[float]:
+        return [state[1], specimen.acceleration(*state)]
+
+    def zero(_: float, state: Any) -> float:
+        return float(state[0])
+
+    zero.terminal = True  # type: ignore[attr-defined]
+    times = step * np.arange(int(longest / step) + 1)
+    moved, now, state, impacts = np.zeros(times.size), 0.0, np.array([release, 0.0]), []
+    while now < times[-1] and (state[0] or abs(state[1]) > slowest):
+        zero.direction = -np.sign(state[0] + state[1] * 1e-9)  # type: ignore[attr-defined]
+        part = solve_ivp(motion, (now, times[-1]), state, events=zero, dense_output=True, **ACCURACY)
+        within = (times >= now) & (times <= part.t[-1])
+        moved[within] = part.sol(times[within])[0]
+        if part.status != 1:
+            break
+        now = float(part.t[-1])
+        kept = min(specimen.e * np.exp(specimen.scatter * random.standard_normal()), 1.0) if not specimen.xi else 1.0
+        impacts.append(kept)
+        state = np.array([0.0, kept * part.y[1, -1]])
+    return moved[times <= now], impacts
+
+
+def channel(moved: Any, step: float, *, held: float, late: float, rest: float, noise: float, drift: float, random: Any):
+    """Return times [s] and what a sensor shows of a decay: held before the release, or cut off; then at rest. [m]
+
+    Its zero, a linear drift, a random walk, white noise and the logger's steps of 0.01 mm are added.
+    """
+    before = np.full(int(held / step), moved[0])
+    shown = np.concatenate([before, moved, np.zeros(int(rest / step))])[int(late / step) :]
+    elapsed = step * np.arange(shown.size)
+    walk = 0.1 * noise * np.cumsum(random.standard_normal(shown.size)) * np.sqrt(step)
+    zero = 10 * noise * random.standard_normal()
+    shown = shown + zero + drift * elapsed + walk + noise * random.standard_normal(shown.size)
+    return elapsed, np.round(shown, 5)
+
+
+# The examples: a wall of 250 mm without overburden, released from half and from a quarter of u_ins.
+EXAMPLE = Specimen(0.25, 3.0, 0.6, 0.0, a1=0.05, b1=0.82, e=0.875, scatter=0.015)
+STEP, NOISE, DRIFT = 0.002, 2e-4, 1.5e-4  # 500 Hz; [m] and [m/s]
+SOURCE = "computed by tools/free_rocking_tests.py: SciPy's DOP853 from impact to impact, then noise and drift"
+
+
+def examples() -> dict[str, str]:
+    """Return the text of each example by the name of its file."""
+    texts = {}
+    for number, (share, held) in enumerate([(0.5, 0.8), (0.25, 0.5)], 1):
+        random = np.random.RandomState(2026 + number)
+        release = share * EXAMPLE.u_ins
+        moved, _ = decay(EXAMPLE, release, STEP, 8.0, NOISE, random)
+        elapsed, shown = channel(moved, STEP, held=held, late=0.0, rest=1.0, noise=NOISE, drift=DRIFT, random=random)
+        header = {
+            "specimen": f"wall 0.25 m thick and 3 m high, hinge at 0.6 of its height, release {number}; computed",
+            "source": SOURCE,
+            "licence": "CC0-1.0",
+            "synthetic": "yes",
+        }
+        lines = [f"# {key}: {value}" for key, value in header.items()]
+        if number == 1:  # a logger's raw channels: ms after it was switched on, mm from the sensor's zero
+            rows = [f"{1000 * t:.0f};{1000 * u + 12.5:.2f}" for t, u in zip(elapsed, shown, strict=True)]
+            texts["my-free-rocking-raw.csv"] = "\n".join([*lines, "t;d", *rows]) + "\n"
+            continue
+        true = {"yield_displacement_ratio": EXAMPLE.a1, "strength_ratio": EXAMPLE.b1, "restitution": EXAMPLE.e}
+        lines += ["# units: s, m", *(f"# generator_{name}: {value:g}" for name, value in true.items())]
+        rows = [f"{t:.3f},{u:.5f}" for t, u in zip(elapsed, shown, strict=True)]
+        texts[f"my-free-rocking-{number}.csv"] = "\n".join([*lines, "elapsed_s,displacement_m", *rows]) + "\n"
+    return texts
+
+
+if __name__ == "__main__":
+    for name, text in examples().items():
+        (FOLDER / name).write_text(text, encoding="utf-8")
