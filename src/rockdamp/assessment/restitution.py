@@ -12,7 +12,10 @@ Rocking = Wall | Parapet
 
 # By the name of the rule: what it gives, and what it is called for a wall.
 RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
-    "measured": (lambda wall: SORRENTINO_RATIO * wall.restitution, f"{SORRENTINO_RATIO:.2f} of Eq. (7), as measured"),
+    "measured": (
+        lambda wall: wall.restitution_measured,
+        f"{SORRENTINO_RATIO:.2f} of Eq. (7), the mean of tests of other walls",
+    ),
     "analytical": (lambda wall: wall.restitution, "Eq. (7): angular momentum about the new base pivot"),
     "impulsive": (lambda wall: wall.restitution_impulsive, "with the impulse of every support"),
 }

@@ -158,6 +158,7 @@ def respond(
     substeps = batch.steps_within(record.step, step, forcing.intervals)
     every = substeps if histories else None
     response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
+    _question_rest(batch, response, motion)
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(_described)
@@ -171,6 +172,17 @@ def _warn_of_motion(ground: Array, scale: Array) -> None:
     doubts = [doubt for factor in np.ravel(scale) for doubt in plausibility.of_motion(pga, scale=float(factor))]
     if len(doubts) == np.size(scale):
         plausibility.warn(doubts[:1])
+
+
+def _question_rest(batch: _Batch, response: Response, ground: Array) -> None:
+    """Ask whether a motion that rocks no wall of the batch was meant in g, where that would."""
+    a1 = batch.curve.yield_displacement_ratio
+    if batch.wall is None or not (response.peak < a1).all():
+        return
+    pga = float(np.abs(ground).max() * np.abs(batch.values["scale_factor"]).max(initial=0.0))
+    onset = float(np.min(batch.wall.rocking_onset(batch.curve.strength_ratio)))
+    if plausibility.was_g(pga, onset):
+        plausibility.warn(plausibility.of_response(response.peak, float(np.min(a1)), pga, onset))
 
 
 class _Batch:
