@@ -177,6 +177,20 @@ def test_the_wall_s_dashpot_is_that_of_its_restitution():
     assert f"{c:.5g}" in shown and "if it takes a constant C" in shown
 
 
+def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
+    feet = ("--thickness", "13in", "--height", "13ft 6in", "--width", 2, "--density", "18kN/m3")
+    made = rd.Wall(13 * 0.0254, 162 * 0.0254, width=2, density=18000 / 9.80665)
+    for load, force in (("12kN/m", 24000.0), ("12kN", 12000.0), ("2697.69 lbf", 12000.0)):
+        result = run("wall", *feet, "--overburden", load, "--json")
+        ratio = force / float(made.weight)
+        loaded = rd.Wall(made.thickness, made.height, width=2, density=made.density, overburden_ratio=ratio)
+        assert f"overburden_ratio is {ratio:.4g}: " in result.stderr
+        assert json.loads(result.stdout)["rigid_strength"] == pytest.approx(float(loaded.rigid_strength), rel=1e-5)
+    both = refused("wall", *WALL, "--overburden", "12kN", "--overburden-ratio", 1)
+    assert "--overburden and --overburden-ratio state the same" in both
+    assert "'12' is no load with its unit" in refused("wall", *WALL, "--overburden", 12)
+
+
 def test_amplitudes_beyond_the_curve_are_left_out_unless_asked_for():
     reduced = (*WALL, "--a1", 0.04, "--b1", 0.85, "--a3", 0.55)
     assert "0.6" not in [line.split()[0] for line in run("wall", *reduced).stdout.splitlines() if line]

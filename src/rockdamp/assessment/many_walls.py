@@ -12,7 +12,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, TAIL, collapses
-from rockdamp.assessment.one_wall import beside_each_other, last_halving, level_of, lognormal
+from rockdamp.assessment.one_wall import beside_each_other, last_halving, level_of, lognormal, no_fragility
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -40,6 +40,7 @@ COLUMNS = (
     "unsettled",
     "median_uncertainty",
     "dispersion_uncertainty",
+    "reason",
     "error",
 )
 T = TypeVar("T")
@@ -188,7 +189,10 @@ def _line(one: Answer | BadRow) -> int:
 
 
 def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the written table by the keys of `COLUMNS`, one for each damping model; no value is empty."""
+    """Yield the rows of the written table by the keys of `COLUMNS`, one for each damping model.
+
+    What is not defined is empty, and `reason` says why there is no fragility.
+    """
     if isinstance(one, BadRow):
         yield dict.fromkeys(COLUMNS, "") | {"id": one.id, "error": one.error}
         return
@@ -212,6 +216,7 @@ def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
             "collapses": str(one.collapses[i]),
             "records": str(one.records),
             "unsettled": str(one.changes["unsettled"][i]),
+            "reason": "" if np.isfinite(one.median[i]) else no_fragility(one.stripe_share[i]),
             "error": "",
         }
 

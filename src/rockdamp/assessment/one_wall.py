@@ -232,6 +232,14 @@ def last_halving(counted: Collapses) -> dict[str, Array]:
     }
 
 
+def no_fragility(share: Array) -> str:
+    """Return why shares of collapses at the stripes define no lognormal curve."""
+    lowest = np.flatnonzero(share > 0).min(initial=share.size)
+    highest = np.flatnonzero(share < 1).max(initial=-1)
+    separated = "all records collapse the wall from one stripe on, and none below it"
+    return f"no fragility: {'collapses become fewer with intensity' if lowest < highest else separated}"
+
+
 def missing(answer: xr.Dataset, damping_model: str) -> list[str]:
     """Return why intervals, or the fragility, of a damping model are missing; empty where none is."""
     of_model, name = answer.sel(damping_model=damping_model), answer.attrs["intensity_measure"].lower()
@@ -239,11 +247,7 @@ def missing(answer: xr.Dataset, damping_model: str) -> list[str]:
     few = stations < FEWEST_STATIONS
     reasons = [f"{counted_in(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
     if not np.isfinite(float(of_model[f"median_{name}"])):
-        separated = "no record that collapses the wall at one stripe lets it stand at a stronger one"
-        weaker = "collapses become fewer with intensity"
-        share = of_model["stripe_collapses"].values
-        partly = (share > 0) & (share < int(answer["records"]))
-        reasons.append(f"no fragility: {weaker if partly.sum() > 1 else separated}")
+        reasons.append(no_fragility(of_model["stripe_collapses"].values / int(answer["records"])))
     elif not few and not np.isfinite(of_model[[f"median_{name}_interval", "dispersion_interval"]].to_array()).all():
         reasons.append("no interval of the fragility: under nine in ten replicates of the bootstrap define one")
     return reasons

@@ -77,8 +77,7 @@ def near_to_collapse(peak: Array, collapsed: NDArray[np.bool_], factor: Array) -
 
 def _lanes(wall: Wall | Parapet, count: int, walls: NDArray[np.intp]) -> Wall | Parapet:
     """Return the wall of each lane."""
-    sizes: dict[str, Any] = {
-        field.name: np.broadcast_to(getattr(wall, field.name), count)[walls] for field in fields(wall)
-    }
+    each = {field.name: np.broadcast_to(getattr(wall, field.name), count) for field in fields(wall)}
+    sizes: dict[str, Any] = {name: values[walls] for name, values in each.items()}
     with as_meant():  # it was warned of when it was made
         return replace(wall, **sizes)

@@ -13,10 +13,12 @@ from rockdamp.cli.command import Command, command_line, print_json, write_datase
 from rockdamp.cli.options import (
     CURVE,
     WALL,
+    column_option,
     curve_options,
     json_option,
     make_curve,
     make_wall,
+    named_columns,
     refuse_unused,
     units_option,
     wall_options,
@@ -87,6 +89,7 @@ class Restitution(click.ParamType):
     help="Table of walls, in place of one wall.",
 )
 @click.option("--id", "identifier", help="Identifier of the row of --walls.")
+@column_option
 @records_option
 @pgv_option
 @pga_option
@@ -184,6 +187,7 @@ def _wall(
     from rockdamp.assessment.restitution import DEFAULT_RULE
 
     if table is None:
+        refuse_unused(("columns",), "--walls")
         if identifier is not None:
             raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
         if options["thickness"] is None or options["height"] is None:
@@ -196,7 +200,7 @@ def _wall(
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
-    row = row_of(table, identifier)
+    row = row_of(table, identifier, named_columns(options["columns"]))
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
     return row.wall, row.curve, row.restitution, row.reason

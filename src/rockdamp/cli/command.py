@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 # Options that were renamed: for the old name the error states the new one.
 RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
+SOME_FAILED = 3  # of a table's rows, with --strict
 INTERRUPTED = 130  # by Ctrl-C, as shells count it
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 

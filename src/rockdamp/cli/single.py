@@ -10,10 +10,11 @@ import click
 
 from rockdamp.cli.assessed import show_damping
 from rockdamp.cli.assessment import Restitution
-from rockdamp.cli.command import Command, print_json, print_table, print_values, write_table
+from rockdamp.cli.command import SOME_FAILED, Command, print_json, print_table, print_values, write_table
 from rockdamp.cli.options import (
     CURVE,
     WALL,
+    column_option,
     curve_options,
     imperial,
     json_option,
@@ -21,6 +22,7 @@ from rockdamp.cli.options import (
     make_optional_wall,
     make_wall,
     refuse_unused,
+    strict_option,
     table_of_walls,
     units_option,
     wall_options,
@@ -187,7 +189,9 @@ def _periods(
 @with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
 @click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
+@column_option
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
+@strict_option
 @wall_options(required=False)
 @json_option
 def equivalent_command(
@@ -203,9 +207,9 @@ def equivalent_command(
     """
     if walls is not None:
         refuse_unused(("restitution", *CURVE, *WALL, "response_length"), "one wall, without --walls")
-        _of_walls(walls, release, options["output"], as_json)
+        _of_walls(walls, release, as_json, options)
         return
-    refuse_unused(("output",), "--walls")
+    refuse_unused(("output", "columns", "strict"), "--walls")
     if restitution is None:
         raise click.UsageError("there must be --restitution and a curve, or --walls")
     from rockdamp.equivalence.equivalent import equivalent
@@ -242,12 +246,13 @@ def equivalent_command(
         click.echo(f"\n{stated}", err=True)
 
 
-def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -> None:
+def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any]) -> None:
     """Write or print the damping ratios of a table of walls."""
     from rockdamp.assessment.ratios import COLUMNS, ratios
     from rockdamp.errors import InputError
 
-    rows = list(ratios(table_of_walls(walls), release))
+    output = options["output"]
+    rows = list(ratios(table_of_walls(walls, options["columns"]), release))
     if all(row["damping_ratio"] is None for row in rows):
         raise InputError(f"{walls}: {rows[0]['error']}")
     if output is not None:
@@ -256,6 +261,11 @@ def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -
         print_json(rows)
     elif output is None:
         print_table(rows)
+    failed = sum(row["damping_ratio"] is None for row in rows)
+    if failed:
+        click.echo(f"{failed} of {len(rows)} damping ratios could not be read; the column error says why", err=True)
+        if options["strict"]:
+            click.get_current_context().exit(SOME_FAILED)
 
 
 @click.command(cls=Command, examples=["rockdamp presets"])

@@ -287,7 +287,7 @@ def broken(config: Config) -> Problems:
 
 
 def doubts(config: Config) -> Iterable[ConfigError]:
-    """Yield the walls that masonry walls hardly are, by size, density or load: possible, and likelier a slip of units."""
+    """Yield the walls whose size, density or load masonry hardly has: possible, and likelier a slip of units."""
     walls: dict[str, Wall | Parapet] = {
         "wall": StudySettings.of(config).wall,
         "validation.wall": ValidationSettings.of(config).wall,

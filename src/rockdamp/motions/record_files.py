@@ -19,6 +19,7 @@ from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.motions.sampling import Place, check_finite, check_time
+from rockdamp.storage import tables
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
@@ -75,8 +76,10 @@ def require_stated(stated: str, acceleration: str, remedy: str) -> None:
 
 
 def csv(lines: Sequence[str]) -> Parts:
-    """Parse this project's CSV."""
+    """Parse this project's CSV; semicolons or tabs may divide it, beside decimal commas."""
     start = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    mark = tables.divider(lines[start]) if start < len(lines) else None
+    lines = [tables.with_commas(line, mark) if number >= start else line for number, line in enumerate(lines)]
     header = _header(lines[:start])
     if start == len(lines):
         raise InputError(f"has a header only; columns {', '.join(COLUMNS[:2])} must follow it")
