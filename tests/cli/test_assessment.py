@@ -87,6 +87,7 @@ def test_a_row_of_a_table_is_the_same_wall(tmp_path):
 def test_what_is_written_is_what_is_printed(tmp_path, answer):
     names = {"output": "a.nc", "plot": "a.png", "nrml": "a.xml"}
     options = [part for option, name in names.items() for part in (f"--{option}", tmp_path / name)]
+    options += ["--taxonomy", "MUR/LWAL", "--modelling-dispersion", 0.3]
     result = run("assess", *WALL, *RECORDS, "--pgv", 0.6, *options)
     assert result.exit_code == 0, result.output
     assert "0.171 g" in result.stdout and "as given" in result.stdout and "Wilson" in result.stdout
@@ -95,7 +96,8 @@ def test_what_is_written_is_what_is_printed(tmp_path, answer):
     assert stored["median_pgv"].values.tolist() == answer["median_pgv"].values.tolist()
     assert (tmp_path / "a.png").stat().st_size > 1000
     functions = ElementTree.parse(tmp_path / "a.xml").getroot().findall(".//{*}fragilityFunction")
-    assert "wall-CR-discrete" in [function.get("id") for function in functions]
+    assert "MUR_LWAL-CR-discrete" in [function.get("id") for function in functions]
+    assert "a modelling dispersion of 0.3" in (tmp_path / "a.xml").read_text(encoding="utf-8")
 
 
 def test_the_rules_are_those_of_the_package():
@@ -108,6 +110,8 @@ def test_the_rules_are_those_of_the_package():
     ("arguments", "said"),
     [
         ((*WALL, *RECORDS), "either --pgv or --pga"),
+        ((*WALL, *RECORDS, "--pgv", 0.4, "--project", "x"), "--project must be given with --report"),
+        ((*WALL, *RECORDS, "--pgv", 0.4, "--taxonomy", "x"), "--taxonomy must be given with --nrml"),
         ((*WALL, *RECORDS, "--pgv", 0.4, "--pga", 3), "either --pgv or --pga"),
         ((*WALL, "--pgv", 0.4), "--records"),
         ((*WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2' matches no file"),

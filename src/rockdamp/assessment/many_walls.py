@@ -263,7 +263,7 @@ def fragilities(results: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
     for one in results:
         if isinstance(one, Answer):
             for i, model in enumerate(MODELS):
-                name = f"{one.row.id}-{model}"
+                name = f"{one.row.taxonomy}-{model}"
                 yield Collapse(
                     name,
                     float(one.median[i]),

@@ -24,7 +24,7 @@ from rockdamp.cli.options import (
     wall_options,
     with_default,
 )
-from rockdamp.cli.types import OutputFile, Quantities, Quantity
+from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.units import number
 
 if TYPE_CHECKING:
@@ -45,6 +45,12 @@ records_option = click.option(
 pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
 pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
+modelling_option = with_default(
+    "--modelling-dispersion",
+    type=Number(),
+    default=0.0,
+    help="Dispersion of the model, for --nrml: added to that of the records.",
+)
 tail_option = with_default("--tail", type=Quantity("s"), default=3.0, help="Rest after each record.")
 
 
@@ -97,6 +103,8 @@ class Restitution(click.ParamType):
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @nrml_option
+@click.option("--taxonomy", help="Name of the wall in --nrml, to which an exposure model's taxonomy is mapped.")
+@modelling_option
 @click.option("--report", type=OutputFile(".html"), help="Write a page to print.")
 @click.option("--name", help="Name of the wall on the page of --report.")
 @click.option("--project", default="", help="Project on the page of --report.")
@@ -124,6 +132,8 @@ def assess_command(
     """
     if report is None:
         refuse_unused(("name", "project", "date"), "--report")
+    if options["nrml"] is None:
+        refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
     wall, curve, e, reason = _wall(walls, identifier, options)
     from rockdamp.assessment.one_wall import assess
@@ -144,7 +154,8 @@ def assess_command(
     if options["nrml"] is not None:
         from rockdamp.assessment.openquake import of_wall
 
-        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], options["nrml"])
+        taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
+        write_nrml(of_wall(answer, taxonomy), answer.attrs["intensity_measure"], options["nrml"], modelling)
     typed, constants = typed_in(wall, curve, e), frequencies(wall, curve)
     if report is not None:
         from rockdamp.report.one_wall import page
@@ -171,12 +182,14 @@ def content_of(motions: Iterable[GroundMotion]) -> str:
     return " ".join(f"{motion.name} {motion.record.digest}" for motion in motions)
 
 
-def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
-    """Write fragility functions as NRML."""
+def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modelling: float = 0.0) -> None:
+    """Write fragility functions as NRML, with a modelling dispersion besides that of the records."""
+    from rockdamp.assessment.openquake import description, with_modelling
     from rockdamp.storage import nrml
 
+    text = nrml.text(with_modelling(collapses, modelling), measure, path.stem, description(modelling))
     with writing(path):
-        nrml.write(path, nrml.text(collapses, measure, path.stem, "Collapse of rocking walls, by rockdamp."))
+        nrml.write(path, text)
 
 
 def _wall(

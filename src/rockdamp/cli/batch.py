@@ -8,6 +8,7 @@ import click
 
 from rockdamp.cli.assessment import (
     content_of,
+    modelling_option,
     nrml_option,
     pga_option,
     pgv_option,
@@ -17,7 +18,7 @@ from rockdamp.cli.assessment import (
     write_nrml,
 )
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, write_dataset, write_table
-from rockdamp.cli.options import column_option, json_option, strict_option, table_of_walls
+from rockdamp.cli.options import column_option, json_option, refuse_unused, strict_option, table_of_walls
 from rockdamp.cli.types import OutputFile
 
 MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
@@ -39,6 +40,7 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 @tail_option
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
+@modelling_option
 @strict_option
 @json_option
 def batch(
@@ -50,6 +52,7 @@ def batch(
     tail: float,
     output: Path,
     nrml: Path | None,
+    modelling_dispersion: float,
     strict: bool,
     as_json: bool,
 ) -> None:
@@ -69,6 +72,8 @@ def batch(
     from rockdamp.plausibility import warn
 
     require_one(pgv, pga)
+    if nrml is None:
+        refuse_unused(("modelling_dispersion",), "--nrml")
     measure, intensity = asked(pgv, pga)
     if intensity.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
@@ -86,7 +91,7 @@ def batch(
     else:
         write_table((line for one in answered for line in lines(one)), output, COLUMNS)
     if nrml is not None:
-        write_nrml(fragilities(answered), measure, nrml)
+        write_nrml(fragilities(answered), measure, nrml, modelling_dispersion)
     for one in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {one.error}", err=True)
     if bad:
