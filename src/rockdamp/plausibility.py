@@ -218,7 +218,9 @@ def of_level(pga: ArrayLike, onset: float, level: str = "", walls: str = "the wa
     strongest = _largest(pga)
     if strongest >= onset:
         return []
-    question = "" if level else was_g(strongest, onset)
+    # A number that was typed in g is no round one in m s-2.
+    typed = bool(np.isclose(strongest, float(f"{strongest:.3g}"), rtol=1e-9))
+    question = was_g(strongest, onset) if typed and not level else ""
     return [f"{level} PGA is {in_g(strongest)}; {walls} begins to rock at {in_g(onset)}{question}".strip()]
 
 

@@ -19,11 +19,11 @@ from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
 
 BRANCHES = 3  # of the curve
 REFERS_TO = {
-    "CDC": "w1, at every displacement",
-    "CDR": "the frequency of the secant",
-    "SDR": "w1; in proportion to the secant stiffness",
+    "CDC": "w1",
+    "CDR": "secant frequency",
+    "SDR": "w1, with secant stiffness",
 }
-BY_ENERGY = "the potential energy; needs V(u) and the velocity"
+BY_ENERGY = "V(u) and velocity"
 # By what a program knows of damping: the model whose row to take.
 TAKES = {"a constant C": "CDC", "a ratio at the secant stiffness": "CDR", "a formula of your own": RECOMMENDED}
 

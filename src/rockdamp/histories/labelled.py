@@ -154,7 +154,7 @@ def respond(
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
     forcing = Forcing.of(batch.wall or wall, record, batch.values["scale_factor"], rest=tail)
     motion = forcing.ground_acceleration
-    _warn_of_motion(motion, batch.values["scale_factor"])
+    warn_of_motion(motion, batch.values["scale_factor"])
     substeps = batch.steps_within(record.step, step, forcing.intervals)
     every = substeps if histories else None
     response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
@@ -166,7 +166,7 @@ def respond(
     return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
 
 
-def _warn_of_motion(ground: Array, scale: Array) -> None:
+def warn_of_motion(ground: Array, scale: Array) -> None:
     """Warn where the motion is likely in another unit at every scale: of many, some may be meant to go far."""
     pga = float(np.abs(ground).max())
     doubts = [doubt for factor in np.ravel(scale) for doubt in plausibility.of_motion(pga, scale=float(factor))]

@@ -1,4 +1,4 @@
-"""The page of one wall: its assumptions and its answers, printed on two sheets of A4."""
+"""The page of one wall: its assumptions and its answers, printed on three sheets of A4."""
 
 from __future__ import annotations
 
