@@ -271,7 +271,7 @@ def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
     for row in rows:
         cells = list(row.items())
         for at in [index for index, (name, _) in enumerate(cells) if name == "pga"]:
-            cells.insert(at + 1, ("in g", row["pga"] / STANDARD_GRAVITY))
+            cells.insert(at + 1, ("pga_g", row["pga"] / STANDARD_GRAVITY))
         shown.append(dict(cells))
     print_table(shown, units)
     reasons = [
