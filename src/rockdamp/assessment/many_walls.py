@@ -113,7 +113,8 @@ def below_onset(results: Iterable[Answer | BadRow], measure: str, intensity: flo
     if not still:
         return []
     easiest = min(one.rocking_onset for one in still)
-    walls = f"{len(still)} of {len(good)} walls do not rock: the easiest of them"
+    do = "does" if len(still) == 1 else "do"
+    walls = f"{len(still)} of {len(good)} walls {do} not rock: the easiest of them"
     return of_level(still[0].strongest, easiest, level_of(measure, np.array([intensity])), walls)
 
 

@@ -118,7 +118,8 @@ def _renamed(names: list[str], columns: Mapping[str, Column], path: Path) -> lis
 
 
 def _check_columns(names: list[str], path: Path) -> None:
-    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}"
+    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}; "
+    allowed += "--column NAME=COLUMN names others"
     for name in filter(None, names):
         if name not in COLUMNS:
             raise InputError(f"{path}, line 1: there is no column {name!r}; {allowed}")
