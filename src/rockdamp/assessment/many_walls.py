@@ -114,7 +114,8 @@ def below_onset(results: Iterable[Answer | BadRow], measure: str, intensity: flo
         return []
     easiest = min(one.rocking_onset for one in still)
     do = "does" if len(still) == 1 else "do"
-    walls = f"{len(still)} of {len(good)} walls {do} not rock: the easiest of them"
+    several = f"{len(still)} of {len(good)} walls {do} not rock: the easiest of them"
+    walls = several if len(good) > 1 else "the wall"
     return of_level(still[0].strongest, easiest, level_of(measure, np.array([intensity])), walls)
 
 

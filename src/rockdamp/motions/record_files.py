@@ -152,7 +152,8 @@ def _check_remark(line: str, text: str, number: int) -> None:
 
 def _check_columns(names: Sequence[str], line: int) -> None:
     one_of = f"one of {', '.join(ACCELERATIONS)}"
-    allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}, divided by commas, semicolons or tabs"
+    allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}"
+    allowed += ", divided by commas, semicolons or tabs"
     for name in names:
         if name not in (*COLUMNS, *ACCELERATIONS):
             hint = "; the name of a PEER AT2 file must end in .AT2" if "PEER" in name.upper() else ""
