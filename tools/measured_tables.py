@@ -1,5 +1,5 @@
 """Write the measured numbers into the pages of docs that are named below, from the datasets of a full build,
-and copy the figures that the documents show.
+and copy the figures that the documents show. It writes the table of false-safe collapses that the package ships too.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
 names it; the words around the tables hold no measured number. Tables of studies with a config of their own, as that of
@@ -335,6 +335,13 @@ def written(page: str, data: Data) -> str:
     return BLOCK.sub(anew, page)
 
 
+def false_safe(compared: xr.Dataset) -> str:
+    """Return the shares of collapses that each damper misses, as the package ships them: ratios of least error."""
+    rates = compared["false_safe_rate"].sel(damping_ratio_source="least error").drop_sel(damping_model="CR")
+    rows = rates.transpose("restitution", "damping_model").to_series().round(4).reset_index()
+    return str(rows.to_csv(index=False, lineterminator="\n"))
+
+
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
@@ -352,6 +359,7 @@ if __name__ == "__main__":
     opened = read(results)
     for page in map(ROOT.joinpath, PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
+    (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
         if IDENTIFICATION in opened or "identification" not in picture.name:
             shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

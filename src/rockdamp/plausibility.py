@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,8 +25,14 @@ THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 MOST_DAMPED = 0.5  # damping ratio [-]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
+LIGHTEST, HEAVIEST = 300.0, 3500.0  # aerated concrete and dense stone [kg m-3]
+MOST_LOADED = 10.0  # O/W; the paper's tested wall, a thin leaf under the storeys of a building, has 6.2
+LEAST_LOADED = 0.05  # what a guess must lead to
+LEAST_PER_CENT = 5.0  # a fraction above 1 and below it is likelier a slip of a digit
 
 LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}  # [m]
+DENSITIES = {"kN m-3": 1000 / STANDARD_GRAVITY, "t m-3": 1000.0, "lb ft-3": 0.45359237 / 0.3048**3}  # [kg m-3]
+DENSITIES |= {"N m-3": 1 / STANDARD_GRAVITY}
 ACCELERATIONS = {"m s-2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01, "mm s-2": 0.001}  # [m s-2]
 
 _meant: ContextVar[bool] = ContextVar("meant", default=False)
@@ -114,6 +121,45 @@ def _usual(t: float, h: float) -> bool:
     return THINNEST <= t <= THICKEST and LOWEST <= h <= HIGHEST and h >= 2 * t
 
 
+def of_density(density: ArrayLike) -> list[str]:
+    """Return a doubt where a density [kg m-3] is none of masonry; of an array the first such element is named."""
+    values = np.ravel(np.asarray(density, dtype=float))
+    odd = values[(values < LIGHTEST) | (values > HEAVIEST)]
+    if not odd.size:
+        return []
+    value = float(odd[0])
+    beyond = f"less than {LIGHTEST:g}" if value < LIGHTEST else f"more than {HEAVIEST:g}"
+    meant = {unit: value * factor for unit, factor in DENSITIES.items()}
+    likely = [f"{unit} ({kg:.4g} kg m-3)" for unit, kg in meant.items() if LIGHTEST <= kg <= HEAVIEST]
+    return [f"density is {value:g} kg m-3, {beyond}{_question(likely)}"]
+
+
+def of_overburden(overburden_ratio: ArrayLike, weight: ArrayLike) -> list[str]:
+    """Return a doubt where O/W is larger than few walls have; `weight` is the wall's own per metre. [N m-1]"""
+    ratios, weights = np.broadcast_arrays(np.asarray(overburden_ratio, dtype=float), np.asarray(weight, dtype=float))
+    first = int(np.argmax(ratios))
+    ratio, per_metre = float(ratios.flat[first]), float(weights.flat[first])
+    if ratio <= MOST_LOADED:
+        return []
+    meant = {"kN per metre": 1000 * ratio / per_metre, "N per metre": ratio / per_metre, "per cent": ratio / 100}
+    likely = [f"{unit} (O/W {value:.3g})" for unit, value in meant.items() if LEAST_LOADED <= value <= MOST_LOADED]
+    stated = f"overburden_ratio is {ratio:g} times the wall's weight, more than {MOST_LOADED:g}"
+    return [f"{stated}{_question(likely)}"]
+
+
+def per_cent(value: ArrayLike, within: Callable[[Any], Any]) -> str:
+    """Return a question to end an error with, where the first value out of its range is within it as a percentage."""
+    values = np.ravel(np.asarray(value, dtype=float))
+    bad = values[~np.asarray(within(values), dtype=bool)]
+    if not bad.size or not LEAST_PER_CENT <= bad[0] <= 100 or not within(bad[0] / 100):
+        return ""
+    return f"; was it in per cent ({bad[0] / 100:g})?"
+
+
+def _question(likely: Sequence[str]) -> str:
+    return f"; was it in {' or '.join(likely)}?" if likely else ""
+
+
 # --- damping and motions ----------------------------------------------------------------------------------------------
 
 
@@ -159,8 +205,34 @@ def of_response(peak_ratio: ArrayLike, yield_displacement_ratio: float, pga: flo
     """
     if _largest(peak_ratio) >= yield_displacement_ratio or pga == 0:
         return []
-    stated = f"PGA is {pga:.3g} m s-2, where {onset:.3g} m s-2 makes it rock"
+    stated = f"PGA is {in_g(pga)}, where {in_g(onset)} makes it rock{was_g(pga, onset)}"
     return [f"the wall does not rock: it stays below u1, a1 = {yield_displacement_ratio:g} of u_ins; {stated}"]
+
+
+def of_level(pga: ArrayLike, onset: float, level: str = "", walls: str = "the wall") -> list[str]:
+    """Return a doubt where no intensity asked for reaches the onset of rocking.
+
+    `pga` holds the strongest record's at each intensity, and `onset` is the acceleration whose static load makes the
+    wall rock [m s-2]. `level` describes the intensity where that is no PGA: "PGV is 0.02 m s-1, and".
+    """
+    strongest = _largest(pga)
+    if strongest >= onset:
+        return []
+    # A number that was typed in g is no round one in m s-2.
+    typed = bool(np.isclose(strongest, float(f"{strongest:.3g}"), rtol=1e-9))
+    question = was_g(strongest, onset) if typed and not level else ""
+    return [f"{level} PGA is {in_g(strongest)}; {walls} begins to rock at {in_g(onset)}{question}".strip()]
+
+
+def in_g(acceleration: float) -> str:
+    """Write an acceleration [m s-2] in both units."""
+    return f"{acceleration:.3g} m s-2 ({acceleration / STANDARD_GRAVITY:.3g} g)"
+
+
+def was_g(pga: float, onset: float) -> str:
+    """Ask whether a number taken in m s-2 was meant in g, where that would make the wall rock."""
+    meant = pga * STANDARD_GRAVITY
+    return f"; was it in g ({pga:.3g} g)?" if meant >= onset and _shakes(meant) else ""
 
 
 def _largest(values: ArrayLike) -> float:

@@ -53,6 +53,11 @@ def listed(parts: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
+def counted(count: int, noun: str) -> str:
+    """Write a number of things: "1 station", "4 stations"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def by_name(values: Mapping[str, str]) -> str:
     """Name the model of each value: "0.029 (CDC) and 0.045 (CDR)"."""
     return listed(f"{value} ({name})" for name, value in values.items())

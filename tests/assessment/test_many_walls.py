@@ -10,6 +10,7 @@ import rockdamp as rd
 from rockdamp.assessment import many_walls
 from rockdamp.assessment.many_walls import COLUMNS, MODELS, Answer, answers, dataset, fragilities, lines
 from rockdamp.assessment.table import BadRow, read_walls
+from rockdamp.plausibility import as_meant
 from rockdamp.storage import dataset as storage
 
 TABLE = """id,thickness,height,overburden_ratio,parapet,a1,b1,a3,softening,preset,restitution
@@ -39,7 +40,8 @@ def test_each_wall_is_what_assess_says_of_it_alone(rows, found, motions):
         if isinstance(row, BadRow):
             assert one is row
             continue
-        alone = rd.assess(row.wall, row.curve, motions, pgv=0.5, restitution=row.restitution)
+        with as_meant():  # the last of them does not rock under most of these records
+            alone = rd.assess(row.wall, row.curve, motions, pgv=0.5, restitution=row.restitution)
         assert one.rocking_onset == float(alone["rocking_onset"])
         np.testing.assert_array_equal(one.collapses, alone["collapses"][:, 0])
         np.testing.assert_allclose(one.median, alone["median_pgv"], rtol=1e-8)

@@ -5,10 +5,12 @@ import pytest
 
 import rockdamp as rd
 from rockdamp.assessment.collapses import STRIPES
+from rockdamp.assessment.one_wall import FEWEST_STATIONS, missing
 from rockdamp.assessment.restitution import OF_WALLS, RULES, spread
 from rockdamp.figures.code_damping import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
+from rockdamp.plausibility import as_meant
 from rockdamp.solvers.event_driven import history
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.storage import dataset
@@ -85,7 +87,8 @@ def test_the_fragility_is_that_of_the_stripes_in_their_own_unit(answer):
 
 
 def test_the_fragility_does_not_depend_on_what_is_asked_for(wall, curve, motions, answer):
-    other = rd.assess(wall, curve, motions, pgv=0.05, restitution=0.85)
+    with as_meant():
+        other = rd.assess(wall, curve, motions, pgv=0.05, restitution=0.85)
     for name in ("median_pgv", "median_pgv_interval", "dispersion", "stripe_collapses"):
         np.testing.assert_array_equal(other[name], answer[name])
     assert other["collapses"].values.tolist() == [[0], [0]]
@@ -118,9 +121,9 @@ def test_restitution_may_be_given_by_a_rule(rule, wall, curve, motions):
         "analytical": wall.restitution,
         "impulsive": wall.restitution_impulsive,
     }[rule]
-    found = rd.assess(wall, curve, motions[0], pgv=0.4, restitution=rule)
+    found = rd.assess(wall, curve, motions[0], pgv=0.8, restitution=rule)
     assert float(found["restitution"]) == pytest.approx(float(expected), rel=1e-12)
-    parapet = rd.assess(rd.Parapet(0.25, 1.5), curve, motions[0], pgv=0.4, restitution=rule)
+    parapet = rd.assess(rd.Parapet(0.25, 1.5), curve, motions[0], pgv=0.8, restitution=rule)
     assert float(parapet["restitution"]) == float(rd.Parapet(0.25, 1.5).restitution)
     assert "Housner" in parapet.attrs["restitution_reason"]
 
@@ -136,6 +139,53 @@ def test_what_is_returned_is_what_the_registry_says(answer, tmp_path):
 def test_an_intensity_that_no_earthquake_has_is_warned_of(wall, curve, motions):
     with pytest.warns(rd.InputWarning, match=r"PGV is 40 m s-1, more than 4; was it in cm s-1 \(0.4\)\?"):
         rd.assess(wall, curve, motions[0], restitution=0.85, pgv=40)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"pga": 0.25}, r"PGA is 0.25 m s-2 \(0.0255 g\); the wall begins to rock at .*; was it in g \(0.25 g\)\?"),
+        ({"pgv": 0.02}, r"PGV is 0.02 m s-1, and the strongest record's PGA is .*; the wall begins to rock at"),
+    ],
+)
+def test_an_intensity_that_does_not_rock_the_wall_is_questioned(asked, said, motions):
+    """0.25 without its unit: the wall begins to rock at 0.184 g, and 10 of 44 records collapse it at 0.25 g."""
+    wall = rd.Wall(0.25, 4.0, overburden_ratio=0.2)
+    with pytest.warns(rd.InputWarning, match=said):
+        rd.assess(wall, rd.TrilinearCurve.preset("new"), motions, **asked)
+
+
+def test_among_several_intensities_the_strongest_must_rock_the_wall(wall, curve, motions):
+    onset = float(wall.rocking_onset(curve.strength_ratio))
+    with pytest.warns(rd.InputWarning) as caught:  # typed as 0.1g
+        rd.assess(wall, curve, motions[0], pga=0.980665, restitution=0.85)
+    assert "(0.1 g)" in str(caught[0].message) and "was it" not in str(caught[0].message)
+    rd.assess(wall, curve, motions[0], pga=[0.1 * onset, 1.01 * onset], restitution=0.85)  # warnings are errors
+
+
+@pytest.mark.parametrize(("stations", "known"), [(1, False), (3, False), (4, True)])
+def test_too_few_stations_have_no_interval_and_say_why(stations, known, wall, curve, motions):
+    answer = rd.assess(wall, curve, motions[: 2 * stations], pgv=0.8, restitution=0.85)
+    assert np.isfinite(answer["collapse_probability_interval"]).all() == known
+    assert known or np.isnan(answer[["median_pgv_interval", "dispersion_interval"]].to_array()).all()
+    said = f"{stations} station{'s' if stations > 1 else ''}; intervals need at least 4"
+    assert (said in missing(answer, REFERENCE)) != known
+
+
+def test_the_fewest_stations_are_those_where_the_extreme_one_fills_no_tail():
+    alone = {stations: float(stations) ** -stations for stations in (FEWEST_STATIONS - 1, FEWEST_STATIONS)}
+    assert alone[FEWEST_STATIONS] < 0.025 < alone[FEWEST_STATIONS - 1]
+
+
+def test_the_outcomes_near_collapse_are_those_of_a_step_a_quarter_as_long(wall, curve, motions):
+    """What the last halving changed is stated; beyond it, no more changes than that to the next step."""
+    few = motions[:6]
+    usual = rd.assess(wall, curve, few, pgv=0.8, restitution=0.85, step=0.2)
+    finer = rd.assess(wall, curve, few, pgv=0.8, restitution=0.85, step=0.05)
+    changed = np.abs(usual["stripe_collapses"] - finer["stripe_collapses"]).sum("stripe")
+    assert (changed <= usual["unsettled"] + 1).all()
+    np.testing.assert_allclose(usual["median_pgv"], finer["median_pgv"], rtol=0.03)
+    assert float(usual["tail"]) == 3.0
 
 
 @pytest.mark.parametrize(

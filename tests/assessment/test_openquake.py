@@ -1,9 +1,14 @@
 """What is handed to NRML is what was found, of one wall and of a population."""
 
-import numpy as np
-import xarray as xr
+from dataclasses import replace
 
-from rockdamp.assessment.openquake import of_population, of_wall
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.special import ndtr
+
+from rockdamp.assessment.openquake import description, of_population, of_wall, with_modelling
+from rockdamp.errors import InputError, InputWarning
 
 
 def test_a_wall_has_a_function_of_its_stripes_for_each_damping_model(answer):
@@ -15,6 +20,27 @@ def test_a_wall_has_a_function_of_its_stripes_for_each_damping_model(answer):
         assert function.intensity == answer["stripe_pgv"].values.tolist()
         np.testing.assert_allclose(function.share, of_model["stripe_collapses"] / 14)
         assert function.share[0] == 0 and function.share[-1] == 1
+
+
+def test_a_modelling_dispersion_is_that_of_two_independent_scatters(answer):
+    """The share that collapses is the mean over a median that itself is lognormal."""
+    (plain, _), modelling = of_wall(answer, "home"), 0.3
+    wider = next(with_modelling([plain], modelling))
+    draws = plain.median * np.exp(modelling * np.random.default_rng(1).standard_normal(200_000))
+    for level, share in zip(wider.intensity, wider.share, strict=True):
+        assert share == pytest.approx(ndtr(np.log(level / draws) / plain.dispersion).mean(), abs=5e-3)
+    assert wider.dispersion == pytest.approx(np.sqrt(plain.dispersion**2 + 0.09), rel=1e-12)
+    assert wider.median == plain.median and next(with_modelling([plain], 0)) is plain
+    assert "record to record alone" in description(0) and "a modelling dispersion of 0.3" in description(0.3)
+
+
+def test_stripes_without_a_function_stay_as_they_are(answer):
+    (plain, _) = of_wall(answer, "home")
+    bare = replace(plain, median=np.nan, dispersion=np.nan)
+    with pytest.warns(InputWarning, match="'home-CR' has no lognormal function"):
+        assert next(with_modelling([bare], 0.3)) is bare
+    with pytest.raises(InputError, match="modelling_dispersion is 3; it must be between 0 and 2"):
+        next(with_modelling([plain], 3))
 
 
 def test_a_population_has_the_share_of_its_walls_and_records():

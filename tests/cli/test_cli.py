@@ -31,8 +31,11 @@ CONTRACT = [
     "frequency_parameter",
     "restitution",
     "restitution_impulsive",
+    "restitution_measured",
 ]
 HINGE = ["hinge_ratio", "weakest_hinge_ratio"]
+OF_CURVE = ["initial_frequency", "initial_period", "rocking_onset_g", "restitutions", "units"]
+OF_CURVE += ["damping_restitution", "damping_coefficient", "damping"]
 
 
 # --- equivalent -----------------------------------------------------------------------------------------------------
@@ -167,8 +170,34 @@ def test_the_walls_table_has_restitution_by_each_formula_and_periods():
 
 def test_the_walls_json_holds_the_periods_that_are_asked_for():
     values = printed("wall", *WALL, *CURVE, "--amplitude", "0.3,0.6")
-    assert list(values) == [*CONTRACT, *HINGE, "rocking_onset", "rocking_onset_g", "restitutions", "units", "periods"]
+    assert list(values) == [*CONTRACT, *HINGE, "rocking_onset", *OF_CURVE, "periods"]
     assert [row["amplitude"] for row in values["periods"]] == [0.3, 0.6]
+
+
+def test_the_wall_s_dashpot_is_that_of_its_restitution():
+    values, made = printed("wall", *WALL, *CURVE, "--restitution", 0.85), rd.Wall(*WALL[1::2])
+    assert values["damping_restitution"] == 0.85 and list(values["damping_coefficient"]) == ["CDC"]
+    xi = rd.equivalent(0.85, 0.04, 0.85)[0]["damping_ratio"]
+    c = 2 * xi * np.sqrt(0.85 / 0.04 * float(made.rigid_stiffness * made.effective_mass))
+    assert values["damping_coefficient"]["CDC"] == pytest.approx(c, rel=1e-12)
+    rows = printed("equivalent", "--restitution", 0.85, *CURVE, *WALL)
+    assert rows[0]["damping_coefficient"] == pytest.approx(c, rel=1e-12) and rows[1]["damping_coefficient"] is None
+    shown = run("wall", *WALL, *CURVE, "--restitution", 0.85).stdout
+    assert f"{c:.5g}" in shown and "if it takes a constant C" in shown
+
+
+def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
+    feet = ("--thickness", "13in", "--height", "13ft 6in", "--width", 2, "--density", "18kN/m3")
+    made = rd.Wall(13 * 0.0254, 162 * 0.0254, width=2, density=18000 / 9.80665)
+    for load, force in (("12kN/m", 24000.0), ("12kN", 12000.0), ("2697.69 lbf", 12000.0)):
+        result = run("wall", *feet, "--overburden", load, "--json")
+        ratio = force / float(made.weight)
+        loaded = rd.Wall(made.thickness, made.height, width=2, density=made.density, overburden_ratio=ratio)
+        assert f"overburden_ratio is {ratio:.4g}: " in result.stderr
+        assert json.loads(result.stdout)["rigid_strength"] == pytest.approx(float(loaded.rigid_strength), rel=1e-5)
+    both = refused("wall", *WALL, "--overburden", "12kN", "--overburden-ratio", 1)
+    assert "--overburden and --overburden-ratio state the same" in both
+    assert "'12' is no load with its unit" in refused("wall", *WALL, "--overburden", 12)
 
 
 def test_amplitudes_beyond_the_curve_are_left_out_unless_asked_for():

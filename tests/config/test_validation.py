@@ -246,6 +246,7 @@ BAD = [
     ),
     ("damper_order.restitution_change", 0.16, "damper_order.restitution_change is 0.16; every e of damper_order"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
+    ("validation.record", "pyproject.toml", "a record without displacement_m; it must hold the wall's displacement"),
     ("validation.test_series", ["data/none.csv"], "validation.test_series[0] is 'data/none.csv'; it must be a file"),
     (
         "validation.test_series",
@@ -386,6 +387,8 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
     [
         ("wall.thickness", 3.0, "wall makes an unlikely wall: thickness is 3 m and height 45 m"),
         ("validation.wall.thickness", 102.0, "; were they in millimetres"),
+        ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
+        ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),
     ],
 )

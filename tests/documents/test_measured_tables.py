@@ -15,12 +15,13 @@ import yaml
 from published_models import PUBLISHED
 from repository import ROOT
 
+from rockdamp.equivalence.programs import advice, false_safe
 from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import read_record
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.storage import dataset
 from rockdamp.studies.local_damping import DAMPERS
-from rockdamp.vocabulary import MODELS, RECOMMENDED_ORDER, STUDIES
+from rockdamp.vocabulary import MODELS, RECOMMENDED, RECOMMENDED_ORDER, STUDIES, VISCOUS_MODELS
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
 TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}
@@ -213,6 +214,19 @@ def test_the_length_of_the_response_is_told_with_its_neighbours_and_those_of_oth
         "| length implied, in tau | 6 | 6 | 6 | 8 | 12 | 12 |",
         "| e at which it fails | 5 | 5 | 5 | 0 | 2 | 2 |",
     ]
+
+
+def test_the_package_ships_the_false_safe_shares_of_the_full_study():
+    shown = (measured_tables.SHIPPED / "false_safe.csv").read_text(encoding="utf-8")
+    assert shown == measured_tables.false_safe(built()["comparison"])
+
+
+def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():
+    e, shares = false_safe(0.87)
+    assert list(shares) == list(VISCOUS_MODELS) and all(0 < share < 1 for share in shares.values())
+    assert min(shares, key=shares.__getitem__) == RECOMMENDED and abs(e - 0.87) <= 0.05
+    said = advice(e)
+    assert all(f"{model} ({100 * shares[model]:.2g} % missed)" in said for model in ("CDC", "CDR", RECOMMENDED))
 
 
 def test_the_recommended_order_is_the_one_that_the_full_study_found_enough_at_every_restitution():

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rockdamp.errors import InputError
-from rockdamp.motions.records import Record, followed_by_rest, read_record, write_record
+from rockdamp.motions.records import Record, followed_by_rest, has_displacement, read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 HEADER = "# specimen: A\n# source: B, 2017: table 3\n# licence: CC0-1.0\n# units: s, m s-2, m\n# synthetic: yes\n"
@@ -52,6 +52,20 @@ def test_a_csv_gives_its_columns_and_its_header(write):
     assert record.header["source"] == "B, 2017: table 3"
     assert record.synthetic
     assert record.step == pytest.approx(0.01, rel=1e-12)
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_spreadsheet_s_marks_and_decimal_commas_make_the_same_record(write, mark):
+    table = (COLUMNS + ROWS).replace(",", mark).replace(".", ",")
+    assert read_record(write("\ufeff" + HEADER + table)) == read_record(write(HEADER + COLUMNS + ROWS))
+
+
+@pytest.mark.parametrize(
+    ("text", "there"), [(COLUMNS + ROWS, True), ("elapsed_s,ground_acceleration_g\n0,1\n1,2\n", False)]
+)
+def test_whether_a_displacement_was_measured_is_known_from_the_names_of_the_columns(write, text, there):
+    path = write(HEADER + text)
+    assert has_displacement(path) == there == (read_record(write(text)).displacement is not None)
 
 
 def test_displacement_may_be_missing_and_a_record_without_a_header_is_taken_as_measured(write):
@@ -132,7 +146,6 @@ def test_a_bad_row_is_named_with_its_value_line_and_file(write, name):
         ("ground_acceleration_m_s2", "column 'elapsed_s' is missing on line 6"),
         ("time,ground_acceleration_m_s2", "column 'time' on line 6 is unknown; the columns must be elapsed_s"),
         ("elapsed_s,elapsed_s,ground_acceleration_m_s2", "column 'elapsed_s' on line 6 stands there more than once"),
-        ("elapsed_s;ground_acceleration_m_s2", "column 'elapsed_s;ground_acceleration_m_s2' on line 6 is unknown"),
     ],
 )
 def test_wrong_or_missing_columns_are_named(write, columns, message):

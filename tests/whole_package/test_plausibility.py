@@ -78,6 +78,50 @@ def test_damping_beyond_any_walls_is_warned_of_where_it_is_used():
     rd.free_decay(CURVE, rd.Damping("CDR", 0.5), length=1.0)
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"density": 18}, "density is 18 kg m-3, less than 300; was it in kN m-3 (1835 kg m-3)?"),
+        ({"density": 1.8}, "density is 1.8 kg m-3, less than 300; was it in t m-3 (1800 kg m-3)?"),
+        ({"density": [2000, 112]}, "density is 112 kg m-3, less than 300; was it in lb ft-3 (1794 kg m-3)?"),
+        ({"density": 5000}, "density is 5000 kg m-3, more than 3500"),
+        (
+            {"overburden_ratio": 15},
+            "overburden_ratio is 15 times the wall's weight, more than 10; was it in kN per metre",
+        ),
+        ({"overburden_ratio": [1, 30000]}, "more than 10; was it in N per metre (O/W 2.27)?"),
+    ],
+)
+def test_a_density_or_overburden_that_no_wall_has_is_questioned(given, said):
+    """A wall of 250 mm by 3 m at 1800 kg/m3 weighs 13.24 kN per metre."""
+    with pytest.warns(rd.InputWarning) as caught:
+        rd.Wall(0.25, 3.0, width=2.0, **given)
+    assert len(caught) == 1 and said in str(caught[0].message)
+
+
+def test_usual_densities_and_overburdens_are_not_questioned():
+    rd.Wall(0.102, 2.75, overburden_ratio=6.2, density=[300, 3500])
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: rd.Damping.cr(85), r"at most 1; was it in per cent \(0.85\)\?"),
+        (lambda: rd.equivalent(85, 0.04, 0.85), r"at most 1; was it in per cent \(0.85\)\?"),
+        (lambda: rd.Wall(0.3, 4.5, hinge_ratio=57), r"both excluded; was it in per cent \(0.57\)\?"),
+        (lambda: rd.Damping.cr(1.2), "at most 1$"),
+    ],
+)
+def test_a_percentage_is_recognised(make, said):
+    with pytest.raises(rd.InputError, match=said):
+        make()
+
+
+def test_a_record_whose_numbers_may_be_in_g_is_questioned_where_the_wall_does_not_rock():
+    with pytest.warns(rd.InputWarning, match=r"the wall does not rock: .* was it in g \(0.3 g\)\?"):
+        rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(0.3))
+
+
 def pulse(pga):
     elapsed = 0.01 * np.arange(100)
     return rd.Record(elapsed, pga * np.sin(2 * np.pi * elapsed))

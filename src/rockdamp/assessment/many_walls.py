@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, TypeVar
@@ -12,13 +12,13 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, TAIL, collapses
-from rockdamp.assessment.one_wall import beside_each_other, lognormal
+from rockdamp.assessment.one_wall import beside_each_other, last_halving, level_of, lognormal, no_fragility
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.plausibility import as_meant
+from rockdamp.plausibility import as_meant, of_level
 from rockdamp.progress import counting
 from rockdamp.storage.nrml import Collapse
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
@@ -37,6 +37,10 @@ COLUMNS = (
     "median_intensity",
     "dispersion",
     "peak_ratio_median",
+    "unsettled",
+    "median_uncertainty",
+    "dispersion_uncertainty",
+    "reason",
     "error",
 )
 T = TypeVar("T")
@@ -49,7 +53,8 @@ class Answer:
     `rocking_onset` is the ground acceleration whose static load reaches the plateau [m s-2]. `collapses` are of
     `records`, at the intensity asked for; `peak_ratio_median` is NaN where half of the records or more collapse the
     wall. `stripe_share`, shape (damping models, stripes), is the share of records that collapse it at the intensities
-    `stripe`.
+    `stripe`. `changes` are what the last halving of the step changed, by name. `strongest` is the largest PGA of the
+    scaled records. [m s-2]
     """
 
     row: Row
@@ -62,6 +67,8 @@ class Answer:
     peak_ratio_median: Array
     stripe: Array
     stripe_share: Array
+    changes: Mapping[str, Array]
+    strongest: float
 
 
 def answers(
@@ -99,6 +106,19 @@ def answers(
             yield from (results[row.line] for row in share)
 
 
+def below_onset(results: Iterable[Answer | BadRow], measure: str, intensity: float) -> list[str]:
+    """Return a doubt where the intensity does not reach the onset of rocking of walls: how many, and of the easiest."""
+    good = [one for one in results if isinstance(one, Answer)]
+    still = [one for one in good if one.strongest < one.rocking_onset]
+    if not still:
+        return []
+    easiest = min(one.rocking_onset for one in still)
+    do = "does" if len(still) == 1 else "do"
+    several = f"{len(still)} of {len(good)} walls {do} not rock: the easiest of them"
+    walls = several if len(good) > 1 else "the wall"
+    return of_level(still[0].strongest, easiest, level_of(measure, np.array([intensity])), walls)
+
+
 def _alike(rows: Sequence[Row]) -> Iterator[list[Row]]:
     """Yield the rows that fit into one batch: walls or parapets, with one kind of softening."""
     kinds: dict[Any, list[Row]] = {}
@@ -122,7 +142,7 @@ def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
     peaks = _median(np.where(counted.collapsed, np.inf, counted.peak)[..., 0])
     share = counted.stripe_collapsed.mean(axis=2)
     fell = counted.collapsed[..., 0].sum(axis=2)
-    records = counted.collapsed.shape[2]
+    records, changes = counted.collapsed.shape[2], last_halving(counted)
     return [
         Answer(
             row,
@@ -135,6 +155,8 @@ def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
             peaks[i],
             counted.stripe[i],
             share[i],
+            {name: change[i] for name, change in changes.items()},
+            float(counted.strongest[0]),
         )
         for i, row in enumerate(rows)
     ]
@@ -169,7 +191,10 @@ def _line(one: Answer | BadRow) -> int:
 
 
 def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the written table by the keys of `COLUMNS`, one for each damping model; no value is empty."""
+    """Yield the rows of the written table by the keys of `COLUMNS`, one for each damping model.
+
+    What is not defined is empty, and `reason` says why there is no fragility.
+    """
     if isinstance(one, BadRow):
         yield dict.fromkeys(COLUMNS, "") | {"id": one.id, "error": one.error}
         return
@@ -182,6 +207,8 @@ def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
             "median_intensity": one.median[i],
             "dispersion": one.dispersion[i],
             "peak_ratio_median": one.peak_ratio_median[i],
+            "median_uncertainty": one.changes["median_uncertainty"][i],
+            "dispersion_uncertainty": one.changes["dispersion_uncertainty"][i],
         }
         known = {name: repr(float(value)) if np.isfinite(value) else "" for name, value in values.items()}
         yield {
@@ -190,11 +217,13 @@ def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
             **known,
             "collapses": str(one.collapses[i]),
             "records": str(one.records),
+            "unsettled": str(one.changes["unsettled"][i]),
+            "reason": "" if np.isfinite(one.median[i]) else no_fragility(one.stripe_share[i]),
             "error": "",
         }
 
 
-def dataset(results: Sequence[Answer | BadRow], measure: str, intensity: float) -> xr.Dataset:
+def dataset(results: Sequence[Answer | BadRow], measure: str, intensity: float, tail: float = TAIL) -> xr.Dataset:
     """Return the results as a dataset of the kind ``batch``; NaN, and -1 collapses, of rows that have an error."""
     name, shape = measure.lower(), (len(results), len(MODELS))
     good = [(i, one) for i, one in enumerate(results) if isinstance(one, Answer)]
@@ -217,6 +246,10 @@ def dataset(results: Sequence[Answer | BadRow], measure: str, intensity: float) 
             f"median_{name}": of(lambda one: one.median),
             "dispersion": of(lambda one: one.dispersion),
             "peak_ratio_median": of(lambda one: one.peak_ratio_median),
+            "unsettled": of(lambda one: one.changes["unsettled"], int, -1),
+            "median_uncertainty": of(lambda one: one.changes["median_uncertainty"]),
+            "dispersion_uncertainty": of(lambda one: one.changes["dispersion_uncertainty"]),
+            "tail": tail,
             "records": records,
             "error": ("wall", [one.error if isinstance(one, BadRow) else "" for one in results]),
         },
@@ -232,7 +265,7 @@ def fragilities(results: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
     for one in results:
         if isinstance(one, Answer):
             for i, model in enumerate(MODELS):
-                name = f"{one.row.id}-{model}"
+                name = f"{one.row.taxonomy}-{model}"
                 yield Collapse(
                     name,
                     float(one.median[i]),

@@ -25,9 +25,13 @@ from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.statistics.fragility import Fragility, fit_fragility, fit_resampled, interval, resample
 from rockdamp.statistics.proportion import effective_count, wilson
 from rockdamp.storage.dataset import variables
+from rockdamp.text import counted as counted_in
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
+# A bootstrap over g stations draws one given station alone in a share g^-g of its replicates. Up to three stations that
+# share is above 2.5 %: then a bound of the interval is one station's value, and says nothing of the others.
+FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
 Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
 
@@ -64,7 +68,8 @@ def assess(
     tail : float
         Rest after each record. [s]
     step : float
-        Of the solver, times the angular frequency of the curve's first branch, at most. [-]
+        Of the solver, times the angular frequency of the curve's first branch, at most; near to collapse a quarter of
+        it. [-]
 
     Returns
     -------
@@ -73,7 +78,9 @@ def assess(
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
         over the stations, ``stripe_collapses``, and ``peak_ratio`` of each record, NaN where the wall collapses. And
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
-        ``measured`` also ``averaged_collapse_probability``, over the spread of e.
+        ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
+        stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
+        the last halving of the step changed.
 
     Raises
     ------
@@ -100,9 +107,10 @@ def assess(
     motions = ground_motions(records)
     dampings = beside_each_other(e)
     counted = collapses(wall, curve, dampings, motions, measure, intensity, step=step, tail=tail)
-    groups = [motion.group for motion in motions]
+    groups, onset = [motion.group for motion in motions], float(wall.rocking_onset(curve.strength_ratio))
+    plausibility.warn(plausibility.of_level(counted.strongest, onset, level_of(measure, intensity)))
     answer = _dataset(counted, dampings, groups).assign(
-        rocking_onset=float(wall.rocking_onset(curve.strength_ratio)), restitution=float(e), records=len(motions)
+        rocking_onset=onset, restitution=float(e), records=len(motions), tail=tail
     )
     if restitution == DEFAULT_RULE:
         deviation, source = deviation_of(wall)
@@ -135,6 +143,11 @@ def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
     doubts = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_motion(float(values[-1]))
     plausibility.warn(doubts)
     return measure, values
+
+
+def level_of(measure: str, intensity: Array) -> str:
+    """Return what a warning says of the largest intensity, where that is no acceleration itself."""
+    return "" if measure == "PGA" else f"PGV is {intensity[-1]:g} m s-1, and the strongest record's"
 
 
 def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
@@ -212,6 +225,7 @@ def _dataset(counted: Collapses, dampings: Sequence[Damping], groups: Sequence[s
     by_model, at = ("damping_model",), ("damping_model", "intensity")
     ratio = [np.nan if damping.is_impact else float(damping.damping_ratio) for damping in dampings]
     order = [np.nan if damping.is_impact else float(damping.order) for damping in dampings]
+    known = 1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan
     values: dict[str, Any] = {
         "damping_ratio": (by_model, ratio),
         "order": (by_model, order),
@@ -219,14 +233,53 @@ def _dataset(counted: Collapses, dampings: Sequence[Damping], groups: Sequence[s
         f"stripe_{name}": ("stripe", counted.stripe[0]),
         "collapses": (at, fell.sum(axis=1)),
         "collapse_probability": (at, share),
-        "collapse_probability_interval": ((*at, "bound"), wilson(share, effective)),
+        "collapse_probability_interval": ((*at, "bound"), known * wilson(share, effective)),
         "effective_records": (at, effective),
         f"median_{name}": (by_model, unit * whole.median),
-        f"median_{name}_interval": ((*by_model, "bound"), unit * interval(drawn.median)),
+        f"median_{name}_interval": ((*by_model, "bound"), known * unit * interval(drawn.median)),
         "dispersion": (by_model, whole.dispersion),
-        "dispersion_interval": ((*by_model, "bound"), interval(drawn.dispersion)),
+        "dispersion_interval": ((*by_model, "bound"), known * interval(drawn.dispersion)),
         "stripe_collapses": ((*by_model, "stripe"), stripes.sum(axis=0)),
         "scale_factor": (("record", "intensity"), counted.factor),
         "peak_ratio": ((*by_model, "record", "intensity"), counted.peak[0]),
+        **{key: (by_model, change[0]) for key, change in last_halving(counted).items()},
     }
     return xr.Dataset(values, coords={"damping_model": [REFERENCE, RECOMMENDED]})
+
+
+def last_halving(counted: Collapses) -> dict[str, Array]:
+    """Return what the last halving of the step changed near to collapse; shape (walls, dampings).
+
+    ``unsettled`` counts outcomes at the stripes. ``median_uncertainty``, over the median, and
+    ``dispersion_uncertainty`` are NaN where either step defines no fragility.
+    """
+    runs = counted.stripe_collapsed.shape[2]
+    coarse, fine = (
+        fit_fragility(STRIPES, fell.sum(axis=2), runs) for fell in (counted.stripe_coarser, counted.stripe_collapsed)
+    )
+    return {
+        "unsettled": (counted.stripe_coarser != counted.stripe_collapsed).sum(axis=(2, 3)),
+        "median_uncertainty": np.abs(np.log(fine.median / coarse.median)),
+        "dispersion_uncertainty": np.abs(fine.dispersion - coarse.dispersion),
+    }
+
+
+def no_fragility(share: Array) -> str:
+    """Return why shares of collapses at the stripes define no lognormal curve."""
+    lowest = np.flatnonzero(share > 0).min(initial=share.size)
+    highest = np.flatnonzero(share < 1).max(initial=-1)
+    separated = "all records collapse the wall from one stripe on, and none below it"
+    return f"no fragility: {'collapses become fewer with intensity' if lowest < highest else separated}"
+
+
+def missing(answer: xr.Dataset, damping_model: str) -> list[str]:
+    """Return why intervals, or the fragility, of a damping model are missing; empty where none is."""
+    of_model, name = answer.sel(damping_model=damping_model), answer.attrs["intensity_measure"].lower()
+    stations = int(np.unique(answer["station"].values).size)
+    few = stations < FEWEST_STATIONS
+    reasons = [f"{counted_in(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
+    if not np.isfinite(float(of_model[f"median_{name}"])):
+        reasons.append(no_fragility(of_model["stripe_collapses"].values / int(answer["records"])))
+    elif not few and not np.isfinite(of_model[[f"median_{name}_interval", "dispersion_interval"]].to_array()).all():
+        reasons.append("no interval of the fragility: under nine in ten replicates of the bootstrap define one")
+    return reasons

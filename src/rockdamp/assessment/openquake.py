@@ -2,9 +2,42 @@
 
 from __future__ import annotations
 
-import xarray as xr
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
+import numpy as np
+import xarray as xr
+from scipy.special import ndtr
+
+from rockdamp.errors import require
+from rockdamp.plausibility import warn
 from rockdamp.storage.nrml import Collapse
+
+WIDEST = 2.0  # of a modelling dispersion
+
+
+def description(modelling: float) -> str:
+    """Return what a fragility model says of its dispersions."""
+    also = f", and a modelling dispersion of {modelling:g}" if modelling else " alone"
+    return f"Collapse of rocking walls, by rockdamp. Dispersions are record to record{also}."
+
+
+def with_modelling(collapses: Iterable[Collapse], modelling: float) -> Iterator[Collapse]:
+    """Yield fragilities with a modelling dispersion besides that of the records: the root of the sum of squares.
+
+    The shares at the stripes become those of the wider function. A fragility without a function keeps its stripes, and
+    is warned of.
+    """
+    require(0 <= modelling <= WIDEST, "modelling_dispersion", modelling, f"between 0 and {WIDEST:g}")
+    for collapse in collapses:
+        if not modelling or not np.isfinite(collapse.dispersion):
+            if modelling:
+                warn([f"{collapse.name!r} has no lognormal function; the modelling dispersion is not in its stripes"])
+            yield collapse
+            continue
+        total = float(np.hypot(collapse.dispersion, modelling))
+        share = ndtr(np.log(np.asarray(collapse.intensity) / collapse.median) / total)
+        yield replace(collapse, dispersion=total, share=share.tolist())
 
 
 def of_wall(answer: xr.Dataset, name: str) -> list[Collapse]:

@@ -16,7 +16,7 @@ Rocking = Wall | Parapet
 # By the name of the rule: what it gives, and what it is called for a wall.
 RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
     "measured": (
-        lambda wall: SORRENTINO_RATIO * wall.restitution,
+        lambda wall: wall.restitution_measured,
         f"{SORRENTINO_RATIO:.2f} of Eq. (7), near the upper end of the tests of walls that the paper quotes",
     ),
     "analytical": (lambda wall: wall.restitution, "Eq. (7): angular momentum about the new base pivot"),

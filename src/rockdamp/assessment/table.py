@@ -11,18 +11,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rockdamp import units
 from rockdamp.assessment.one_wall import stated
 from rockdamp.assessment.restitution import DEFAULT_RULE, RULES
 from rockdamp.errors import InputError
+from rockdamp.mechanics import written_sizes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import WEAKEST, Parapet, Wall
-from rockdamp.storage import input_file
+from rockdamp.storage import input_file, tables
+from rockdamp.units import UnitError
 from rockdamp.units import number as text_number
 
 NEEDED = ("id", "thickness", "height")
 SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
 CURVE = ("a1", "b1", "a3", "softening", "preset")
-COLUMNS = ("id", *SIZES, "parapet", *CURVE, "restitution")
+COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy")
+LENGTHS = ("thickness", "height", "width", "eccentricity")
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
@@ -31,7 +35,7 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 class Row:
     """A row of the table, by its line in the file and its id: a wall, its curve, e and its reason.
 
-    `doubts` are the warnings about it.
+    `taxonomy` is what an exposure model calls it, the id if none is stated; `doubts` are the warnings about it.
     """
 
     line: int
@@ -41,6 +45,24 @@ class Row:
     restitution: float
     reason: str
     doubts: tuple[str, ...] = ()
+    taxonomy: str = ""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the file that holds one of `COLUMNS`, and the unit of its numbers; none is SI, or none is needed."""
+
+    name: str
+    unit: str = ""
+
+    @classmethod
+    def of(cls, text: str) -> tuple[str, Column]:
+        """Parse ``thickness=Thickness [mm]:mm``; the unit may be left out. Return what the column holds, and it."""
+        holds, equals, column = (part.strip() for part in text.partition("="))
+        if not equals or holds not in COLUMNS or not column:
+            raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(COLUMNS)}")
+        name, colon, unit = column.rpartition(":")
+        return (holds, cls(name.strip(), unit.strip())) if colon and units.parse(unit) else (holds, cls(column))
 
 
 @dataclass(frozen=True)
@@ -52,26 +74,30 @@ class BadRow:
     error: str
 
 
-def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
+def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> list[Row | BadRow]:
     """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
-    Sizes are in SI units. A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the
-    curve must be stated by ``a1`` and ``b1``, or by ``preset``.
+    Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI units, or in
+    that of the column; `columns` names those that are called otherwise, and then what no column holds is passed over.
+    A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the curve must be stated
+    by ``a1`` and ``b1``, or by ``preset``.
     """
-    path = Path(path)
+    path, columns = Path(path), columns or {}
     text = input_file.text(input_file.content(path, "a CSV of walls"), path)
-    reader = csv.reader(io.StringIO(text), strict=True)
+    mark = tables.divider(text.partition("\n")[0]) or ","
+    reader = csv.reader(io.StringIO(text), strict=True, delimiter=mark)
     try:
-        names = [name.strip() for name in next(reader, [])]
+        names = _renamed([name.strip() for name in next(reader, [])], columns, path)
         _check_columns(names, path)
-        return list(_rows(reader, names))
+        named = {name: column.unit for name, column in columns.items() if column.unit}
+        return list(_rows(reader, names, mark, named))
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}; it must be a CSV") from None
 
 
-def row_of(path: str | os.PathLike[str], wanted: str) -> Row:
+def row_of(path: str | os.PathLike[str], wanted: str, columns: Mapping[str, Column] | None = None) -> Row:
     """Return the wall of one id; refuse a table without it, and a row that makes no wall."""
-    rows = [row for row in read_walls(path) if row.id == wanted]
+    rows = [row for row in read_walls(path, columns) if row.id == wanted]
     if not rows:
         raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}")
     row = rows[0]
@@ -80,9 +106,22 @@ def row_of(path: str | os.PathLike[str], wanted: str) -> Row:
     return row
 
 
+def _renamed(names: list[str], columns: Mapping[str, Column], path: Path) -> list[str]:
+    """Return what each column of the file holds; nothing, "", where `columns` are named and it is none of `COLUMNS`."""
+    if not columns:
+        return names
+    for content, column in columns.items():
+        if column.name not in names:
+            raise InputError(f"{path}, line 1: there is no column {column.name!r}, named for {content}")
+    contents = {name: name for name in COLUMNS if name not in columns}
+    contents |= {column.name: content for content, column in columns.items()}
+    return [contents.get(name, "") for name in names]
+
+
 def _check_columns(names: list[str], path: Path) -> None:
-    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}"
-    for name in names:
+    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}; "
+    allowed += "--column NAME=COLUMN names others"
+    for name in filter(None, names):
         if name not in COLUMNS:
             raise InputError(f"{path}, line 1: there is no column {name!r}; {allowed}")
         if names.count(name) > 1:
@@ -92,7 +131,9 @@ def _check_columns(names: list[str], path: Path) -> None:
             raise InputError(f"{path}, line 1: the column {name!r} is missing; {allowed}")
 
 
-def _rows(reader: Iterator[list[str]], names: list[str]) -> Iterator[Row | BadRow]:
+def _rows(
+    reader: Iterator[list[str]], names: list[str], mark: str, units_of: Mapping[str, str]
+) -> Iterator[Row | BadRow]:
     lines: dict[str, int] = {}  # of the ids
     for cells in reader:
         line: int = reader.line_num  # type: ignore[attr-defined]
@@ -102,7 +143,8 @@ def _rows(reader: Iterator[list[str]], names: list[str]) -> Iterator[Row | BadRo
         try:
             if len(cells) != len(names):
                 raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
-            row = _row(line, dict(zip(names, map(str.strip, cells), strict=True)))
+            texts = [tables.with_point(cell.strip(), mark) for cell in cells]
+            row = _row(line, dict(zip(names, texts, strict=True)), units_of)
             if identifier in lines:
                 raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")
         except InputError as error:
@@ -112,15 +154,16 @@ def _rows(reader: Iterator[list[str]], names: list[str]) -> Iterator[Row | BadRo
         lines.setdefault(identifier, line)
 
 
-def _row(line: int, cells: Mapping[str, str]) -> Row:
-    filled = {name: text for name, text in cells.items() if text}
+def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Row:
+    filled = {name: f"{text}{units_of.get(name, '')}" for name, text in cells.items() if name and text}
     if "id" not in filled:
         raise InputError("id is empty; each wall must have one")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         wall, curve = _wall(filled), _curve(filled)
         e, reason = stated(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
-    return Row(line, filled["id"], wall, curve, e, reason, tuple(f"line {line}: {each.message}" for each in caught))
+    doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
+    return Row(line, filled["id"], wall, curve, e, reason, doubts, filled.get("taxonomy", filled["id"]))
 
 
 def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
@@ -131,13 +174,25 @@ def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
         if name not in filled:
             raise InputError(f"{name} is empty; it must be a number")
     weakest = {"hinge_ratio": WEAKEST} if filled.get("hinge_ratio") == WEAKEST else {}
-    sizes: dict[str, Any] = {name: _number(name, filled[name]) for name in SIZES if name in filled.keys() - weakest}
+    sizes: dict[str, Any] = {name: _size(name, filled[name]) for name in SIZES if name in filled.keys() - weakest}
     sizes |= weakest
-    if not ANSWERS[answer]:
-        return Wall(**sizes)
-    if "hinge_ratio" in sizes:
+    if ANSWERS[answer] and "hinge_ratio" in sizes:
         raise InputError(f"hinge_ratio is {filled['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
-    return Parapet(**sizes)
+    kind: Callable[..., Wall | Parapet] = Parapet if ANSWERS[answer] else Wall
+    if "overburden" in filled:
+        sizes["overburden_ratio"] = _overburden_ratio(filled, kind(**sizes))
+    return kind(**sizes)
+
+
+def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:
+    """Return O/W of a load with its unit on a wall."""
+    if "overburden_ratio" in filled:
+        raise InputError("overburden and overburden_ratio state the same; one of the two cells must be empty")
+    try:
+        load = written_sizes.overburden(filled["overburden"])
+    except UnitError as error:
+        raise InputError(f"overburden: {error}; it must be a load with its unit, as 12kN/m or 12kN") from None
+    return written_sizes.overburden_ratio(*load, float(wall.weight), float(wall.width))
 
 
 def _curve(filled: Mapping[str, str]) -> TrilinearCurve:
@@ -163,6 +218,17 @@ def _restitution(text: str) -> float | str:
         return text_number(text)
     except ValueError:
         raise InputError(f"restitution is {text!r}; it must be a number, or one of {', '.join(RULES)}") from None
+
+
+def _size(name: str, text: str) -> float:
+    """Return a size in SI: a number, or one with its unit."""
+    read = {"density": written_sizes.density, **dict.fromkeys(LENGTHS, written_sizes.length)}.get(name)
+    if read is None:
+        return _number(name, text)
+    try:
+        return read(text)
+    except UnitError as error:
+        raise InputError(f"{name} is {text!r}: {error}; it must be a number, in SI units or with its unit") from None
 
 
 def _number(name: str, text: str) -> float:

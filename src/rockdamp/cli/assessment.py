@@ -3,39 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import Command, print_json, print_table, write_dataset, write_figure, writing
+from rockdamp.cli.assessed import show, show_damping, values
+from rockdamp.cli.command import Command, command_line, print_json, write_dataset, write_figure, writing
 from rockdamp.cli.options import (
     CURVE,
     WALL,
+    column_option,
     curve_options,
     json_option,
     make_curve,
     make_wall,
+    named_columns,
     refuse_unused,
+    units_option,
     wall_options,
     with_default,
 )
-from rockdamp.cli.types import OutputFile, Quantities, Quantity
+from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.units import number
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
-INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
-SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
-AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
 
 records_option = click.option(
     "--records",
@@ -47,6 +45,12 @@ records_option = click.option(
 pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
 pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
+modelling_option = with_default(
+    "--modelling-dispersion",
+    type=Number(),
+    default=0.0,
+    help="Dispersion of the model, for --nrml: added to that of the records.",
+)
 tail_option = with_default("--tail", type=Quantity("s"), default=3.0, help="Rest after each record.")
 
 
@@ -91,6 +95,7 @@ class Restitution(click.ParamType):
     help="Table of walls, in place of one wall.",
 )
 @click.option("--id", "identifier", help="Identifier of the row of --walls.")
+@column_option
 @records_option
 @pgv_option
 @pga_option
@@ -98,7 +103,13 @@ class Restitution(click.ParamType):
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @nrml_option
-@click.option("--report", type=OutputFile(".html"), help="Write a page of two sheets, to print.")
+@click.option("--taxonomy", help="Name of the wall in --nrml, to which an exposure model's taxonomy is mapped.")
+@modelling_option
+@click.option("--report", type=OutputFile(".html"), help="Write a page to print.")
+@click.option("--name", help="Name of the wall on the page of --report.")
+@click.option("--project", default="", help="Project on the page of --report.")
+@click.option("--date", default="", help="Date on the page of --report, as it shall stand there.")
+@units_option
 @json_option
 def assess_command(
     walls: Path | None,
@@ -107,6 +118,7 @@ def assess_command(
     pgv: list[float] | None,
     pga: list[float] | None,
     report: Path | None,
+    units: str,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -114,11 +126,18 @@ def assess_command(
 
     Each record is scaled to every intensity of --pgv or --pga, and from weak to strong for the fragility. The wall is
     run with restitution (CR) and with the recommended damper. The interval of the collapse probability is Wilson's, 95
-    %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations.
+    %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations; there are
+    none for fewer than four stations. Near to collapse the solver's step is halved twice, and what the last halving
+    changes is printed. The JSON is in SI whatever the units.
     """
+    if report is None:
+        refuse_unused(("name", "project", "date"), "--report")
+    if options["nrml"] is None:
+        refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
     wall, curve, e, reason = _wall(walls, identifier, options)
     from rockdamp.assessment.one_wall import assess
+    from rockdamp.equivalence.programs import frequencies, typed_in
     from rockdamp.motions.catalogue import load_records
 
     motions = load_records(records)
@@ -136,16 +155,22 @@ def assess_command(
     if options["nrml"] is not None:
         from rockdamp.assessment.openquake import of_wall
 
-        write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], options["nrml"])
+        taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
+        write_nrml(of_wall(answer, taxonomy), answer.attrs["intensity_measure"], options["nrml"], modelling)
+    taken = float(answer["restitution"])
+    typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
     if report is not None:
         from rockdamp.report.one_wall import page
 
         with writing(report):
-            page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
+            name = options["name"] or identifier or "Wall"
+            about = page.About(options["project"], options["date"], command_line(), units)
+            page.write(page.Subject(name, wall, curve, motions, answer, about), report)
     if as_json:
-        print_json(_values(answer, wall))
+        print_json(values(answer, wall, typed, constants))
     else:
-        _print(answer, wall)
+        show(answer, wall, units)
+        show_damping(typed, constants, taken, units)
 
 
 def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
@@ -159,12 +184,14 @@ def content_of(motions: Iterable[GroundMotion]) -> str:
     return " ".join(f"{motion.name} {motion.record.digest}" for motion in motions)
 
 
-def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path) -> None:
-    """Write fragility functions as NRML."""
+def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modelling: float = 0.0) -> None:
+    """Write fragility functions as NRML, with a modelling dispersion besides that of the records."""
+    from rockdamp.assessment.openquake import description, with_modelling
     from rockdamp.storage import nrml
 
+    text = nrml.text(with_modelling(collapses, modelling), measure, path.stem, description(modelling))
     with writing(path):
-        nrml.write(path, nrml.text(collapses, measure, path.stem, "Collapse of rocking walls, by rockdamp."))
+        nrml.write(path, text)
 
 
 def _wall(
@@ -174,6 +201,7 @@ def _wall(
     from rockdamp.assessment.restitution import DEFAULT_RULE
 
     if table is None:
+        refuse_unused(("columns",), "--walls")
         if identifier is not None:
             raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
         if options["thickness"] is None or options["height"] is None:
@@ -186,121 +214,7 @@ def _wall(
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
-    row = row_of(table, identifier)
+    row = row_of(table, identifier, named_columns(options["columns"]))
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
     return row.wall, row.curve, row.restitution, row.reason
-
-
-def _models(answer: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the answer for each damping model; what depends on the intensity, in `SHARES`, as a list over it."""
-    median = f"median_{answer.attrs['intensity_measure'].lower()}"
-    rows = []
-    for model in map(str, answer["damping_model"].values):
-        one = answer.sel(damping_model=model)
-        rows.append(
-            {
-                "damping_model": model,
-                "order": _number(one["order"]),
-                "damping_ratio": _number(one["damping_ratio"]),
-                "records": int(answer["records"]),
-                **{name: one[name].values.tolist() for name in (*SHARES, AVERAGED) if name in one},
-                "median_intensity": _number(one[median]),
-                "median_intensity_interval": _numbers(one[f"{median}_interval"]),
-                "dispersion": _number(one["dispersion"]),
-                "dispersion_interval": _numbers(one["dispersion_interval"]),
-            }
-        )
-    return rows
-
-
-def _values(answer: xr.Dataset, wall: Wall | Parapet) -> dict[str, Any]:
-    """Return the JSON: numbers for one intensity, lists for several."""
-    measure = answer.attrs["intensity_measure"]
-    asked = answer[measure.lower()].values.tolist()
-
-    def at(values: Any) -> Any:
-        return values[0] if len(asked) == 1 else values
-
-    return {
-        "rocking_onset": float(answer["rocking_onset"]),
-        **_hinge(wall),
-        "restitution": float(answer["restitution"]),
-        "restitution_reason": answer.attrs["restitution_reason"],
-        **_uncertainty(answer),
-        "intensity_measure": measure,
-        "intensity": at(asked),
-        "interval": answer.attrs[INTERVAL],
-        "models": [
-            row | {name: at(row[name]) for name in (*SHARES, AVERAGED) if name in row} for row in _models(answer)
-        ],
-    }
-
-
-def _hinge(wall: Wall | Parapet) -> dict[str, float]:
-    """Return the height of a wall's hinge over h, and the one at which it is weakest."""
-    names = ("hinge_ratio", "weakest_hinge_ratio") if hasattr(wall, "hinge_ratio") else ()
-    return {name: float(getattr(wall, name)) for name in names}
-
-
-def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
-    """Return how uncertain e is, where it is by the rule measured."""
-    if "restitution_deviation" not in answer:
-        return {}
-    source = answer.attrs["restitution_range"]
-    return {"restitution_deviation": float(answer["restitution_deviation"]), "restitution_range": source}
-
-
-def _number(value: xr.DataArray) -> float | None:
-    return float(value) if isfinite(value) else None
-
-
-def _numbers(values: xr.DataArray) -> list[float] | None:
-    return values.values.tolist() if all(map(isfinite, values.values)) else None
-
-
-def _print(answer: xr.Dataset, wall: Wall | Parapet) -> None:
-    from rockdamp.vocabulary import STANDARD_GRAVITY
-
-    measure = answer.attrs["intensity_measure"]
-    asked = answer[measure.lower()]
-    onset, models = float(answer["rocking_onset"]), _models(answer)
-    click.echo(f"rocking starts at {onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2), by the plateau's strength")
-    if hinge := _hinge(wall):
-        taken, weakest = hinge.values()
-        click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
-    click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
-    if uncertain := _uncertainty(answer):
-        deviation, source = uncertain.values()
-        click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
-    click.echo(f"share of {int(answer['records'])} records that collapse the wall ({answer.attrs[INTERVAL]}):\n")
-    shares = [
-        {
-            measure: intensity,
-            "damping_model": row["damping_model"],
-            "collapses": str(row["collapses"][index]),
-            "share": row["collapse_probability"][index],
-            "interval": _span(row["collapse_probability_interval"][index]),
-            **({"averaged over e": row[AVERAGED][index]} if AVERAGED in row else {}),
-        }
-        for index, intensity in enumerate(asked.values.tolist())
-        for row in models
-    ]
-    print_table(shares, {measure: asked.attrs["units"]})
-    click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations:\n")
-    fragilities = [
-        {
-            "damping_model": row["damping_model"],
-            "damping_ratio": row["damping_ratio"],
-            f"median {measure}": row["median_intensity"],
-            "interval": _span(row["median_intensity_interval"]),
-            "dispersion": row["dispersion"],
-            " interval": _span(row["dispersion_interval"]),
-        }
-        for row in models
-    ]
-    print_table(fragilities, {f"median {measure}": asked.attrs["units"]})
-
-
-def _span(bounds: list[float] | None) -> str | None:
-    return None if bounds is None else f"{bounds[0]:.3g} to {bounds[1]:.3g}"

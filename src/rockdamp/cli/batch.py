@@ -8,6 +8,7 @@ import click
 
 from rockdamp.cli.assessment import (
     content_of,
+    modelling_option,
     nrml_option,
     pga_option,
     pgv_option,
@@ -16,8 +17,8 @@ from rockdamp.cli.assessment import (
     tail_option,
     write_nrml,
 )
-from rockdamp.cli.command import Command, print_json, write_dataset, write_table
-from rockdamp.cli.options import json_option, table_of_walls
+from rockdamp.cli.command import SOME_FAILED, Command, print_json, write_dataset, write_table
+from rockdamp.cli.options import column_option, json_option, refuse_unused, strict_option, table_of_walls
 from rockdamp.cli.types import OutputFile
 
 MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
@@ -32,54 +33,65 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
     ],
 )
 @click.argument("walls", type=click.Path(path_type=Path), metavar="WALLS.csv")
+@column_option
 @records_option
 @pgv_option
 @pga_option
 @tail_option
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
+@modelling_option
+@strict_option
 @json_option
 def batch(
     walls: Path,
+    columns: tuple[str, ...],
     records: tuple[str, ...],
     pgv: list[float] | None,
     pga: list[float] | None,
     tail: float,
     output: Path,
     nrml: Path | None,
+    modelling_dispersion: float,
+    strict: bool,
     as_json: bool,
 ) -> None:
     """Collapse of many walls under records.
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
-    overburden_ratio, eccentricity, parapet, a1, b1, a3, softening, preset, restitution. A row that describes no wall is
-    reported with its line; the others are computed. The output has a row for each wall and damping model: collapses at
-    the intensity of --pgv or --pga, median peak, and fragility.
+    overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, parapet, a1, b1, a3, softening,
+    preset, restitution, taxonomy. Commas, semicolons or tabs divide it. A row that describes no wall is reported with
+    its line; the others are computed, and with --strict the exit status is 3. The output has a row for each wall and
+    damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility.
     """
-    from rockdamp.assessment.many_walls import COLUMNS, answers, dataset, fragilities, lines
+    from rockdamp.assessment.many_walls import COLUMNS, answers, below_onset, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
     from rockdamp.assessment.table import BadRow
     from rockdamp.errors import InputError
     from rockdamp.motions.catalogue import load_records
+    from rockdamp.plausibility import warn
 
     require_one(pgv, pga)
+    if nrml is None:
+        refuse_unused(("modelling_dispersion",), "--nrml")
     measure, intensity = asked(pgv, pga)
     if intensity.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
-    rows = table_of_walls(walls)
+    rows = table_of_walls(walls, columns)
     motions = load_records(records)
     answered = list(answers(rows, motions, measure, float(intensity[0]), tail=tail))
     bad = [one for one in answered if isinstance(one, BadRow)]
     if len(bad) == len(answered):
         raise InputError(f"{walls}: no row could be computed; {bad[0].error}")
+    warn(below_onset(answered, measure, float(intensity[0])))
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows)}
-        made = dataset(answered, measure, float(intensity[0]))
+        made = dataset(answered, measure, float(intensity[0]), tail)
         write_dataset(made, output, "batch", "rockdamp.assessment.many_walls", **read)
     else:
         write_table((line for one in answered for line in lines(one)), output, COLUMNS)
     if nrml is not None:
-        write_nrml(fragilities(answered), measure, nrml)
+        write_nrml(fragilities(answered), measure, nrml, modelling_dispersion)
     for one in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {one.error}", err=True)
     if bad:
@@ -87,4 +99,6 @@ def batch(
     if as_json:
         errors = [{"line": one.line, "id": one.id, "error": one.error} for one in bad]
         values = {"walls": len(answered) - len(bad), "records": len(motions), "intensity_measure": measure}
-        print_json({**values, "intensity": float(intensity[0]), "errors": errors})
+        print_json({**values, "intensity": float(intensity[0]), "tail": tail, "errors": errors})
+    if bad and strict:
+        click.get_current_context().exit(SOME_FAILED)

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, product
 from pathlib import Path
+from shlex import join
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 # Options that were renamed: for the old name the error states the new one.
 RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
+SOME_FAILED = 3  # of a table's rows, with --strict
+ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
 
 class Command(click.Command):
@@ -35,6 +38,7 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         try:
+            ctx.meta[ARGUMENTS] = list(args)
             if not ctx.resilient_parsing:
                 _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
             return super().parse_args(ctx, args)
@@ -86,6 +90,12 @@ class Main(click.Group):
             with open(os.devnull, "w") as nothing:  # what could not be written is not tried again at the end
                 os.dup2(nothing.fileno(), sys.stdout.fileno())
             sys.exit(BAD_INPUT)
+
+
+def command_line() -> str:
+    """Return the command as it was typed, quoted for a shell."""
+    ctx = click.get_current_context()
+    return join(["rockdamp", ctx.info_name or "", *ctx.meta[ARGUMENTS]])
 
 
 def _refuse_same_files(ctx: click.Context) -> None:
@@ -182,7 +192,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "animation", "nrml", "report", "table", "as_json")
+    files = ("output", "plot", "animation", "nrml", "report", "table", "as_json", "units", "name", "project", "date")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     version = code_version(module, "rockdamp.storage.dataset")
     with writing(path):

@@ -41,6 +41,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
 
@@ -115,7 +116,10 @@ def decay(release: float, length: tuple[str, float], as_json: bool, **options: A
     if as_json:
         print_json(rows)
     elif rows:
-        print_table(_side_by_side(rows) if options["compare"] else rows, UNITS)
+        table = _side_by_side(rows) if options["compare"] else rows
+        print_table(table, UNITS)
+        if any(value is None for row in table for value in row.values()):
+            click.echo("-: the half cycle does not end within this length")
     else:
         click.echo("no half cycle ends within this length", err=True)
 
@@ -199,7 +203,8 @@ def respond_command(
         if table is not None:
             write_table(_standing(answers), table)
         if several:
-            print_json(answers) if as_json else print_table(_standing(answers), UNITS)
+            _question_rest(answers, wall, curve)
+            print_json(answers) if as_json else _print_rows(_standing(answers), UNITS)
             return
     motion = motions[0].record
     factor = float(scales_of(motion, asked)[0])
@@ -251,6 +256,33 @@ def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
 
 
+def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet, curve: TrilinearCurve) -> None:
+    """Warn where no record of several makes the wall rock."""
+    from rockdamp.plausibility import of_response, warn
+
+    peak, pga = (max(row[name] for row in rows) for name in ("peak_ratio", "pga"))
+    onset = float(wall.rocking_onset(curve.strength_ratio))
+    warn(of_response(peak, float(curve.yield_displacement_ratio), pga, onset))
+
+
+def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
+    """Print rows with accelerations in g too, and the reason for every dash."""
+    shown = []
+    for row in rows:
+        cells = list(row.items())
+        for at in [index for index, (name, _) in enumerate(cells) if name == "pga"]:
+            cells.insert(at + 1, ("pga_g", row["pga"] / STANDARD_GRAVITY))
+        shown.append(dict(cells))
+    print_table(shown, units)
+    reasons = [
+        ("peak_ratio", "a wall that collapsed has no peak"),
+        ("damping_ratio", "restitution (CR) has no damping ratio"),
+    ]
+    for name, reason in reasons:
+        if any(name in row and row[name] is None for row in rows):
+            click.echo(f"-, {name}: {reason}")
+
+
 def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bool, as_json: bool) -> None:
     rows = []
     for model in map(str, histories["damping_model"].values):
@@ -270,6 +302,8 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
     if compare:
         print_values(motion, units)
         click.echo()
-        print_table(rows, UNITS)
+        _print_rows(rows, UNITS)
     else:
         print_values(motion | rows[0], units)
+        if rows[0]["peak_ratio"] is None:
+            click.echo("-: a wall that collapsed has no peak")

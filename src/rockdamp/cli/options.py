@@ -11,10 +11,10 @@ import click
 from click.core import ParameterSource
 
 from rockdamp.cli.types import HingeRatio, Number, Quantity
-from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
+from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, STANDARD_GRAVITY, VISCOUS_MODELS
 
 if TYPE_CHECKING:
-    from rockdamp.assessment.table import BadRow, Row
+    from rockdamp.assessment.table import BadRow, Column, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.wall import Parapet, Wall
@@ -22,8 +22,35 @@ if TYPE_CHECKING:
 Decorator = Callable[[Any], Any]
 
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
-WALL = (*SIZES, "hinge_ratio", "parapet")
+WALL = (*SIZES, "overburden", "hinge_ratio", "parapet")
 CURVE = ("a1", "b1", "preset", "a3", "softening")
+
+
+class WallSize(Quantity):
+    """A length or density of a wall: also in feet and inches, or as a weight by volume."""
+
+    def read(self, text: str) -> float:
+        from rockdamp.mechanics import written_sizes
+
+        return written_sizes.density(text) if self.unit == "kg m-3" else written_sizes.length(text)
+
+
+class Load(click.ParamType):
+    """A vertical load with its unit, on the wall or by metre of it."""
+
+    name = "load"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "[N|N m-1]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, bool]:
+        from rockdamp.mechanics import written_sizes
+        from rockdamp.units import UnitError
+
+        try:
+            return value if isinstance(value, tuple) else written_sizes.overburden(value)
+        except UnitError as error:
+            self.fail(f"{error}; it must be one, as 12kN/m of wall, or 12kN on its whole width", param, ctx)
 
 
 class Model(click.Choice):
@@ -48,10 +75,10 @@ with_default = partial(click.option, show_default=True)  # an option whose help 
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
     return _all(
-        click.option("--thickness", type=Quantity("m"), required=required, help="Thickness t of the wall."),
-        click.option("--height", type=Quantity("m"), required=required, help="Height h of the wall."),
-        with_default("--width", type=Quantity("m"), default=1.0, help="Width of the strip of wall."),
-        with_default("--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."),
+        click.option("--thickness", type=WallSize("m"), required=required, help="Thickness t of the wall."),
+        click.option("--height", type=WallSize("m"), required=required, help="Height h of the wall."),
+        with_default("--width", type=WallSize("m"), default=1.0, help="Width of the strip of wall."),
+        with_default("--density", type=WallSize("kg m-3"), default=1800.0, help="Density of the masonry."),
         with_default(
             "--hinge-ratio",
             type=HingeRatio(),
@@ -59,8 +86,9 @@ def wall_options(required: bool = True) -> Decorator:
             help="Height of the hinge over h, or weakest: where F0 is least between 0.5 and 0.7. A parapet has none.",
         ),
         with_default("--overburden-ratio", type=Number(), default=0.0, help="Overburden over weight of the wall."),
+        click.option("--overburden", type=Load(), help="Overburden as a load, 12kN/m, in place of --overburden-ratio."),
         with_default(
-            "--eccentricity", type=Quantity("m"), default=0.0, help="Overburden's distance from mid-thickness."
+            "--eccentricity", type=WallSize("m"), default=0.0, help="Overburden's distance from mid-thickness."
         ),
         click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
     )
@@ -101,15 +129,59 @@ record_option, optional_record_option = (
     )
     for required in (True, False)
 )
+units_option = with_default(
+    "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 
-def table_of_walls(path: Path) -> list[Row | BadRow]:
+POUND, INCH = 0.45359237, 0.0254  # [kg], [m]
+# By the SI unit: the unit that is printed in its place, and its size.
+IMPERIAL = {
+    "N": ("lbf", POUND * STANDARD_GRAVITY),
+    "kg": ("lb", POUND),
+    "kg m-3": ("lb ft-3", POUND / (12 * INCH) ** 3),
+    "N m-1": ("lbf in-1", POUND * STANDARD_GRAVITY / INCH),
+    "N s m-1": ("lbf s in-1", POUND * STANDARD_GRAVITY / INCH),
+    "m": ("in", INCH),
+    "m s-1": ("in s-1", INCH),
+    "m s-2": ("ft s-2", 12 * INCH),
+}
+
+
+def imperial(unit: str, units: str) -> tuple[str, float]:
+    """Return the unit in which a value in an SI unit is printed, and its size in SI; `units` is that of --units."""
+    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
+
+
+strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
+column_option = click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="NAME=COLUMN[:UNIT]",
+    help="Column of the table of walls that holds NAME, as 'thickness=Thickness [mm]:mm'; repeatable.",
+)
+
+
+def named_columns(columns: Iterable[str]) -> dict[str, Column]:
+    """Return the columns of a table of walls by what they hold, as --column names them."""
+    from rockdamp.assessment.table import Column
+
+    pairs = [Column.of(text) for text in columns]
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise click.UsageError(f"--column names {name} {names.count(name)} times; it must be once")
+    return dict(pairs)
+
+
+def table_of_walls(path: Path, columns: Iterable[str] = ()) -> list[Row | BadRow]:
     """Read a table of walls, which must have rows, and print its doubts."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
 
-    rows = read_walls(path)
+    rows = read_walls(path, named_columns(columns))
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
     for row in rows:
@@ -137,11 +209,29 @@ def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
     from rockdamp.mechanics.wall import Parapet, Wall
 
     sizes = {name: options[name] for name in SIZES}
-    if not options["parapet"]:
-        return Wall(hinge_ratio=options["hinge_ratio"], **sizes)
-    if was_given("hinge_ratio"):
+    if options["parapet"] and was_given("hinge_ratio"):
         raise click.UsageError("--hinge-ratio belongs to a wall; --parapet, one block on its base, must be without it")
-    return Parapet(**sizes)
+    kind: Callable[..., Wall | Parapet] = (
+        Parapet if options["parapet"] else partial(Wall, hinge_ratio=options["hinge_ratio"])
+    )
+    if options.get("overburden") is not None:
+        sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], kind(**sizes))
+    return kind(**sizes)
+
+
+def _ratio_of_load(load: tuple[float, bool], unloaded: Wall | Parapet) -> float:
+    """Return O/W of --overburden, and print it with the weight that it is over."""
+    from rockdamp.mechanics.written_sizes import overburden_ratio
+
+    if was_given("overburden_ratio"):
+        raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
+    weight = float(unloaded.weight)
+    ratio = overburden_ratio(*load, weight, float(unloaded.width))
+    click.echo(
+        f"overburden_ratio is {ratio:.4g}: {ratio * weight / 1000:.4g} kN over {weight / 1000:.4g} kN of the wall",
+        err=True,
+    )
+    return ratio
 
 
 def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:

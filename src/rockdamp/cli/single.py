@@ -8,15 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import Command, print_json, print_table, print_values, write_table
+from rockdamp.cli.assessed import show_damping
+from rockdamp.cli.assessment import Restitution
+from rockdamp.cli.command import SOME_FAILED, Command, print_json, print_table, print_values, write_table
 from rockdamp.cli.options import (
     CURVE,
+    WALL,
+    column_option,
     curve_options,
+    imperial,
     json_option,
     make_curve,
+    make_optional_wall,
     make_wall,
     refuse_unused,
+    strict_option,
     table_of_walls,
+    units_option,
     wall_options,
     with_default,
 )
@@ -24,6 +32,7 @@ from rockdamp.cli.types import Number, OutputFile, Quantities
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
+    from rockdamp.equivalence.programs import Typed
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
 
@@ -37,6 +46,7 @@ KEYS = (
     "frequency_parameter",
     "restitution",
     "restitution_impulsive",
+    "restitution_measured",
 )
 HINGE = ("hinge_ratio", "weakest_hinge_ratio")  # of a wall, which a parapet has not
 UNITS = {
@@ -50,15 +60,8 @@ UNITS = {
     "rigid_period": "s",
     "period": "s",
     "rocking_onset": "m s-2",
-}
-POUND, INCH = 0.45359237, 0.0254  # [kg], [m]
-# By the SI unit: the unit that is printed in its place, and its size.
-IMPERIAL = {
-    "N": ("lbf", POUND * STANDARD_GRAVITY),
-    "kg": ("lb", POUND),
-    "N m-1": ("lbf in-1", POUND * STANDARD_GRAVITY / INCH),
-    "m": ("in", INCH),
-    "m s-2": ("ft s-2", 12 * INCH),
+    "initial_frequency": "rad s-1",
+    "initial_period": "s",
 }
 AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 
@@ -74,18 +77,20 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @wall_options()
 @curve_options
 @click.option("--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
-@with_default(
-    "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
-)
+@click.option("--restitution", type=Restitution(), help="Restitution e of the dampers, or a rule.  [default: measured]")
+@units_option
 @json_option
 def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
     """Constants of a wall's motion, onset of rocking, restitution, periods.
 
     Restitution is printed by each formula, with its source; one is recommended. Periods are printed for several
     amplitudes. With a curve (--a1 and --b1, or --preset) the periods of the cracked wall stand beside those of the
-    rigid one, and rocking starts at the strength of the plateau. The JSON holds the constants and their units, and with
-    --amplitude the periods.
+    rigid one, rocking starts at the strength of the plateau, and there is viscous damping to type into a program, for
+    one e. The JSON holds the constants and their units, and with --amplitude the periods.
     """
+    from rockdamp.assessment.one_wall import stated
+    from rockdamp.assessment.restitution import DEFAULT_RULE
+
     built = make_wall(options)
     keys = (*KEYS, *HINGE) if hasattr(built, "hinge_ratio") else KEYS
     values = {key: float(getattr(built, key)) for key in keys}
@@ -93,20 +98,28 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     if any(options[name] is not None for name in ("a1", "b1", "preset")):
         curve = make_curve(options)
     else:
-        refuse_unused(("a3", "softening"), "--a1 and --b1, or --preset")
+        refuse_unused(("a3", "softening", "restitution"), "--a1 and --b1, or --preset")
     values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.strength_ratio))
     in_g = values["rocking_onset"] / STANDARD_GRAVITY
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
-    shown = dict(UNITS)
-    if units == "imperial":
-        shown = {key: IMPERIAL.get(unit, (unit, 1.0))[0] for key, unit in UNITS.items()}
-        values, rows = _imperial(values), [_imperial(row) for row in rows]
+    typed, of_curve, e = None, (0.0, 0.0), 0.0
+    if curve is not None:
+        from rockdamp.equivalence.programs import frequencies, typed_in
+
+        e, _ = stated(built, options["restitution"] or DEFAULT_RULE)
+        of_curve = frequencies(built, curve)
+        values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
+        typed = typed_in(built, curve, e)
+    shown = {key: imperial(unit, units)[0] for key, unit in UNITS.items()}
+    values, rows = _converted(values, units), [_converted(row, units) for row in rows]
     restitutions = _restitutions(built)
     if as_json:
+        damping = {} if typed is None else _damping(typed, e)
         periods = {} if amplitude is None else {"periods": rows}
-        stated = {key: shown.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
-        stated["rocking_onset_g"] = "g"
-        print_json({**values, "rocking_onset_g": in_g, "restitutions": restitutions, "units": stated, **periods})
+        units_of = {key: shown.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
+        units_of |= {"rocking_onset_g": "g"} | ({"damping_coefficient": "N s m-1"} if damping else {})
+        more = {"restitutions": restitutions, "units": units_of, **damping, **periods}
+        print_json({**values, "rocking_onset_g": in_g, **more})
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
     print_values(constants, shown | {"rocking_onset": f"{shown['rocking_onset']}, which is {in_g:.4g} g"})
@@ -116,11 +129,19 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['reason']}{recommended}")
     click.echo()
     print_table(rows, shown)
+    if typed is not None:
+        show_damping(typed, of_curve, e, units)
 
 
-def _imperial(values: dict[str, float]) -> dict[str, float]:
-    """Convert the values whose names have an SI unit to the units of `IMPERIAL`."""
-    return {key: value / IMPERIAL.get(UNITS.get(key, ""), ("", 1.0))[1] for key, value in values.items()}
+def _damping(typed: list[Typed], e: float) -> dict[str, Any]:
+    """Return the dampers for the JSON, which is in SI here; C by itself for each that can be a dashpot."""
+    constant = {row["damping_model"]: row["damping_coefficient"] for row in typed if row["damping_coefficient"]}
+    return {"damping_restitution": e, "damping_coefficient": constant, "damping": typed}
+
+
+def _converted(values: dict[str, float], units: str) -> dict[str, float]:
+    """Convert the values whose names have a unit to those of --units."""
+    return {key: value / imperial(UNITS.get(key, ""), units)[1] for key, value in values.items()}
 
 
 def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
@@ -170,30 +191,35 @@ def _periods(
 @with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
 @click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
+@column_option
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
+@strict_option
+@wall_options(required=False)
 @json_option
 def equivalent_command(
     restitution: list[float] | None, release: float, walls: Path | None, as_json: bool, **options: Any
 ) -> None:
     """Damping ratios equivalent to a restitution.
 
-    Print one row for each coefficient of restitution and viscous model. The ratios of a table of walls, in the format
-    of batch, are read from the package's table of least error, within 1 %. Where that table has no value, the column
-    error says why.
+    Print one row for each coefficient of restitution and viscous model. damping_ratio has the least error (Eq. 17): use
+    it. damping_ratio_energy, the closed form, is close to it for all but CDC, where it errs more under earthquakes.
+    With --thickness and --height a row has C too, if that is constant. The ratios of a table of walls, in the format of
+    batch, are read from the package's table of least error, within 1 %. Where that table has no value, the column error
+    says why.
     """
     if walls is not None:
-        refuse_unused(("restitution", *CURVE, "response_length"), "one wall, without --walls")
-        _of_walls(walls, release, options["output"], as_json)
+        refuse_unused(("restitution", *CURVE, *WALL, "response_length"), "one wall, without --walls")
+        _of_walls(walls, release, as_json, options)
         return
-    refuse_unused(("output",), "--walls")
+    refuse_unused(("output", "columns", "strict"), "--walls")
     if restitution is None:
         raise click.UsageError("there must be --restitution and a curve, or --walls")
     from rockdamp.equivalence.equivalent import equivalent
     from rockdamp.equivalence.polynomials import SHIPPED_STRENGTH_RATIO
     from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
-    curve = make_curve(options)
-    rows = equivalent(
+    curve, built = make_curve(options), make_optional_wall(options)
+    rows: list[Any] = equivalent(
         restitution,
         float(curve.yield_displacement_ratio),
         float(curve.strength_ratio),
@@ -202,23 +228,33 @@ def equivalent_command(
         release,
         DEFAULT_RESPONSE_LENGTH if options["response_length"] is None else options["response_length"],
     )
+    if built is not None:
+        from rockdamp.equivalence.programs import advice, dashpot, frequencies
+
+        for row in rows:
+            row["damping_coefficient"] = dashpot(built, curve, row["damping_model"], row["damping_ratio"])
     if as_json:
         print_json(rows)
         return
-    print_table(rows)
+    print_table(rows, {"damping_coefficient": "N s m-1"})
+    if built is not None:
+        w1, period = frequencies(built, curve)
+        click.echo(f"\nw1 = {w1:.4g} rad s-1, T1 = {period:.4g} s; -, damping_coefficient: C is not constant")
+        click.echo(advice(restitution[0]))
     if any(row["damping_ratio_fit"] is None for row in rows):
-        click.echo("\n-: outside the range of the polynomials (a1 or e)", err=True)
+        click.echo("\n-, damping_ratio_fit: outside the range of the polynomials (a1 or e)", err=True)
     if curve.strength_ratio != SHIPPED_STRENGTH_RATIO:
         stated = f"damping_ratio_fit is that of b1 = {SHIPPED_STRENGTH_RATIO:g}, not of {float(curve.strength_ratio):g}"
         click.echo(f"\n{stated}", err=True)
 
 
-def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -> None:
+def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any]) -> None:
     """Write or print the damping ratios of a table of walls."""
     from rockdamp.assessment.ratios import COLUMNS, ratios
     from rockdamp.errors import InputError
 
-    rows = list(ratios(table_of_walls(walls), release))
+    output = options["output"]
+    rows = list(ratios(table_of_walls(walls, options["columns"]), release))
     if all(row["damping_ratio"] is None for row in rows):
         raise InputError(f"{walls}: {rows[0]['error']}")
     if output is not None:
@@ -227,6 +263,11 @@ def _of_walls(walls: Path, release: float, output: Path | None, as_json: bool) -
         print_json(rows)
     elif output is None:
         print_table(rows)
+    failed = sum(row["damping_ratio"] is None for row in rows)
+    if failed:
+        click.echo(f"{failed} of {len(rows)} damping ratios could not be read; the column error says why", err=True)
+        if options["strict"]:
+            click.get_current_context().exit(SOME_FAILED)
 
 
 @click.command(cls=Command, examples=["rockdamp presets"])

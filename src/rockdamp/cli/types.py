@@ -30,7 +30,7 @@ class Number(click.ParamType):
         try:
             return value if isinstance(value, float) else units.number(value)
         except ValueError:
-            self.fail(f"{value!r} is not a valid float.", param, ctx)
+            self.fail(f"{value!r} is no number; it must be one with a decimal point, as 0.85", param, ctx)
 
 
 class HingeRatio(click.ParamType):

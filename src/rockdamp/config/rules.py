@@ -34,6 +34,7 @@ from rockdamp.config.walls import Study, StudySettings
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.records import has_displacement
 from rockdamp.storage.dotted_keys import stated
 from rockdamp.vocabulary import PRESETS, STUDIES
 
@@ -238,7 +239,7 @@ def names_differ(config: Config) -> Problems:
 
 
 def records_are_files(config: Config) -> Problems:
-    """The records of the test and the trials of free rocking must be there."""
+    """The records of the test, which hold the measured displacement, and the trials of free rocking must be there."""
     test_series = stated(config, "validation.test_series")
     keys = [
         "validation.record",
@@ -248,6 +249,9 @@ def records_are_files(config: Config) -> Problems:
     for key in keys:
         if not Path(stated(config, key)).is_file():
             yield ConfigError(key, f"is {stated(config, key)!r}; it must be a file, seen from the folder of the run")
+        elif key != "measured_rocking.trials" and not has_displacement(stated(config, key)):
+            text = f"is {stated(config, key)!r}, a record without displacement_m; it must hold the wall's displacement"
+            yield ConfigError(key, text)
 
 
 # --- walls -----------------------------------------------------------------------------------------------------------
@@ -293,13 +297,17 @@ def broken(config: Config) -> Problems:
 
 
 def doubts(config: Config) -> Iterable[ConfigError]:
-    """Yield the walls that are larger than masonry walls are: possible, and likelier a slip of units."""
+    """Yield the walls whose size, density or load masonry hardly has: possible, and likelier a slip of units."""
     walls: dict[str, Wall | Parapet] = {
         "wall": StudySettings.of(config).wall,
         "validation.wall": ValidationSettings.of(config).wall,
         "damping_force.rigid": DampingForceSettings.of(config).damping_force.rigid.wall,
         **{f"earthquakes.walls[{i}]": named.wall for i, named in enumerate(EarthquakeWallSettings.of(config).walls)},
     }
+    for key, wall in walls.items():
+        loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
+        for doubt in [*plausibility.of_density(wall.density), *loads]:
+            yield ConfigError(key, f"makes an unlikely wall: {doubt}")
     sizes = {key: (float(wall.thickness), float(wall.height)) for key, wall in walls.items()}
     drawn = PopulationWallSettings.of(config).parameters
     thickness = drawn["thickness"].high

@@ -22,6 +22,8 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.base import RANGES
+from rockdamp.plausibility import per_cent
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 AT_ONCE = 2**15  # values of the integrand: few enough for the processor's cache
@@ -242,5 +244,6 @@ def giannini_masiani(restitution: ArrayLike) -> Array:
 def check_restitution(restitution: ArrayLike) -> Array:
     """Return e as an array of floats, or raise `InputError` unless it lies in (0, 1]."""
     e = numbers("restitution (e)", restitution)
-    require((e > 0) & (e <= 1), "restitution (e)", e, "greater than 0 and at most 1")
+    text, within, allowed = RANGES["restitution"]
+    require(within(e), text, e, f"{allowed}{per_cent(e, within)}")
     return e

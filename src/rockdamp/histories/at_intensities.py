@@ -31,12 +31,13 @@ def peaks_and_collapses(
     *,
     step: float,
     tail: float,
+    halvings: int = 0,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Run walls with each damper under a record that is scaled by each factor.
 
     Parameters of walls, curves and dampers are numbers, or arrays of shape (walls,); `factor` has the shape (factors,)
-    or (walls, factors). `step` is the longest, times the angular frequency of the first branch; `tail` is the rest
-    after the record. [s]
+    or (walls, factors). `step` is the longest, times the angular frequency of the first branch, before it is halved
+    `halvings` times; `tail` is the rest after the record. [s]
 
     Returns
     -------
@@ -50,7 +51,7 @@ def peaks_and_collapses(
     curve = curve.map(spread)
     forcing = Forcing.of(wall, record, factor.T, rest=tail)
     sampling, load_factor = spread(forcing.sampling), np.broadcast_to(forcing.load_factor, (factor.shape[1], *count))
-    substeps = substeps_of(sampling * curve.initial_frequency, step)
+    substeps = substeps_of(sampling * curve.initial_frequency, step) * 2**halvings
     peak, collapsed = (np.empty((*count, factor.shape[1], len(dampings)), dtype=kind) for kind in (float, bool))
     cause = f"p is {np.max(wall.frequency_parameter):.3g} rad/s (the wall may be far smaller than is meant)"
     require_affordable(int(substeps.max()) * forcing.intervals, cause)

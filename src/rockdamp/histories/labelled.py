@@ -156,10 +156,11 @@ def respond(
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
     forcing = Forcing.of(batch.wall or wall, record, batch.values["scale_factor"], rest=tail)
     motion = forcing.ground_acceleration
-    _warn_of_motion(motion, batch.values["scale_factor"])
+    warn_of_motion(motion, batch.values["scale_factor"])
     substeps = batch.steps_within(record.step, step, forcing.intervals)
     every = substeps if histories else None
     response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
+    _question_rest(batch, response, motion)
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(_described)
@@ -167,12 +168,23 @@ def respond(
     return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
 
 
-def _warn_of_motion(ground: Array, scale: Array) -> None:
+def warn_of_motion(ground: Array, scale: Array) -> None:
     """Warn where the motion is likely in another unit at every scale: of many, some may be meant to go far."""
     pga = float(np.abs(ground).max())
     doubts = [doubt for factor in np.ravel(scale) for doubt in plausibility.of_motion(pga, scale=float(factor))]
     if len(doubts) == np.size(scale):
         plausibility.warn(doubts[:1])
+
+
+def _question_rest(batch: _Batch, response: Response, ground: Array) -> None:
+    """Ask whether a motion that rocks no wall of the batch was meant in g, where that would."""
+    a1 = batch.curve.yield_displacement_ratio
+    if batch.wall is None or not (response.peak < a1).all():
+        return
+    pga = float(np.abs(ground).max() * np.abs(batch.values["scale_factor"]).max(initial=0.0))
+    onset = float(np.min(batch.wall.rocking_onset(batch.curve.strength_ratio)))
+    if plausibility.was_g(pga, onset):
+        plausibility.warn(plausibility.of_response(response.peak, float(np.min(a1)), pga, onset))
 
 
 class _Batch:

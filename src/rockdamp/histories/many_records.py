@@ -9,13 +9,14 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.labelled import respond
+from rockdamp.histories.labelled import respond, warn_of_motion
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
+from rockdamp.plausibility import as_meant
 
 RESULTS = ("peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed")
 
@@ -50,7 +51,11 @@ def rows(
     """
     for motion in motions:
         scale, measures = scales_of(motion.record, asked), intensity_measures(motion.record)
-        runs = [respond(wall, curve, each, motion.record, scale=scale, tail=tail, histories=False) for each in dampings]
+        warn_of_motion(motion.record.ground_acceleration, scale)
+        with as_meant():  # one record of several may be too weak to rock the wall
+            runs = [
+                respond(wall, curve, each, motion.record, scale=scale, tail=tail, histories=False) for each in dampings
+            ]
         for index, factor in enumerate(scale.tolist()):
             for damping, run in zip(dampings, runs, strict=True):
                 yield {

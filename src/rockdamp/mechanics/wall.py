@@ -54,7 +54,8 @@ class _Mechanism(ByValue):
         for field, value, array in zip(fields(self), kept, arrays, strict=True):  # type: ignore[arg-type]
             object.__setattr__(self, field.name, value)
             text, within, allowed = RANGES[field.name]
-            require(within(np.asarray(array)), text, array, allowed)
+            hint = plausibility.per_cent(array, within) if field.name == "hinge_ratio" else ""
+            require(within(np.asarray(array)), text, array, f"{allowed}{hint}")
         within_faces = np.abs(self.eccentricity) <= np.divide(self.thickness, 2)
         require(within_faces, "eccentricity", self.eccentricity, RANGES["eccentricity"][2])
         self._check_arithmetic()
@@ -65,7 +66,10 @@ class _Mechanism(ByValue):
         with np.errstate(all="ignore"):  # of sizes out of all scale e is no number
             e = self.restitution
         plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
+        per_metre = np.divide(self.weight, self.width)
         plausibility.warn(plausibility.of_wall(self.thickness, self.height))
+        plausibility.warn(plausibility.of_density(self.density))
+        plausibility.warn(plausibility.of_overburden(self.overburden_ratio, per_metre))
 
     def _check_arithmetic(self) -> None:
         """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
@@ -312,7 +316,7 @@ class Wall(_Mechanism):
 
         .. math:: e_\mathrm{an} = \frac{h_1 (h_1 + h) - 3 t^2}{h_1 (h_1 + h) + 3 t^2}
 
-        It ignores the top support's impulse.
+        It ignores the top support's impulse. Tests measured less: `restitution_measured`.
         """
         return angular_momentum_restitution(self.thickness, self.height, self.hinge_ratio)
 
@@ -327,6 +331,11 @@ class Wall(_Mechanism):
         r = np.asarray(self.hinge_ratio)
         q = 1 / self.slenderness**2
         return (2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * (r**2 * (1 - r) + (3 - 2 * r) * q))
+
+    @property
+    def restitution_measured(self) -> Array:
+        """0.90 of Eq. (7), the mean of the tests that section 4.1 quotes: the value for a wall without a test. [-]"""
+        return SORRENTINO_RATIO * self.restitution
 
 
 @dataclass(frozen=True, eq=False)
@@ -397,4 +406,9 @@ class Parapet(_Mechanism):
     @property
     def restitution_impulsive(self) -> Array:
         """Equal to `restitution`: with one body and one contact the two principles coincide. [-]"""
+        return self.restitution
+
+    @property
+    def restitution_measured(self) -> Array:
+        """Equal to `restitution`: the tests of section 4.1 are of walls with two bodies. [-]"""
         return self.restitution

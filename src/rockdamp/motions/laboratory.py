@@ -6,7 +6,6 @@ import csv
 import hashlib
 import math
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,7 +20,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn
-from rockdamp.storage import input_file
+from rockdamp.storage import input_file, tables
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
 FEWEST_FILTERED = 16  # samples that the filter needs to run backwards
@@ -101,17 +100,12 @@ def read_raw(path: str | os.PathLike[str]) -> Raw:
 def _divider(lines: Sequence[str]) -> str | None:
     """Return what divides the cells; None for blanks."""
     body = [line for line in lines if line and not line.startswith("#")][-1:]
-    return next((mark for mark in (";", "\t", ",") if body and mark in body[0]), None)
+    return tables.divider(body[0]) if body else None
 
 
 def _cells(line: str, divider: str | None) -> list[str]:
     cells = next(csv.reader([line], delimiter=divider)) if divider else line.split()
-    return [
-        cell.replace(",", ".")
-        if divider != "," and re.fullmatch(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*", cell)
-        else cell
-        for cell in cells
-    ]
+    return [tables.with_point(cell, divider) for cell in cells]
 
 
 def _numbers(cells: Sequence[str]) -> list[float] | None:

@@ -19,6 +19,7 @@ from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.motions.sampling import Place, check_finite, check_time
+from rockdamp.storage import tables
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
@@ -76,8 +77,8 @@ def require_stated(stated: str, acceleration: str, remedy: str) -> None:
 
 
 def csv(lines: Sequence[str]) -> Parts:
-    """Parse this project's CSV."""
-    header, names, start = _names(lines, COLUMNS[:2])
+    """Parse this project's CSV; semicolons or tabs may divide it, beside decimal commas."""
+    header, names, lines, start = _names(lines, COLUMNS[:2])
     _check_columns(names, start + 1)
     (column,) = (name for name in names if name in ACCELERATIONS)
     unit, factor = ACCELERATIONS[column]
@@ -95,7 +96,7 @@ def csv(lines: Sequence[str]) -> Parts:
 
 def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array | None], dict[str, str]]:
     """Parse a free-rocking test: times, the displacement and the rotation, of which one is None, and the header."""
-    header, names, start = _names(lines, (COLUMNS[0], " or ".join(ROCKING_COLUMNS)))
+    header, names, lines, start = _names(lines, (COLUMNS[0], " or ".join(ROCKING_COLUMNS)))
     allowed = f"the columns must be {COLUMNS[0]} and one of {', '.join(ROCKING_COLUMNS)}"
     if sorted(names) not in [sorted((COLUMNS[0], column)) for column in ROCKING_COLUMNS]:
         hint = "; a free-rocking test has no motion of the ground" if set(names) & set(ACCELERATIONS) else ""
@@ -110,13 +111,15 @@ def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array 
     return values[COLUMNS[0]], (values.get(ROCKING_COLUMNS[0]), values.get(ROCKING_COLUMNS[1])), header
 
 
-def _names(lines: Sequence[str], expected: Sequence[str]) -> tuple[dict[str, str], list[str], int]:
-    """Return the header, the names of the columns, and the index of the line that names them."""
+def _names(lines: Sequence[str], expected: Sequence[str]) -> tuple[dict[str, str], list[str], list[str], int]:
+    """Return the header, the names of the columns, the lines divided by commas, and the index of that with the names."""
     start = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    mark = tables.divider(lines[start]) if start < len(lines) else None
+    lines = [tables.with_commas(line, mark) if number >= start else line for number, line in enumerate(lines)]
     header = _header(lines[:start])
     if start == len(lines):
         raise InputError(f"has a header only; columns {', '.join(expected)} must follow it")
-    return header, [name.strip(' "') for name in lines[start].split(",")], start
+    return header, [name.strip(' "') for name in lines[start].split(",")], lines, start
 
 
 def _columns(lines: Sequence[str], first: int, names: Sequence[str]) -> Mapping[str, Array]:
@@ -172,7 +175,8 @@ def _check_remark(line: str, text: str, number: int) -> None:
 
 def _check_columns(names: Sequence[str], line: int) -> None:
     one_of = f"one of {', '.join(ACCELERATIONS)}"
-    allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}, divided by commas"
+    allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}"
+    allowed += ", divided by commas, semicolons or tabs"
     for name in names:
         if name not in (*COLUMNS, *ACCELERATIONS):
             hint = "; the name of a PEER AT2 file must end in .AT2" if "PEER" in name.upper() else ""

@@ -135,6 +135,13 @@ def followed_by_rest(ground_acceleration: Array, step: float, tail: float) -> Ar
     return np.concatenate([ground_acceleration, np.zeros(int(rest))])
 
 
+def has_displacement(path: str | os.PathLike[str]) -> bool:
+    """Return whether a record's file names the column of the measured displacement; the numbers are not read."""
+    text = input_file.text(input_file.content(path, "a record as CSV or PEER AT2"), path)
+    names = next((line for line in text.split("\n") if line.strip() and not line.startswith("#")), "")
+    return COLUMNS[2] in names
+
+
 def read_record(path: str | os.PathLike[str]) -> Record:
     """Read a record: PEER AT2 where the name ends in .AT2 (in either case), this project's CSV otherwise.
 

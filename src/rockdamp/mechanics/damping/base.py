@@ -35,9 +35,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp import plausibility
 from rockdamp.arguments import broadcast, instance, numbers, one_of, together
 from rockdamp.arrays import Array, ByValue, Quantity
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.vocabulary import DAMPERS, LOCAL, MODELS
@@ -146,7 +147,8 @@ class Damping(ByValue):
         arrays = together(**{RANGES[name][0]: given[name] for name in self.names})
         for name, array in zip(self.names, arrays, strict=True):
             text, within, allowed = RANGES[name]
-            require(within(array), text, array, allowed)
+            if not holds(within(array)):
+                require(within(array), text, array, f"{allowed}{plausibility.per_cent(array, within)}")
             self.__dict__[name] = array
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -1,11 +1,11 @@
-"""The page of one wall: its assumptions and its answers, printed on two sheets of A4."""
+"""The page of one wall: its assumptions and its answers, printed on three sheets of A4."""
 
 from __future__ import annotations
 
 import base64
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -19,11 +19,10 @@ from matplotlib.figure import Figure
 
 from rockdamp import __version__
 from rockdamp.arrays import Array
-from rockdamp.assessment.collapses import STRIPES, TAIL, UNITS
-from rockdamp.assessment.one_wall import REPLICATES, beside_each_other
-from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.equivalent import equivalent
-from rockdamp.errors import InputError
+from rockdamp.assessment.collapses import STRIPES, UNITS
+from rockdamp.assessment.one_wall import REPLICATES, beside_each_other, missing
+from rockdamp.assessment.sensitivity import sensitivity
+from rockdamp.equivalence.programs import advice, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
@@ -34,8 +33,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
-from rockdamp.text import DASH, number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY, VISCOUS_MODELS
+from rockdamp.text import DASH, counted, number, percent, plain
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -48,6 +47,16 @@ MOST_NAMES = 8  # records named
 
 
 @dataclass(frozen=True)
+class About:
+    """What the page says of itself: project, date and command as the user gave them; units are si or imperial."""
+
+    project: str = ""
+    date: str = ""
+    command: str = ""
+    units: str = "si"
+
+
+@dataclass(frozen=True)
 class Subject:
     """A wall, its records, and the dataset that `rockdamp.assess` returned for them."""
 
@@ -56,6 +65,7 @@ class Subject:
     curve: TrilinearCurve
     motions: Sequence[GroundMotion]
     answer: xr.Dataset
+    about: About = About()
 
 
 def build(subject: Subject) -> str:
@@ -66,18 +76,24 @@ def build(subject: Subject) -> str:
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE)),
         name=subject.name,
+        about=subject.about,
         parapet=isinstance(subject.wall, Parapet),
         inputs=_inputs(subject),
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
         dampers=_dampers(subject),
-        shares=_shares(answer),
+        advice=advice(float(answer["restitution"])),
+        constants=_constants(subject),
+        moved=_moved(subject),
+        missing=_missing(answer),
+        halving=_halving(answer),
+        shares=_shares(answer, subject.about.units),
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
-        fragility=_fragility(answer),
-        headline=_headline(answer),
+        fragility=_fragility(answer, subject.about.units),
+        headline=_headline(answer, subject.about.units),
         measure=answer.attrs["intensity_measure"],
-        unit=PRINTED[UNITS[answer.attrs["intensity_measure"]]],
+        unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
         records=_records(subject.motions),
         worst=worst,
         images={
@@ -88,7 +104,7 @@ def build(subject: Subject) -> str:
         recommended=RECOMMENDED,
         stripes=STRIPES.size,
         replicates=REPLICATES,
-        tail=f"{TAIL:g}",
+        tail=plain(answer["tail"]),
         method=answer.attrs["collapse_probability_interval"],
         version=__version__,
     )
@@ -108,22 +124,21 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
     dictionary is empty where the wall survives no record.
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
-    dampings = beside_each_other(float(answer["restitution"]))
+    dampings, tail = beside_each_other(float(answer["restitution"])), float(answer["tail"])
     peaks = answer["peak_ratio"].sel(damping_model=REFERENCE)
     for index in reversed(range(answer.sizes["intensity"])):
         at = peaks.isel(intensity=index).dropna("record")
         for name in at["record"].values[np.argsort(-at.values, kind="stable")]:
             scale = float(answer["scale_factor"].sel(record=name).isel(intensity=index))
+            record = motions[str(name)].record
             with as_meant():  # the intensity was warned of when it was asked for
-                histories = responses(
-                    motions[str(name)].record, subject.wall, subject.curve, dampings, scale=scale, tail=TAIL
-                )
+                histories = responses(record, subject.wall, subject.curve, dampings, scale=scale, tail=tail)
             if str(histories["outcome"].sel(damping_model=REFERENCE).item()) == "completed":
                 intensity = float(answer[answer.attrs["intensity_measure"].lower()][index])
                 peak = float(histories["peak_ratio"].sel(damping_model=REFERENCE))
                 return {
                     "record": str(name),
-                    "intensity": _level(answer, intensity),
+                    "intensity": _level(answer, intensity, units=subject.about.units),
                     "peak": number(peak),
                     "histories": histories,
                 }
@@ -150,7 +165,8 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
         ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
-    return [_line(*row) | {"value": plain(row[2])} for row in rows]
+    imperial = subject.about.units == "imperial"
+    return [_line(*row, units=subject.about.units, show=_four if imperial else plain) for row in rows]
 
 
 def _derived(subject: Subject) -> list[dict[str, Any]]:
@@ -159,44 +175,107 @@ def _derived(subject: Subject) -> list[dict[str, Any]]:
     rows: list[tuple[str, str, Any, str]] = [
         ("slenderness", "h/t", wall.slenderness, "-"),
         ("weight", "W", float(wall.weight) / 1000, "kN"),
+        ("overburden", "O", float(wall.overburden) / 1000, "kN"),
         ("strength of the rigid wall", "F₀", float(wall.rigid_strength) / 1000, "kN"),
         ("instability displacement", U_INS, 1000 * float(wall.instability_displacement), "mm"),
         ("frequency parameter", "p", wall.frequency_parameter, "rad s⁻¹"),
         ("rocking starts at", "", onset / STANDARD_GRAVITY, "g"),
+        ("rocking starts at", "", onset, "m s⁻²"),
     ]
-    return [_line(*row) for row in rows]
+    return [_line(*row, units=subject.about.units) for row in rows]
 
 
-def _line(name: str, symbol: str, value: Any, unit: str) -> dict[str, Any]:
-    return {"name": name, "symbol": symbol, "value": number(float(value)), "unit": unit}
+# By the unit of a row: the unit in its place, and its size.
+IMPERIAL = {
+    "m": ("ft", 0.3048),
+    "mm": ("in", 25.4),
+    "kN": ("lbf", 0.0044482216152605),
+    "kg m⁻³": ("lb ft⁻³", 16.018463373960142),
+    "m s⁻²": ("ft s⁻²", 0.3048),
+    "m s⁻¹": ("in s⁻¹", 0.0254),
+    "N s m⁻¹": ("lbf s in⁻¹", 175.12683524647636),
+}
+
+
+def _in_units(unit: str, units: str) -> tuple[str, float]:
+    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
+
+
+def _four(value: float) -> str:
+    return number(value, 4)
+
+
+def _line(
+    name: str, symbol: str, value: Any, unit: str, units: str = "si", show: Callable[[float], str] = number
+) -> dict[str, Any]:
+    shown, size = _in_units(unit, units)
+    return {"name": name, "symbol": symbol, "value": show(float(value) / size), "unit": shown}
 
 
 def _dampers(subject: Subject) -> list[dict[str, Any]]:
-    """Return the damping ratio of each viscous model for e: of the closed form, and of least error if any."""
-    curve, e = subject.curve, float(subject.answer["restitution"])
-    a1, b1, a3 = (
-        float(value)
-        for value in (curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio)
-    )
-    release = 0.5 * a3
-    try:
-        rows = equivalent(e, a1, b1, a3, curve.softening, release_amplitude=release)
-        fitted = {row["damping_model"]: (row["damping_ratio"], row["rms_error"]) for row in rows}
-    except InputError:  # for some curves no damping ratio within reach errs least
-        fitted = {}
+    """Return the damping of each viscous model for e: of least error first, of the closed form beside it."""
+    unit, size = _in_units("N s m⁻¹", subject.about.units)
     return [
         {
-            "model": model,
-            "title": kinds()[model].title,
-            "energy": percent(float(damping_ratio_energy(curve, model, e, release)), 3),
-            "ratio": percent(fitted[model][0], 3) if fitted else None,
-            "error": percent(fitted[model][1]) if fitted else None,
+            "model": row["damping_model"],
+            "title": kinds()[row["damping_model"]].title,
+            "ratio": percent(row["damping_ratio"], 3) if row["rms_error"] is not None else None,
+            "energy": percent(row["damping_ratio_energy"], 3),
+            "error": percent(row["rms_error"]) if row["rms_error"] is not None else None,
+            "refers_to": row["refers_to"],
+            "coefficient": f"{number(c / size)} {unit}" if (c := row["damping_coefficient"]) else None,
         }
-        for model in VISCOUS_MODELS
+        for row in typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
     ]
 
 
-def _shares(answer: xr.Dataset) -> list[dict[str, Any]]:
+def _constants(subject: Subject) -> dict[str, str]:
+    """Return the frequency and period of the curve's first branch, to which damping ratios refer."""
+    w1, period = frequencies(subject.wall, subject.curve)
+    return {"frequency": number(w1), "period": number(period)}
+
+
+def _moved(subject: Subject) -> list[dict[str, str]]:
+    """Return how the share and the median move with the inputs, at the highest intensity asked for."""
+    answer = subject.answer
+    measure = answer.attrs["intensity_measure"]
+    asked = float(answer[measure.lower()][-1])
+    rows = sensitivity(
+        subject.wall,
+        subject.curve,
+        float(answer["restitution"]),
+        subject.motions,
+        measure,
+        asked,
+        float(answer["tail"]),
+    )
+    return [
+        {
+            "name": row.name,
+            "value": number(row.value),
+            "share": percent(row.share),
+            "median": _level(answer, row.median, 3, subject.about.units) if np.isfinite(row.median) else DASH,
+        }
+        for row in rows
+    ]
+
+
+def _missing(answer: xr.Dataset) -> list[str]:
+    """Return why cells hold a dash."""
+    return list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model)))
+
+
+def _halving(answer: xr.Dataset) -> str:
+    """Return what the last halving of the solver's step changed under restitution."""
+    cr = answer.sel(damping_model=REFERENCE)
+    text = f"{int(cr['unsettled'])} of {int(answer['records']) * answer.sizes['stripe']} outcomes"
+    if np.isfinite(float(cr["median_uncertainty"])):
+        text += f", the median by {percent(float(cr['median_uncertainty']))}"
+        text += f" and the dispersion by {number(float(cr['dispersion_uncertainty']), 2)}"
+    return text
+
+
+def _shares(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
     """Return the shares that collapse at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
     count = answer.sizes["intensity"]
     rows = []
@@ -204,7 +283,10 @@ def _shares(answer: xr.Dataset) -> list[dict[str, Any]]:
         at = answer.isel(intensity=int(index))
         models = [_share(at.sel(damping_model=model)) for model in (REFERENCE, RECOMMENDED)]
         rows.append(
-            {"intensity": _level(answer, float(at[answer.attrs["intensity_measure"].lower()])), "models": models}
+            {
+                "intensity": _level(answer, float(at[answer.attrs["intensity_measure"].lower()]), units=units),
+                "models": models,
+            }
         )
     return rows
 
@@ -214,20 +296,23 @@ def _share(of_model: xr.Dataset) -> Mapping[str, Any]:
     return {
         "collapses": int(of_model["collapses"]),
         "share": percent(float(of_model["collapse_probability"])),
-        "interval": f"{percent(low)} to {percent(high)}",
+        "interval": f"{percent(low)} to {percent(high)}" if np.isfinite(low) else DASH,
     }
 
 
-def _fragility(answer: xr.Dataset) -> list[dict[str, Any]]:
+def _fragility(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
     name = answer.attrs["intensity_measure"].lower()
+    _, size = _in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], units)
     rows = []
     for model in (REFERENCE, RECOMMENDED):
         of_model = answer.sel(damping_model=model)
+        median = float(of_model[f"median_{name}"])
         rows.append(
             {
                 "model": model,
-                "median": number(float(of_model[f"median_{name}"])),
-                "median_interval": _span(of_model[f"median_{name}_interval"].values),
+                "median": number(median / size),
+                "in_g": number(median / STANDARD_GRAVITY),
+                "median_interval": _span(of_model[f"median_{name}_interval"].values / size),
                 "dispersion": number(float(of_model["dispersion"]), 2),
                 "dispersion_interval": _span(of_model["dispersion_interval"].values),
             }
@@ -239,25 +324,27 @@ def _span(bounds: Array) -> str:
     return " to ".join(map(number, bounds)) if np.isfinite(bounds).all() else DASH
 
 
-def _headline(answer: xr.Dataset) -> dict[str, Any]:
+def _headline(answer: xr.Dataset, units: str) -> dict[str, Any]:
     """Return the answer under restitution at the highest intensity asked for."""
     name = answer.attrs["intensity_measure"].lower()
     at = answer.isel(intensity=-1).sel(damping_model=REFERENCE)
-    median = float(at[f"median_{name}"])
+    median, onset = float(at[f"median_{name}"]), float(answer["rocking_onset"])
+    unit, size = _in_units("m s⁻²", units)
     return {
-        "intensity": _level(answer, float(at[name])),
+        "intensity": _level(answer, float(at[name]), units=units),
         **_share(at),
         "records": int(answer["records"]),
-        "median": _level(answer, median, 3) if np.isfinite(median) else None,
-        "onset": number(float(answer["rocking_onset"]) / STANDARD_GRAVITY, 2),
+        "median": _level(answer, median, 3, units) if np.isfinite(median) else None,
+        "onset": f"{number(onset / STANDARD_GRAVITY, 2)} g ({number(onset / size)} {unit})",
     }
 
 
-def _level(answer: xr.Dataset, value: float, digits: int = 4) -> str:
+def _level(answer: xr.Dataset, value: float, digits: int = 4, units: str = "si") -> str:
     """Return an intensity with its unit, an acceleration in g too."""
     measure = answer.attrs["intensity_measure"]
+    unit, size = _in_units(PRINTED[UNITS[measure]], units)
     also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
-    return f"{value:.{digits}g} {PRINTED[UNITS[measure]]}{also}"
+    return f"{value / size:.{digits}g} {unit}{also}"
 
 
 def _records(motions: Sequence[GroundMotion]) -> str:
@@ -265,7 +352,7 @@ def _records(motions: Sequence[GroundMotion]) -> str:
     if len(names) > MOST_NAMES:
         names = [*names[: MOST_NAMES // 2], "…", *names[-MOST_NAMES // 2 :]]
     stations = len({motion.group for motion in motions})
-    return f"{len(motions)} records of {stations} station{'s' if stations > 1 else ''}: {', '.join(names)}"
+    return f"{counted(len(motions), 'record')} of {counted(stations, 'station')}: {', '.join(names)}"
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------

@@ -1,0 +1,199 @@
+"""The answer of `assess` as tables and as JSON."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rockdamp.cli.command import print_table
+from rockdamp.cli.options import imperial
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockdamp.equivalence.programs import Typed
+    from rockdamp.mechanics.wall import Parapet, Wall
+
+INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
+SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
+AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
+HALVING = ("unsettled", "median_uncertainty", "dispersion_uncertainty")
+
+
+def models(answer: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the answer for each damping model; what depends on the intensity, in `SHARES`, as a list over it."""
+    from rockdamp.assessment.one_wall import missing
+
+    median = f"median_{answer.attrs['intensity_measure'].lower()}"
+    rows = []
+    for model in map(str, answer["damping_model"].values):
+        one = answer.sel(damping_model=model)
+        rows.append(
+            {
+                "damping_model": model,
+                "order": _number(one["order"]),
+                "damping_ratio": _number(one["damping_ratio"]),
+                "records": int(answer["records"]),
+                **{name: one[name].values.tolist() for name in (*SHARES, AVERAGED) if name in one},
+                INTERVAL: [_numbers(bounds) for bounds in one[INTERVAL]],
+                "median_intensity": _number(one[median]),
+                "median_intensity_interval": _numbers(one[f"{median}_interval"]),
+                "dispersion": _number(one["dispersion"]),
+                "dispersion_interval": _numbers(one["dispersion_interval"]),
+                **{name: _number(one[name]) for name in HALVING},
+                "reason": "; ".join(missing(answer, model)) or None,
+            }
+        )
+    return rows
+
+
+def values(
+    answer: xr.Dataset, wall: Wall | Parapet, typed: list[Typed], frequencies: tuple[float, float]
+) -> dict[str, Any]:
+    """Return the JSON: numbers for one intensity, lists for several; in SI."""
+    measure = answer.attrs["intensity_measure"]
+    asked = answer[measure.lower()].values.tolist()
+
+    def at(values: Any) -> Any:
+        return values[0] if len(asked) == 1 else values
+
+    return {
+        "rocking_onset": float(answer["rocking_onset"]),
+        **hinge(wall),
+        "restitution": float(answer["restitution"]),
+        "restitution_reason": answer.attrs["restitution_reason"],
+        **_uncertainty(answer),
+        "intensity_measure": measure,
+        "intensity": at(asked),
+        "interval": answer.attrs[INTERVAL],
+        "tail": float(answer["tail"]),
+        "models": [
+            row | {name: at(row[name]) for name in (*SHARES, AVERAGED) if name in row} for row in models(answer)
+        ],
+        "initial_frequency": frequencies[0],
+        "initial_period": frequencies[1],
+        "damping": typed,
+    }
+
+
+def hinge(wall: Wall | Parapet) -> dict[str, float]:
+    """Return the height of a wall's hinge over h, and the one at which it is weakest."""
+    names = ("hinge_ratio", "weakest_hinge_ratio") if hasattr(wall, "hinge_ratio") else ()
+    return {name: float(getattr(wall, name)) for name in names}
+
+
+def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
+    """Return how uncertain e is, where it is by the rule measured."""
+    if "restitution_deviation" not in answer:
+        return {}
+    source = answer.attrs["restitution_range"]
+    return {"restitution_deviation": float(answer["restitution_deviation"]), "restitution_range": source}
+
+
+def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
+    """Print the answer as tables: accelerations in g too, a reason for every dash, and what the step changes."""
+    from rockdamp.text import counted
+
+    measure, rows = answer.attrs["intensity_measure"], models(answer)
+    unit, size = imperial(answer[measure.lower()].attrs["units"], units)
+    onset_unit, onset_size = imperial("m s-2", units)
+    onset, records = float(answer["rocking_onset"]), int(answer["records"])
+    stated = f"{onset / STANDARD_GRAVITY:.3g} g ({onset / onset_size:.3g} {onset_unit})"
+    click.echo(f"rocking starts at {stated}, by the plateau's strength")
+    if heights := hinge(wall):
+        taken, weakest = heights.values()
+        click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
+    click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
+    if uncertain := _uncertainty(answer):
+        deviation, source = uncertain.values()
+        click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
+    collapse = "collapses" if records == 1 else "collapse"
+    interval = answer.attrs[INTERVAL]
+    click.echo(f"share of {counted(records, 'record')} that {collapse} the wall ({interval}):\n")
+
+    def level(name: str, value: float | None) -> dict[str, Any]:
+        in_g = {f"{name} in g": None if value is None else value / STANDARD_GRAVITY} if measure == "PGA" else {}
+        return {name: None if value is None else value / size, **in_g}
+
+    shares = [
+        {
+            **level(measure, intensity),
+            "damping_model": row["damping_model"],
+            "collapses": str(row["collapses"][index]),
+            "share": row["collapse_probability"][index],
+            "interval": _span(row[INTERVAL][index]),
+            **({"averaged over e": row[AVERAGED][index]} if AVERAGED in row else {}),
+        }
+        for index, intensity in enumerate(answer[measure.lower()].values.tolist())
+        for row in rows
+    ]
+    print_table(shares, {measure: unit})
+    click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations; record-to-record scatter alone:\n")
+    fragilities = [
+        {
+            "damping_model": row["damping_model"],
+            "damping_ratio": row["damping_ratio"],
+            **level(f"median {measure}", row["median_intensity"]),
+            "interval": _span(row["median_intensity_interval"], size),
+            "dispersion": row["dispersion"],
+            " interval": _span(row["dispersion_interval"]),
+        }
+        for row in rows
+    ]
+    print_table(fragilities, {f"median {measure}": unit})
+    click.echo()
+    for row in rows:
+        if row["reason"]:
+            click.echo(f"-, {row['damping_model']}: {row['reason']}")
+    click.echo("-, damping_ratio: restitution (CR) has none")
+    click.echo(_halving(rows))
+
+
+def _halving(rows: list[dict[str, Any]]) -> str:
+    """Return the error that the solver's step leaves."""
+    from rockdamp.text import counted
+
+    changed = []
+    for row in rows:
+        text = f"{counted(int(row['unsettled']), 'outcome')} at the stripes"
+        if row["median_uncertainty"] is not None:
+            text += f", the median by {100 * row['median_uncertainty']:.2g} %"
+            text += f" and the dispersion by {row['dispersion_uncertainty']:.2g}"
+        changed.append(f"{row['damping_model']} {text}")
+    return f"the last halving of the solver's step changed: {'; '.join(changed)}"
+
+
+def show_damping(typed: list[Typed], frequencies: tuple[float, float], restitution: float, units: str = "si") -> None:
+    """Print what to type into a program that has viscous damping."""
+    from rockdamp.equivalence.programs import advice
+
+    w1, period = frequencies
+    unit, size = imperial("N s m-1", units)
+    click.echo(f"\nviscous damping for e = {restitution:.4g}; w1 = {w1:.4g} rad s-1, T1 = {period:.4g} s:\n")
+    table = [
+        {
+            "damping_model": row["damping_model"],
+            "xi": row["damping_ratio"],
+            "C": row["damping_coefficient"] and row["damping_coefficient"] / size,
+            "xi refers to": row["refers_to"],
+        }
+        for row in typed
+    ]
+    print_table(table, {"C": unit})
+    click.echo("\n-: C is not constant, and the program must compute it from xi")
+    click.echo(advice(restitution))
+
+
+def _number(value: xr.DataArray) -> float | None:
+    return float(value) if isfinite(value) else None
+
+
+def _numbers(values: xr.DataArray) -> list[float] | None:
+    return values.values.tolist() if all(map(isfinite, values.values)) else None
+
+
+def _span(bounds: list[float] | None, size: float = 1.0) -> str | None:
+    return None if bounds is None else f"{bounds[0] / size:.3g} to {bounds[1] / size:.3g}"

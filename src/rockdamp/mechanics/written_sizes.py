@@ -1,0 +1,61 @@
+"""Sizes and loads of walls as people write them: feet and inches, densities by weight, overburdens as a force."""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+
+from rockdamp import units
+from rockdamp.units import UnitError
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+_FEET = re.compile(
+    r"(?P<feet>[0-9]+)\s*(?:ft|feet|foot|')[\s-]*(?P<inches>[0-9]+(?:\.[0-9]+)?)\s*(?:in|inch|inches|\"|'')"
+)
+BY_WEIGHT = "N m-3"
+FORCE, PER_METRE = "N", "N m-1"
+
+
+def length(text: str) -> float:
+    """Return a length in metres: a quantity, or feet and inches, as ``13ft 6in``."""
+    match = _FEET.fullmatch(text.strip().lower())
+    if match is None:
+        return units.quantity(text, "m")
+    return units.quantity(f"{12 * int(match['feet']) + Decimal(match['inches'])}in", "m")
+
+
+def density(text: str) -> float:
+    """Return a density in kg m-3; a weight by volume, as ``18kN/m3``, is divided by standard gravity."""
+    try:
+        return units.quantity(text, "kg m-3")
+    except UnitError as error:
+        try:
+            return units.quantity(text, BY_WEIGHT) / STANDARD_GRAVITY
+        except UnitError:
+            raise error from None
+
+
+def overburden(text: str) -> tuple[float, bool]:
+    """Return a vertical load and whether it is by metre of wall: N, or N m-1. It must have its unit."""
+    for unit, by_metre in ((FORCE, False), (PER_METRE, True)):
+        try:
+            load = units.quantity(text, unit)
+        except UnitError:
+            continue
+        if _is_plain(text):
+            break
+        return load, by_metre
+    raise UnitError(f"{text!r} is no load with its unit")
+
+
+def overburden_ratio(load: float, by_metre: bool, weight: float, width: float) -> float:
+    """Return O/W of a load [N], or [N m-1] by metre, on a wall of that weight [N] and width [m]."""
+    return load * width / weight if by_metre else load / weight
+
+
+def _is_plain(text: str) -> bool:
+    try:
+        units.number(text)
+    except ValueError:
+        return False
+    return True
