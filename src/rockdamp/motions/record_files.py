@@ -112,7 +112,7 @@ def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array 
 
 
 def _names(lines: Sequence[str], expected: Sequence[str]) -> tuple[dict[str, str], list[str], list[str], int]:
-    """Return the header, the names of the columns, the lines divided by commas, and the index of that with the names."""
+    """Return the header, the columns' names, the lines as divided by commas, and the index of that with the names."""
     start = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
     mark = tables.divider(lines[start]) if start < len(lines) else None
     lines = [tables.with_commas(line, mark) if number >= start else line for number, line in enumerate(lines)]
