@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from rockdamp.cli.building import (
+    building_options,
+    capacity_option,
+    check_values,
+    make_buildings,
+    place,
+    print_checks,
+)
 from rockdamp.cli.command import Command, print_json, print_table, write_dataset, write_figure, writing
 from rockdamp.cli.options import (
     CURVE,
@@ -94,6 +102,8 @@ class Restitution(click.ParamType):
 @pgv_option
 @pga_option
 @tail_option
+@building_options
+@capacity_option
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @nrml_option
@@ -117,15 +127,27 @@ def assess_command(
     """
     require_one(pgv, pga)
     wall, curve, e, reason = _wall(walls, identifier, options)
+    buildings = make_buildings(options)
+    from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.assessment.one_wall import assess
     from rockdamp.motions.catalogue import load_records
 
-    motions = load_records(records)
-    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
+    capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
+
+    def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
+        return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
+
+    placed = place(buildings, load_records(records), wall, run)
+    answer, motions = placed.answer, placed.motions
+    checked = checks(answer, wall, motions, capacity)
     answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
-        read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
+        read = {
+            "records": content_of(motions),
+            "walls": repr((wall, curve, e)) if walls else "",
+            "building": placed.place,
+        }
         write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.one_wall", **read)
     if options["plot"] is not None:
         from rockdamp.figures.assessment import fragility_figure
@@ -141,9 +163,10 @@ def assess_command(
         with writing(report):
             page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
     if as_json:
-        print_json(_values(answer))
+        print_json(_values(answer) | {"building": placed.values, "checks": [check_values(each) for each in checked]})
     else:
         _print(answer)
+        print_checks(placed, checked)
 
 
 def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -16,6 +17,7 @@ from rockdamp.cli.assessment import (
     tail_option,
     write_nrml,
 )
+from rockdamp.cli.building import building_options, make_buildings
 from rockdamp.cli.command import Command, print_json, write_dataset, write_table
 from rockdamp.cli.options import json_option, table_of_walls
 from rockdamp.cli.types import OutputFile
@@ -36,6 +38,7 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 @pgv_option
 @pga_option
 @tail_option
+@building_options
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
 @json_option
@@ -48,15 +51,17 @@ def batch(
     output: Path,
     nrml: Path | None,
     as_json: bool,
+    **building: Any,
 ) -> None:
     """Collapse of many walls under records.
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
     overburden_ratio, eccentricity, parapet, a1, b1, a3, softening, preset, restitution. A row that describes no wall is
     reported with its line; the others are computed. The output has a row for each wall and damping model: collapses at
-    the intensity of --pgv or --pga, median peak, and fragility.
+    the intensity of --pgv or --pga, median peak, and fragility. In a building, that intensity is of the ground.
     """
-    from rockdamp.assessment.many_walls import COLUMNS, answers, dataset, fragilities, lines
+    from rockdamp.assessment.in_buildings import in_buildings
+    from rockdamp.assessment.many_walls import COLUMNS, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
     from rockdamp.assessment.table import BadRow
     from rockdamp.errors import InputError
@@ -66,14 +71,15 @@ def batch(
     measure, intensity = asked(pgv, pga)
     if intensity.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
+    buildings = make_buildings(building)
     rows = table_of_walls(walls)
     motions = load_records(records)
-    answered = list(answers(rows, motions, measure, float(intensity[0]), tail=tail))
+    answered = in_buildings(rows, motions, buildings, measure, float(intensity[0]), tail)
     bad = [one for one in answered if isinstance(one, BadRow)]
     if len(bad) == len(answered):
         raise InputError(f"{walls}: no row could be computed; {bad[0].error}")
     if output.suffix == ".nc":
-        read = {"records": content_of(motions), "walls": repr(rows)}
+        read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
         made = dataset(answered, measure, float(intensity[0]))
         write_dataset(made, output, "batch", "rockdamp.assessment.many_walls", **read)
     else:
