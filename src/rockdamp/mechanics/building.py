@@ -169,7 +169,7 @@ def eigenvalues(alpha: float, count: int) -> Array:
     """Return gamma of the first modes."""
     mode = np.arange(1, count + 1)
     if alpha == np.inf:
-        return (mode - 0.5) * np.pi
+        return np.asarray((mode - 0.5) * np.pi)
     from scipy.optimize import brentq  # slow to import
 
     # At gamma = k pi the sine vanishes and the cosine outweighs the first term: the signs alternate, and each interval

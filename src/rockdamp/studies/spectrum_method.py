@@ -35,7 +35,7 @@ SUPPORTS = ("ground", "storey")
 METHODS = ("5 %", "equivalent")
 CODE_DAMPING = 0.05
 TOLERATED = 0.05  # share of walls that may pass and fail, for the factor that attains it
-DIMS = ("method", "support", "wall", "capacity", "restitution")
+DIMS = ("spectrum_damping", "support", "wall", "capacity", "restitution")
 
 
 def spectrum_method(config: Config) -> xr.Dataset:
@@ -49,7 +49,7 @@ def spectrum_method(config: Config) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``demand_ratio`` (method, support, wall, capacity, restitution, record), NaN where a wall does not reach the
+        ``demand_ratio`` (spectrum_damping, support, wall, capacity, restitution, record), NaN where a wall does not reach the
         capacity at any intensity, and over the records ``bias``, its median, ``scatter``, the standard deviation of its
         logarithm, and ``unsafe_share``, the part below 1; the same over all walls too.
     """
@@ -76,13 +76,13 @@ def spectrum_method(config: Config) -> xr.Dataset:
             **_statistics(demand, ["record"]),
             **{f"overall_{name}": value for name, value in _statistics(demand, ["record", "wall"]).items()},
             "secant_period": (("wall", "capacity"), period),
-            "damping_ratio": (("method", "restitution"), ratio),
+            "damping_ratio": (("spectrum_damping", "restitution"), ratio),
             "building_period": settings.building.period,
             "storeys": settings.building.storeys,
             "storey": settings.building.storey,
         },
         coords={
-            "method": list(METHODS),
+            "spectrum_damping": list(METHODS),
             "support": list(SUPPORTS),
             "wall": [named.name for named in settings.walls],
             "capacity": settings.capacity,
