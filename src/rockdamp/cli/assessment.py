@@ -159,9 +159,11 @@ def assess_command(
         write_nrml(of_wall(answer, identifier or "wall"), answer.attrs["intensity_measure"], options["nrml"])
     if report is not None:
         from rockdamp.report.one_wall import page
+        from rockdamp.report.one_wall.checks import Placement
 
+        placement = Placement(tuple(checked), placed.place, placed.values)
         with writing(report):
-            page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer), report)
+            page.write(page.Subject(identifier or "Wall", wall, curve, motions, answer, placement), report)
     if as_json:
         print_json(_values(answer) | {"building": placed.values, "checks": [check_values(each) for each in checked]})
     else:

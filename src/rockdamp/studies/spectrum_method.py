@@ -49,9 +49,9 @@ def spectrum_method(config: Config) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``demand_ratio`` (spectrum_damping, support, wall, capacity, restitution, record), NaN where a wall does not reach the
-        capacity at any intensity, and over the records ``bias``, its median, ``scatter``, the standard deviation of its
-        logarithm, and ``unsafe_share``, the part below 1; the same over all walls too.
+        ``demand_ratio`` (spectrum_damping, support, wall, capacity, restitution, record), NaN where a wall reaches the
+        capacity at no intensity, or at the lowest already. Over the records ``bias`` is its median, ``scatter`` the
+        standard deviation of its logarithm, and ``unsafe_share`` the part below 1; the same over all walls too.
     """
     settings = SpectrumMethodSettings.of(config)
     period = np.array([_secant_period(named, settings.capacity) for named in settings.walls])

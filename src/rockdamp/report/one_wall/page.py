@@ -33,6 +33,7 @@ from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
+from rockdamp.report.one_wall.checks import Placement, section
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY, VISCOUS_MODELS
@@ -56,6 +57,7 @@ class Subject:
     curve: TrilinearCurve
     motions: Sequence[GroundMotion]
     answer: xr.Dataset
+    placement: Placement = Placement()
 
 
 def build(subject: Subject) -> str:
@@ -76,6 +78,7 @@ def build(subject: Subject) -> str:
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
         fragility=_fragility(answer),
         headline=_headline(answer),
+        checked=section(subject.placement),
         measure=answer.attrs["intensity_measure"],
         unit=PRINTED[UNITS[answer.attrs["intensity_measure"]]],
         records=_records(subject.motions),
