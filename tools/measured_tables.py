@@ -11,15 +11,17 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Iterable
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from rockdamp.assessment.checks import CAPACITY as CHECKED
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.identification import compared
-from rockdamp.figures.style import nearest, numbers
+from rockdamp.figures.style import at_nearest, nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
 from rockdamp.report.tables import VERDICTS
@@ -32,7 +34,7 @@ from rockdamp.vocabulary import STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
-DOCS = ("accuracy", "earthquakes", "theory", "assumptions", "identification")
+DOCS = ("accuracy", "earthquakes", "theory", "assumptions", "identification", "spectrum-method")
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = ("figures/fig_order.png", "identification-full/figures/fig_identification.png")
 IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
@@ -51,7 +53,7 @@ PARAMETERS = {
 }
 OF_IDENTIFICATION = ("coverage", "support")
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
-INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check")
+INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check", "spectrum_method")
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -360,8 +362,28 @@ def support(data: Data) -> str:
     return f"{table(head, rows)}\n\n{told}"
 
 
+def spectrum_method(data: Data) -> str:
+    """How an elastic spectrum does against histories: over all walls, and the walls with the least and most bias."""
+    study = at_nearest(data["spectrum_method"], capacity=CHECKED)
+    place = {"ground": "ground", "storey": f"storey {int(study['storey'])} of {int(study['storeys'])}"}
+    head = ["supports", "e", "damping", "bias", "bias of the walls", "scatter", "unsafe", "factor"]
+    rows = []
+    for support, e, damping in product(
+        *(study[name].values for name in ("support", "restitution", "spectrum_damping"))
+    ):
+        at = study.sel(support=support, restitution=e, spectrum_damping=damping)
+        kind = "5 %" if damping == "5 %" else f"ξ(e) = {percent(at['damping_ratio'])}"
+        rows.append(
+            [place[str(support)], f"{e:.2f}", kind, f"{float(at['overall_bias']):.2f}"]
+            + [f"{float(at['bias'].min()):.2f} to {float(at['bias'].max()):.2f}", f"{float(at['overall_scatter']):.2f}"]
+            + [percent(at["overall_unsafe_share"]), f"{float(at['overall_unsafe_factor']):.2f}"]
+        )
+    stated = f"Capacity {CHECKED:g} u_ins, building period {float(study['building_period']):g} s:"
+    return f"{stated}\n\n{table(head, rows)}"
+
+
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
-_LAST = (response_length, coverage, support, verdicts)
+_LAST = (response_length, coverage, support, spectrum_method, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 
