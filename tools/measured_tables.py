@@ -363,7 +363,7 @@ def support(data: Data) -> str:
 
 
 def spectrum_method(data: Data) -> str:
-    """How an elastic spectrum does against histories: over all walls, and the walls with the least and most bias."""
+    """An elastic spectrum against histories: over all walls, and the walls with the least and most bias."""
     study = at_nearest(data["spectrum_method"], capacity=CHECKED)
     place = {"ground": "ground", "storey": f"storey {int(study['storey'])} of {int(study['storeys'])}"}
     head = ["supports", "e", "damping", "bias", "bias of the walls", "scatter", "unsafe", "factor"]
