@@ -21,7 +21,7 @@ import xarray as xr
 from rockdamp.assessment.checks import CAPACITY as CHECKED
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.identification import compared
-from rockdamp.figures.style import at_nearest, nearest, numbers
+from rockdamp.figures.style import REFERENCE_RESTITUTION, at_nearest, nearest, numbers
 from rockdamp.report.earthquake_histories import STRATA
 from rockdamp.report.earthquakes import SOURCES, grouped, recommended
 from rockdamp.report.tables import VERDICTS
@@ -378,8 +378,17 @@ def spectrum_method(data: Data) -> str:
             + [f"{float(at['bias'].min()):.2f} to {float(at['bias'].max()):.2f}", f"{float(at['overall_scatter']):.2f}"]
             + [percent(at["overall_unsafe_share"]), f"{float(at['overall_unsafe_factor']):.2f}"]
         )
-    stated = f"Capacity {CHECKED:g} u_ins, building period {float(study['building_period']):g} s:"
-    return f"{stated}\n\n{table(head, rows)}"
+    shown = at_nearest(study, restitution=REFERENCE_RESTITUTION).sel(spectrum_damping="5 %")
+    ground, storey = (
+        f"{float(at['overall_bias']):.2f} times the capacity in the median, and {percent(at['overall_unsafe_share'])}"
+        for at in (shown.sel(support=support) for support in place)
+    )
+    found = (
+        f"With 5 % and e = {float(shown['restitution']):g} the demand is {ground} of walls and records pass and fail; "
+        f"on {place['storey']} it is {storey}. The capacity is {CHECKED:g} u_ins, and the building has a period of "
+        f"{float(study['building_period']):g} s."
+    )
+    return f"{found}\n\n{table(head, rows)}"
 
 
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)

@@ -68,6 +68,7 @@ def made_up():
         "equivalence": made_up_studies.equivalence(),
         "pulses": made_up_studies.pulses(),
         "response_lengths": response_lengths,
+        "spectrum_method": made_up_studies.spectrum_method(),
         measured_tables.IDENTIFICATION: identification_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,

@@ -6,7 +6,7 @@ import xarray as xr
 from repository import ROOT
 
 from rockdamp.config.merging import merged
-from rockdamp.studies.spectrum_method import _first_factor, _statistics, spectrum_method
+from rockdamp.studies.spectrum_method import first_factor, spectrum_method, statistics
 
 LINEAR = {"name": "linear", "thickness": 0.3, "slenderness": 12, "overburden_ratio": 0.0, "hinge_ratio": 0.7}
 LINEAR |= {"yield_displacement_ratio": 0.1, "strength_ratio": 0.8}
@@ -32,7 +32,7 @@ def test_the_method_is_exact_for_a_wall_on_its_first_branch_without_loss():
 
 def test_the_least_factor_lies_between_the_levels_by_a_power_law():
     factor, peak = np.array([1.0, 2.0, 4.0]), np.array([[0.1, 0.2, np.inf], [0.1, 0.6, 0.3], [0.5, 0.7, 0.9]]).T
-    crossings = _first_factor(factor, peak, 0.4)
+    crossings = first_factor(factor, peak, 0.4)
     assert crossings[0] == pytest.approx(np.sqrt(8))  # it collapses at 4: between 2 and 4
     assert crossings[1] == pytest.approx(2 ** (np.log(4) / np.log(6)))  # the first crossing counts
     assert np.isnan(crossings[2])  # it is above at the lowest level already
@@ -40,7 +40,7 @@ def test_the_least_factor_lies_between_the_levels_by_a_power_law():
 
 def test_statistics_are_of_the_records_that_reach_the_capacity():
     ratios = xr.DataArray([[2.0, 0.5, 8.0, np.nan], [np.nan] * 4], dims=("wall", "record"))
-    one, none = (_statistics(ratios[index], ["record"]) for index in (0, 1))
+    one, none = (statistics(ratios[index], ["record"]) for index in (0, 1))
     assert float(one["bias"]) == 2 and float(one["unsafe_share"]) == pytest.approx(1 / 3) and int(one["reached"]) == 3
     assert float(one["scatter"]) == pytest.approx(np.std(np.log([2, 0.5, 8])))
     assert float(one["unsafe_factor"]) == pytest.approx(1 / np.quantile([2, 0.5, 8], 0.05))

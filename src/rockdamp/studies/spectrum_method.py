@@ -73,8 +73,8 @@ def spectrum_method(config: Config) -> xr.Dataset:
     return xr.Dataset(
         {
             "demand_ratio": demand,
-            **_statistics(demand, ["record"]),
-            **{f"overall_{name}": value for name, value in _statistics(demand, ["record", "wall"]).items()},
+            **statistics(demand, ["record"]),
+            **{f"overall_{name}": value for name, value in statistics(demand, ["record", "wall"]).items()},
             "secant_period": (("wall", "capacity"), period),
             "damping_ratio": (("spectrum_damping", "restitution"), ratio),
             "building_period": settings.building.period,
@@ -92,7 +92,7 @@ def spectrum_method(config: Config) -> xr.Dataset:
     )
 
 
-def _statistics(demand: xr.DataArray, over: list[str]) -> dict[str, xr.DataArray]:
+def statistics(demand: xr.DataArray, over: list[str]) -> dict[str, xr.DataArray]:
     """Return the statistics of the ratios over some dimensions; NaN where none is known."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # NumPy's, of the median of nothing
@@ -134,7 +134,7 @@ def _demand(record: Record, named: NamedWall, period: Array, ratio: Array, setti
     damping = Damping.cr(settings.restitution)
     run = peaks_and_collapses(record, wall, named.curve, [damping], factor, step=settings.step, tail=settings.tail)
     peak = np.where(run[1], np.inf, run[0])[..., 0].T  # (levels, restitution)
-    reached = np.stack([_first_factor(factor, peak, at) for at in capacity])
+    reached = np.stack([first_factor(factor, peak, at) for at in capacity])
     frequency = 2 * np.pi / period
     by_ratio = {xi: spectral_acceleration(record, period, xi) / frequency**2 for xi in np.unique(ratio)}
     displacement = np.array([[by_ratio[xi] for xi in of_method] for of_method in ratio]).transpose(0, 2, 1)
@@ -142,7 +142,7 @@ def _demand(record: Record, named: NamedWall, period: Array, ratio: Array, setti
     return np.asarray(reached * displacement * scale[:, None])
 
 
-def _first_factor(factor: Array, peak: Array, capacity: float) -> Array:
+def first_factor(factor: Array, peak: Array, capacity: float) -> Array:
     """Return the least factor on the record at which the peak passes the capacity; NaN where none does.
 
     `peak`, shape (factors, ...), is infinite where the wall collapsed. Between two factors log peak is linear in log
