@@ -74,7 +74,7 @@ class Building:
 
     Notes
     -----
-    The building stays elastic. Yielding would limit its accelerations: what follows is too high for one that yields.
+    The building stays elastic. Yielding limits the accelerations of the floors, and lengthens the period.
 
     Examples
     --------
