@@ -20,6 +20,7 @@ from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, free_r
 from markdown_tables import models, percent, table
 from order_tables import by_band, orders
 from rocking_tables import ROCKING, rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
+from spectrum_table import spectrum_method
 
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import nearest, numbers
@@ -44,6 +45,7 @@ DOCS = (
     "assumptions",
     "identification",
     "measured",
+    "spectrum-method",
 )
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = (
@@ -62,7 +64,14 @@ NEEDED = {  # what `make` does not build
     "rocking_choices": ROCKING,
 }
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
-INPUTS += ("measured_rocking", "earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
+INPUTS += (
+    "measured_rocking",
+    "earthquakes/check",
+    "earthquakes/orders",
+    "population/check",
+    "local_damping",
+    "spectrum_method",
+)
 
 
 def power(value: xr.DataArray) -> str:
@@ -315,7 +324,18 @@ def verdicts(data: Data) -> str:
 
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
-_LAST = (local_damping, by_program, response_length, coverage, random_tests, support, free_rocking, *_ROCKING, verdicts)
+_LAST = (
+    local_damping,
+    by_program,
+    response_length,
+    coverage,
+    random_tests,
+    support,
+    free_rocking,
+    *_ROCKING,
+    spectrum_method,
+    verdicts,
+)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 

@@ -13,8 +13,11 @@ from .errors import InputError as InputError
 from .errors import InputWarning as InputWarning
 from .histories.labelled import free_decay as free_decay
 from .histories.labelled import respond as respond
+from .histories.upper_floors import FloorMotion as FloorMotion
+from .histories.upper_floors import floor_motions as floor_motions
 from .identification.calibration import calibrate as calibrate
 from .identification.free_rocking import calibrate_free_rocking as calibrate_free_rocking
+from .mechanics.building import Building as Building
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.wall import Parapet as Parapet

@@ -68,4 +68,4 @@ def test_a_property_that_is_a_number_states_its_unit(name):
     if kind in ("Array", "float"):
         assert re.search(r"\[(?:-|[\w -]+)\]", inspect.getdoc(PROPERTIES[name]).split("\n\n")[0])
     else:
-        assert kind in ("bool", "str", "tuple[int, ...]", "dict[str, Quantity]")
+        assert kind in ("bool", "str", "tuple[int, ...]", "dict[str, Quantity]", "Record", "Modes")

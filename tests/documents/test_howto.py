@@ -81,6 +81,19 @@ def test_a_table_of_walls_becomes_a_table_of_answers(tree):
         assert (tree.place / name).stat().st_size > 1000
 
 
+def test_a_wall_on_an_upper_floor_has_the_answers_that_the_page_shows(tree):
+    printed = follow(tree, "upper-floors")
+    shown = blocks("upper-floors", "text")
+    assert len(shown) == 2 and all(block in printed for block in shown)
+    margins = [float(re.search(r"margin: .* ([\d.]+) times", block)[1]) for block in shown]
+    supports = [float(re.search(r"supports peak at ([\d.]+) g", block)[1]) for block in shown]
+    # What the page says of the building: it raises the acceleration much more than it shortens the margin.
+    assert supports[0] / supports[1] > 2 * margins[1] / margins[0] > 2
+    assert (tree.place / "my-wall.html").stat().st_size > 100_000
+    assert (tree.place / "my-upper-walls.csv").is_file() and (tree.place / "my-floor-motion.csv").is_file()
+    assert "building_period" in printed and "support_acceleration" in printed
+
+
 def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
     printed = follow(tree, "choose-inputs")
     overburden = 2 * (1 + 6.0 / (0.24 * 1800 * 9.80665 / 1000 * 3.0))

@@ -74,6 +74,7 @@ def made_up():
         .isel(damping_model=[0, 1, 2], bound=[0, 1])
         .assign_coords(damping_model=list(DAMPERS)),
         "response_lengths": response_lengths,
+        "spectrum_method": made_up_studies.spectrum_method(),
         measured_tables.IDENTIFICATION: identification_as_configured(),
         measured_tables.RANDOM_TESTS: random_tests(),
         "measured_rocking": made_up_studies.measured_rocking(),

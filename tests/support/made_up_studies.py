@@ -12,6 +12,8 @@ from repository import ROOT
 from rockdamp.studies import force_curves
 from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.studies.measured_rocking.stage import COMPARED, ERROR_MODELS
+from rockdamp.studies.spectrum_method import DIMS as SPECTRUM
+from rockdamp.studies.spectrum_method import statistics
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
@@ -375,6 +377,38 @@ def measured_rocking():
     return complete(data, "measured_rocking")
 
 
+def spectrum_method():
+    """Ratios that grow with the capacity and fall with e, of which those on the storey are two thirds."""
+    walls, capacity, e = ["stiff", "slow"], np.array([0.2, 0.4, 0.6]), np.array([0.80, 0.85, 0.90])
+    ratio = np.exp(np.linspace(-1, 1, 9)) * (1 + capacity)[:, None, None] * (1.9 - e)[:, None]
+    ratio = (
+        np.array([1.0, 0.9])[:, None, None, None, None, None]
+        * np.array([1, 2 / 3])[:, None, None, None, None]
+        * (np.array([2.0, 1.0])[:, None, None, None] * ratio)
+    )
+    demand = xr.DataArray(ratio, dims=(*SPECTRUM, "record"))
+    data = xr.Dataset(
+        {
+            "demand_ratio": demand,
+            **statistics(demand, ["record"]),
+            **{f"overall_{name}": value for name, value in statistics(demand, ["record", "wall"]).items()},
+            "damping_ratio": (("spectrum_damping", "restitution"), np.stack([np.full(3, 0.05), 0.33 * (1 - e)])),
+            "building_period": 0.25,
+            "storeys": 3,
+            "storey": 3,
+        },
+        coords={
+            "spectrum_damping": ["5 %", "equivalent"],
+            "support": ["ground", "storey"],
+            "wall": walls,
+            "capacity": capacity,
+            "restitution": e,
+            "record": [f"far-field/{i}/a" for i in range(9)],
+        },
+    )
+    return complete(data, "spectrum_method")
+
+
 @cache
 def made_up():
     return {
@@ -393,6 +427,7 @@ def made_up():
         "measured_rocking": measured_rocking(),
         "amplitude_dependence": amplitude_dependence(),
         "pulses": pulses(),
+        "spectrum_method": spectrum_method(),
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),

@@ -27,6 +27,8 @@ COORDINATES = {
     "rocking_feature": ["first impact", "peaks", "p"],
     "scheme": ["newmark", "paper"],
     "excitation": ["free", "forced"],
+    "spectrum_damping": ["5 %", "equivalent"],
+    "support": ["ground", "storey"],
     "parameter": ["a1", "b1", "e"],
     "restitution": [0.8, 0.85, 0.9, 0.95],
     "release_amplitude": [0.3, 0.5, 0.9],

@@ -73,10 +73,10 @@ def collapses(
     angular frequency of the first branch, and is refined near to collapse; `tail` is the rest after each record [s].
     `track` yields the records on, and may show progress.
     """
-    levels = [intensity_measures(motion.record) for motion in motions]
-    own = np.array([MEASURES[measure](level) for level in levels])
+    supports = [intensity_measures(motion.record) for motion in motions]
+    own = np.array([MEASURES[measure](intensity_measures(motion.intensity_record)) for motion in motions])
     stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
-    stripe = stripe * np.median(own / [level.pgv for level in levels])
+    stripe = stripe * np.median(own / [level.pgv for level in supports])
     walls = np.broadcast_shapes(stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings))[0]
     asked = np.broadcast_to(intensity, (walls, intensity.size))
     wanted = np.concatenate([asked, np.broadcast_to(stripe, (walls, STRIPES.size))], axis=1)
@@ -95,7 +95,7 @@ def collapses(
         intensity,
         np.broadcast_to(stripe, (walls, STRIPES.size)),
         factor,
-        np.max(factor * [[level.pga] for level in levels], axis=0),
+        np.max(factor * [[level.pga] for level in supports], axis=0),
         np.stack(peak).transpose(order),
         fell[..., : intensity.size],
         fell[..., intensity.size :],

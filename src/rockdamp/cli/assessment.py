@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rockdamp.cli.assessed import show, show_damping, values
+from rockdamp.cli.building import (
+    building_options,
+    capacity_option,
+    check_values,
+    make_buildings,
+    place,
+    print_checks,
+)
 from rockdamp.cli.command import Command, command_line, print_json, write_dataset, write_figure, writing
 from rockdamp.cli.options import (
     CURVE,
@@ -28,6 +36,8 @@ from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
 from rockdamp.units import number
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
@@ -100,6 +110,8 @@ class Restitution(click.ParamType):
 @pgv_option
 @pga_option
 @tail_option
+@building_options
+@capacity_option
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @nrml_option
@@ -136,17 +148,29 @@ def assess_command(
         refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
     wall, curve, e, reason = _wall(walls, identifier, options)
+    buildings = make_buildings(options)
+    from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.assessment.one_wall import assess
     from rockdamp.equivalence.programs import frequencies, typed_in
     from rockdamp.motions.catalogue import load_records
 
-    motions = load_records(records)
-    answer = assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
+    capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
+
+    def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
+        return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
+
+    placed = place(buildings, load_records(records), wall, run)
+    answer, motions = placed.answer, placed.motions
+    checked = checks(answer, wall, motions, capacity)
     if reason:
         answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:
         # The wall itself, as the table may hold others and lie elsewhere.
-        read = {"records": content_of(motions), "walls": repr((wall, curve, e)) if walls else ""}
+        read = {
+            "records": content_of(motions),
+            "walls": repr((wall, curve, e)) if walls else "",
+            "building": placed.place,
+        }
         write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.one_wall", **read)
     if options["plot"] is not None:
         from rockdamp.figures.assessment import fragility_figure
@@ -161,15 +185,19 @@ def assess_command(
     typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
     if report is not None:
         from rockdamp.report.one_wall import page
+        from rockdamp.report.one_wall.checks import Placement
 
+        placement = Placement(tuple(checked), placed.place, placed.values)
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)
-            page.write(page.Subject(name, wall, curve, motions, answer, about), report)
+            page.write(page.Subject(name, wall, curve, motions, answer, about, placement), report)
     if as_json:
-        print_json(values(answer, wall, typed, constants))
+        where = {"building": placed.values, "checks": [check_values(each) for each in checked]}
+        print_json(values(answer, wall, typed, constants) | where)
     else:
         show(answer, wall, units)
+        print_checks(placed, checked)
         show_damping(typed, constants, taken, units)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -17,6 +18,7 @@ from rockdamp.cli.assessment import (
     tail_option,
     write_nrml,
 )
+from rockdamp.cli.building import building_options, make_buildings
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, write_dataset, write_table
 from rockdamp.cli.options import column_option, json_option, refuse_unused, strict_option, table_of_walls
 from rockdamp.cli.types import OutputFile
@@ -38,6 +40,7 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 @pgv_option
 @pga_option
 @tail_option
+@building_options
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
 @modelling_option
@@ -55,6 +58,7 @@ def batch(
     modelling_dispersion: float,
     strict: bool,
     as_json: bool,
+    **building: Any,
 ) -> None:
     """Collapse of many walls under records.
 
@@ -62,9 +66,11 @@ def batch(
     overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, parapet, a1, b1, a3, softening,
     preset, restitution, taxonomy. Commas, semicolons or tabs divide it. A row that describes no wall is reported with
     its line; the others are computed, and with --strict the exit status is 3. The output has a row for each wall and
-    damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility.
+    damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility. In a building, that
+    intensity is of the ground.
     """
-    from rockdamp.assessment.many_walls import COLUMNS, answers, below_onset, dataset, fragilities, lines
+    from rockdamp.assessment.in_buildings import in_buildings
+    from rockdamp.assessment.many_walls import COLUMNS, below_onset, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
     from rockdamp.assessment.table import BadRow
     from rockdamp.errors import InputError
@@ -77,15 +83,16 @@ def batch(
     measure, intensity = asked(pgv, pga)
     if intensity.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
+    buildings = make_buildings(building)
     rows = table_of_walls(walls, columns)
     motions = load_records(records)
-    answered = list(answers(rows, motions, measure, float(intensity[0]), tail=tail))
+    answered = in_buildings(rows, motions, buildings, measure, float(intensity[0]), tail)
     bad = [one for one in answered if isinstance(one, BadRow)]
     if len(bad) == len(answered):
         raise InputError(f"{walls}: no row could be computed; {bad[0].error}")
     warn(below_onset(answered, measure, float(intensity[0])))
     if output.suffix == ".nc":
-        read = {"records": content_of(motions), "walls": repr(rows)}
+        read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
         made = dataset(answered, measure, float(intensity[0]), tail)
         write_dataset(made, output, "batch", "rockdamp.assessment.many_walls", **read)
     else:

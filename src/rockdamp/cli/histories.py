@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp import units
+from rockdamp.cli.building import building_options, make_buildings, supports_of
 from rockdamp.cli.command import (
     Command,
     concerning,
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
-UNITS |= {"pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
+UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
 PEAKS = ("peak_displacement", "peak_ratio", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
 
@@ -170,6 +171,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.option("--to-pga", type=Quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
 @click.option("--to-pgv", type=Quantities("m s-1"), help="Scale each record to this PGV.")
 @with_default("--tail", type=Quantity("s"), default=0.0, help="Rest after the record.")
+@building_options
 @output_option
 @plot_option
 @click.option("--animate", "animation", type=OutputFile(".gif"), help="Animate the rocking bodies beside the history.")
@@ -181,19 +183,22 @@ def respond_command(
     """Response to a record: peak and outcome.
 
     The wall starts at rest. Where it collapses the history ends: a collapse is an outcome and no error. It has no peak;
-    the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion. rocking_onset is the ground
-    acceleration whose static load reaches the plateau of the curve. Several records or scales give a row each.
+    the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion; in a
+    building, of the ground. rocking_onset is the acceleration of the supports whose static load reaches the plateau of
+    the curve. Several records or scales give a row each.
     """
     if animation is not None and options["compare"]:
         raise click.UsageError("--animate shows one model; it must be given without --compare")
     wall, curve = make_wall(options), make_curve(options)
     dampings = make_dampings(options, curve)
+    buildings = make_buildings(options)
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.intensity import intensity_measures
     from rockdamp.progress import track
 
-    asked, motions = _scales(options), _motions(records)
+    asked = _scales(options)
+    motions = supports_of(_motions(records), buildings, options["parapet"])
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot", "animation"), "one record and one scale")
@@ -206,8 +211,8 @@ def respond_command(
             _question_rest(answers, wall, curve)
             print_json(answers) if as_json else _print_rows(_standing(answers), UNITS)
             return
-    motion = motions[0].record
-    factor = float(scales_of(motion, asked)[0])
+    motion, ground = motions[0].record, motions[0].intensity_record
+    factor = float(scales_of(ground, asked)[0])
     with concerning(motions[0].name):
         histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
     if options["output"] is not None:
@@ -222,13 +227,15 @@ def respond_command(
 
         with writing(animation):
             animate(histories, animation)
-    measures = intensity_measures(motion)
+    measures = intensity_measures(ground)
     shaken = {
         "pga": abs(factor) * measures.pga,
         "pgv": abs(factor) * measures.pgv,
         "duration": float(motion.elapsed[-1] - motion.elapsed[0]),
         "rocking_onset": float(wall.rocking_onset(curve.strength_ratio)),
     }
+    if buildings:
+        shaken["support_acceleration"] = abs(factor) * intensity_measures(motion).pga
     _print_response(histories, shaken, options["compare"], as_json)
 
 

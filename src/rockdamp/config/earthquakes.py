@@ -7,9 +7,10 @@ from functools import partial
 from typing import Annotated, Any
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Ascending, Settings, each, geometric, members, number, section
+from rockdamp.config.parsing import Ascending, Settings, each, geometric, made_of, members, number, section, whole
 from rockdamp.config.settings import DampingForce, Matching, Pulses, Solver
 from rockdamp.config.walls import Curve, NamedWall, make_named_wall
+from rockdamp.mechanics.building import Building
 from rockdamp.statistics.distribution import Distribution
 
 # What describes a wall of the population.
@@ -117,6 +118,28 @@ class LocalDampingSettings(ComparisonSettings):
     scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
     step: Annotated[float, "earthquakes.orders.step"]
     tail: Annotated[float, "earthquakes.tail"]
+
+
+def make_building(value: Any, key: str = "spectrum_method.building") -> Building:
+    """Build the building of a section, which deforms in shear."""
+    names = ("period", "storeys", "storey", "damping_ratio")
+    entries = members(value, key, names)
+    parsers = dict.fromkeys(names, number) | dict.fromkeys(("storeys", "storey"), whole)
+    parsed: dict[str, Any] = {name: parse(entries[name], f"{key}.{name}") for name, parse in parsers.items()}
+    with made_of(key, names):
+        return Building(**parsed)
+
+
+@dataclass(frozen=True)
+class SpectrumMethodSettings(Settings):
+    records: tuple[str, ...]
+    walls: Annotated[NamedWalls, "earthquakes.walls"]
+    restitution: Annotated[Ascending, "earthquakes.restitution"]
+    tail: Annotated[float, "earthquakes.tail"]
+    capacity: Annotated[Ascending, "spectrum_method.capacity"]
+    levels: Annotated[Array, "spectrum_method.velocity_ratio", geometric]
+    step: Annotated[float, "spectrum_method.step"]
+    building: Annotated[Building, "spectrum_method.building", make_building]
 
 
 @dataclass(frozen=True)

@@ -46,11 +46,12 @@ def rows(
 ) -> Iterator[dict[str, Any]]:
     """Yield the peaks and the outcome of a wall under each record, at each scale and under each damping model.
 
-    ``pga`` [m s-2] and ``pgv`` [m s-1] are those of the scaled record; ``damping_ratio`` is None for restitution; the
-    `RESULTS` are those of `respond`. `asked` is as for `scales_of`; `tail` is the rest after each record. [s]
+    ``pga`` [m s-2] and ``pgv`` [m s-1] are those of the scaled record; in a building, of the ground. ``damping_ratio``
+    is None for restitution; the `RESULTS` are those of `respond`. `asked` is as for `scales_of`; `tail` is the rest
+    after each record. [s]
     """
     for motion in motions:
-        scale, measures = scales_of(motion.record, asked), intensity_measures(motion.record)
+        scale, measures = scales_of(motion.intensity_record, asked), intensity_measures(motion.intensity_record)
         warn_of_motion(motion.record.ground_acceleration, scale)
         with as_meant():  # one record of several may be too weak to rock the wall
             runs = [

@@ -98,6 +98,11 @@ class GroundMotion(ByValue):
     pulse_period: float = math.nan
     event: str = ""
 
+    @property
+    def intensity_record(self) -> Record:
+        """The record whose intensity counts; on an upper floor it is that of the ground."""
+        return self.record
+
 
 def listing(entries: Iterable[str]) -> list[Entry]:
     """Return the ground motions that `entries` name, as `load_records` takes them, without reading them.

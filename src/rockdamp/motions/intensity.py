@@ -11,6 +11,7 @@ from rockdamp import plausibility, units
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.motions.oscillator import Ramps
 from rockdamp.motions.records import Record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -160,16 +161,11 @@ def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: floa
 
 
 def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) -> float:
-    from scipy.signal import cont2discrete, lfilter  # slow to import, and the workflow reads records when it starts
-
-    step, ground = record.step, record.ground_acceleration
+    step = record.step
     fine = int(np.ceil(PER_PERIOD * step / period))  # points in place of each sample
-    ground = np.concatenate([[0.0], ground, np.zeros(int(np.ceil(period / step)) + 1)])
-    ground = np.interp(np.arange((len(ground) - 1) * fine + 1) / fine, np.arange(len(ground)), ground)
-    # w^2 u over w t: one oscillator for all periods, and numbers of order one.
-    dimensionless = step / fine * 2.0 * np.pi / period
-    numerator, denominator, _ = cont2discrete(([-1.0], [1.0, 2.0 * damping_ratio, 1.0]), dimensionless, method="foh")
-    return _peak(lfilter(numerator.ravel(), denominator, ground))
+    ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(int(np.ceil(period / step)) + 1)])
+    displacement = Ramps.of(ground, step, fine).displacement(period, damping_ratio)
+    return (2.0 * np.pi / period) ** 2 * _peak(displacement)
 
 
 # --- whether the numbers can be those of an earthquake ----------------------------------------------------------------

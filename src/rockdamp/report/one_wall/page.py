@@ -32,6 +32,7 @@ from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
+from rockdamp.report.one_wall.checks import Placement, section
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, counted, number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY
@@ -66,6 +67,7 @@ class Subject:
     motions: Sequence[GroundMotion]
     answer: xr.Dataset
     about: About = About()
+    placement: Placement = Placement()
 
 
 def build(subject: Subject) -> str:
@@ -92,6 +94,7 @@ def build(subject: Subject) -> str:
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
         fragility=_fragility(answer, subject.about.units),
         headline=_headline(answer, subject.about.units),
+        checked=section(subject.placement),
         measure=answer.attrs["intensity_measure"],
         unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
         records=_records(subject.motions),

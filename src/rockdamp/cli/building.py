@@ -1,0 +1,239 @@
+"""Options of a building and of the checks, and what `assess`, `batch` and `respond` do with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+from rockdamp import units
+from rockdamp.cli.command import print_table
+from rockdamp.cli.options import Decorator, refuse_unused, with_default
+from rockdamp.cli.types import Quantities, Whole
+from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rockdamp.assessment.checks import Check
+    from rockdamp.histories.upper_floors import FloorMotion
+    from rockdamp.mechanics.building import Building
+    from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.motions.catalogue import GroundMotion
+
+OPTIONS = ("storeys", "storey", "building_damping", "shape")
+SHAPES = ("uniform", "flexural")
+RATIO = "shear-ratio"
+UNITS = {"PGA": "m s-2", "PGV": "m s-1"}
+
+
+class Share(click.ParamType):
+    """A part of one: a number, or one in per cent."""
+
+    name = "share"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "NUMBER|PER CENT"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if not isinstance(value, str):
+            return float(value)
+        try:
+            text = value.strip()
+            return units.number(text[:-1]) / 100 if text.endswith("%") else units.number(text)
+        except ValueError:
+            self.fail(f"{value!r} is no number; it must be one, as 0.05, or in per cent, as 5%", param, ctx)
+
+
+class Shape(click.ParamType):
+    """How a building deforms: a name, or the shear ratio alpha, with or without its name."""
+
+    name = "shape"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return f"{'|'.join(SHAPES)}|ALPHA"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str | float:
+        if value in SHAPES or not isinstance(value, str):
+            return value
+        try:
+            return units.number(value.removeprefix(RATIO).lstrip(" =:"))
+        except ValueError:
+            self.fail(f"{value!r} must be {', '.join(SHAPES)}, or a shear ratio, as 5 or {RATIO}=5", param, ctx)
+
+
+def building_options(command: Any) -> Any:
+    """Add the options that describe a building and the storey of the wall."""
+    options: Sequence[Decorator] = (
+        click.option(
+            "--building-period",
+            type=Quantities("s"),
+            help="Period of the building that the wall stands in, as 0.25s; of several the worst counts.",
+        ),
+        click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
+        click.option(
+            "--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."
+        ),
+        with_default("--building-damping", type=Share(), default="0.05", help="Damping ratio of the building."),
+        with_default("--shape", type=Shape(), default="uniform", help="Building in shear, in flexure, or between."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+capacity_option = click.option(
+    "--capacity", type=Share(), help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
+)
+
+
+def make_buildings(options: Mapping[str, Any]) -> list[Building]:
+    """Return the building that the options describe, once for each period; none without a period."""
+    periods = options["building_period"]
+    if periods is None:
+        refuse_unused(OPTIONS, "--building-period")
+        return []
+    for name in ("storeys", "storey"):
+        if options[name] is None:
+            raise click.UsageError(f"--{name} is missing; --building-period must have it")
+    from rockdamp.mechanics.building import Building
+
+    storeys, storey, damping, shape = (options[name] for name in OPTIONS)
+    return [Building(period, storeys, storey, damping, shape) for period in periods]
+
+
+class Placed(NamedTuple):
+    """The answer for a wall in a building, of the period that is worst, and the motions of its supports there.
+
+    `place` says where in words, `left_out` is the part of the load that the mean of both floors leaves out, and
+    `periods` holds a row for each period.
+    """
+
+    answer: xr.Dataset
+    motions: Sequence[GroundMotion]
+    place: str = ""
+    values: dict[str, Any] | None = None
+
+
+def place(
+    buildings: Sequence[Building],
+    ground: Sequence[GroundMotion],
+    wall: Wall | Parapet,
+    run: Callable[[Sequence[GroundMotion]], xr.Dataset],
+) -> Placed:
+    """Run a wall in each building, or on the ground where there is none, and return the worst answer."""
+    if not buildings:
+        return Placed(run(ground), ground)
+    from rockdamp.histories.upper_floors import floor_motions
+    from rockdamp.mechanics.wall import Parapet
+
+    parapet = isinstance(wall, Parapet)
+    motions = [floor_motions(ground, building, parapet) for building in buildings]
+    answers = [run(on_storey) for on_storey in motions]
+    rows = [_row(building, answer) for building, answer in zip(buildings, answers, strict=True)]
+    worst = max(range(len(rows)), key=lambda index: _severity(answers[index]))
+    building = buildings[worst]
+    top = "on top of " if parapet else ""
+    words = f"{top}storey {building.storey} of {building.storeys} of a building of {building.period:g} s"
+    values = {
+        "period": building.period,
+        "storeys": building.storeys,
+        "storey": building.storey,
+        "damping_ratio": building.damping_ratio,
+        "shear_ratio": building.shear_ratio if isfinite(building.shear_ratio) else None,
+        "left_out": _left_out(motions[worst], wall),
+        "periods": rows,
+    }
+    return Placed(answers[worst], motions[worst], words, values)
+
+
+def supports_of(motions: Sequence[GroundMotion], buildings: Sequence[Building], parapet: bool) -> list[GroundMotion]:
+    """Return the motions of a wall's supports in each building; those of the ground where there is none."""
+    from rockdamp.histories.upper_floors import floor_motions
+
+    if not buildings:
+        return list(motions)
+    several = len(buildings) > 1
+    return [
+        replace(motion, name=f"{motion.name}, {building.period:g} s" if several else motion.name)
+        for building in buildings
+        for motion in floor_motions(motions, building, parapet)
+    ]
+
+
+def _left_out(motions: Sequence[FloorMotion], wall: Wall | Parapet) -> float:
+    """Return the share of the load that the mean of both floors leaves out, and warn where it is not small."""
+    from rockdamp.histories.upper_floors import SMALL, left_out_share
+
+    share = left_out_share(motions, wall)
+    if share > SMALL:
+        click.echo(
+            f"warning: the floors below and above the wall move so differently that their mean leaves out {share:.1%} "
+            f"of the load on the wall, more than {SMALL:.0%}",
+            err=True,
+        )
+    return share
+
+
+def _severity(answer: xr.Dataset) -> tuple[int, float]:
+    """Return what grows with how bad an answer is: collapses at the highest intensity, then a low median."""
+    row = _row(None, answer)
+    return row["collapses"], -row["median_intensity"] if row["median_intensity"] is not None else float("-inf")
+
+
+def _row(building: Building | None, answer: xr.Dataset) -> dict[str, Any]:
+    """Return the answer under restitution at the highest intensity, for one period."""
+    cr = answer.sel(damping_model=REFERENCE).isel(intensity=-1)
+    median = float(cr[f"median_{answer.attrs['intensity_measure'].lower()}"])
+    return {
+        "building_period": building.period if building else None,
+        "collapses": int(cr["collapses"]),
+        "collapse_probability": float(cr["collapse_probability"]),
+        "median_intensity": median if isfinite(median) else None,
+    }
+
+
+# --- what is printed --------------------------------------------------------------------------------------------------
+
+
+def check_values(check: Check) -> dict[str, Any]:
+    """Return a check for JSON; infinite peaks are null."""
+    values = {name: value if isfinite(value) else None for name, value in check._asdict().items()}
+    return values | {"rocks": check.rocks, "median_met": check.median_met, "upper_met": check.upper_met}
+
+
+def in_unit(measure: str, intensity: float) -> str:
+    """Return an intensity with its unit: a PGA in g."""
+    return f"{intensity / STANDARD_GRAVITY:.3g} g" if measure == "PGA" else f"{intensity:.3g} m s-1"
+
+
+def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
+    """Print the answer in a sentence, and both checks with their numbers, for each intensity."""
+    answer = placed.answer
+    measure = answer.attrs["intensity_measure"]
+    if placed.values is not None and len(placed.values["periods"]) > 1:
+        click.echo("\nby the period of the building, of which the worst counts:\n")
+        print_table(placed.values["periods"], {"building_period": "s", "median_intensity": UNITS[measure]})
+    shares = answer["collapse_probability"].sel(damping_model=REFERENCE).values.tolist()
+    for check, share in zip(checks, shares, strict=True):
+        where = f" of the ground, {placed.place}" if placed.place else ""
+        click.echo(f"\nprobability of collapse at {in_unit(measure, check.intensity)}{where}: {share:.0%}")
+        if isfinite(check.margin):
+            click.echo(f"  margin: the median {measure} of collapse is {check.margin:.3g} times this")
+        shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))
+        verdict = "it rocks" if check.rocks else "it does not rock"
+        click.echo(f"  force: supports peak at {shaken:.3g} g (median), rocking starts at {onset:.3g} g: {verdict}")
+        for name, peak, met in (
+            ("median", check.median_peak, check.median_met),
+            ("84 %", check.upper_peak, check.upper_met),
+        ):
+            reached = f"{1000 * peak:.3g} mm" if isfinite(peak) else "collapse"
+            click.echo(
+                f"  displacement: {name} peak {reached}, capacity {1000 * check.capacity:.3g} mm: "
+                f"{'met' if met else 'not met'}"
+            )
+    if placed.values is not None:
+        click.echo(f"  left out: {placed.values['left_out']:.1%} of the load, as the two floors of the wall differ")

@@ -1,0 +1,70 @@
+"""The checks and the building on the page of one wall: what stands where, in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rockdamp.assessment.checks import Check
+from rockdamp.text import number, percent
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where a wall stands, in words; what `assess --json` says of its building, and the check at each intensity."""
+
+    checks: tuple[Check, ...] = ()
+    place: str = ""
+    building: Mapping[str, Any] | None = None
+
+
+def section(placement: Placement) -> dict[str, Any] | None:
+    """Return what the page says of the highest intensity; None where there is no check."""
+    if not placement.checks:
+        return None
+    check = placement.checks[-1]
+    rows = [
+        {
+            "name": "force: supports' peak acceleration (median) against the onset of rocking",
+            "demand": f"{number(check.support_acceleration / STANDARD_GRAVITY)} g",
+            "capacity": f"{number(check.rocking_onset / STANDARD_GRAVITY)} g",
+            "verdict": "it rocks" if check.rocks else "it does not rock",
+        }
+    ]
+    for name, peak, met in (
+        ("median peak", check.median_peak, check.median_met),
+        ("peak that 84 % of the records do not pass", check.upper_peak, check.upper_met),
+    ):
+        rows.append(
+            {
+                "name": f"displacement: {name}",
+                "demand": f"{number(1000 * peak)} mm" if np.isfinite(peak) else "collapse",
+                "capacity": f"{number(1000 * check.capacity)} mm",
+                "verdict": "met" if met else "not met",
+            }
+        )
+    return {
+        "rows": rows,
+        "place": placement.place,
+        "margin": number(check.margin) if np.isfinite(check.margin) else None,
+        "left_out": percent(placement.building["left_out"]) if placement.building else "",
+        "periods": _periods(placement.building),
+    }
+
+
+def _periods(building: Mapping[str, Any] | None) -> list[dict[str, str]]:
+    """Return the answer for each period of the building, where there are several."""
+    rows = building["periods"] if building else []
+    return [
+        {
+            "period": f"{row['building_period']:g} s",
+            "share": percent(row["collapse_probability"]),
+            "median": number(np.nan if row["median_intensity"] is None else row["median_intensity"]),
+        }
+        for row in rows
+        if len(rows) > 1
+    ]

