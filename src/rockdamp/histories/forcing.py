@@ -7,12 +7,12 @@ from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
-from rockdamp.motions.sampling import by_spline
 from rockdamp.solvers.response import Options
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
@@ -79,7 +79,10 @@ class Forcing:
 
     def _every(self, parts: int) -> Array:
         """Return the motion at so many times for each sample, along the spline."""
-        return self.ground_acceleration if parts == 1 else by_spline(self.ground_acceleration, parts)
+        if parts == 1:
+            return self.ground_acceleration
+        index = np.arange(self.intervals + 1)
+        return np.asarray(CubicSpline(index, self.ground_acceleration)(np.arange(self.intervals * parts + 1) / parts))
 
 
 def require_affordable(steps: float, cause: str) -> None:

@@ -1,11 +1,10 @@
-"""Check a sampled series: finite numbers at uniform times. Errors name the sample or the line. Join its samples."""
+"""Check a sampled series: finite numbers at uniform times. Errors name the sample or the line."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
@@ -46,9 +45,3 @@ def check_time(elapsed: Array, place: Place) -> None:
             f"elapsed_s is {elapsed[late]} {place(late)}; it must be {elapsed[late - 1] + usual:.9g}: times must be "
             f"uniform to {UNIFORM:g} of a step, and be written with as many digits"
         )
-
-
-def by_spline(values: Array, parts: int) -> Array:
-    """Return a series at `parts` times for each of its intervals, both ends included, along the cubic spline."""
-    index = np.arange(values.size)
-    return np.asarray(CubicSpline(index, values)(np.arange((values.size - 1) * parts + 1) / parts))

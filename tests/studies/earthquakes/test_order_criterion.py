@@ -121,3 +121,9 @@ def test_an_order_is_chosen_and_judged_on_halves_that_share_no_station():
         assert not {int(i) // 2 for i in first} & {int(i) // 2 for i in second}
         assert len(first) == len(second) == 20
     assert not np.array_equal(seen[0], seen[2])
+
+
+def test_one_station_alone_has_no_halves():
+    histories = made_up(np.array([0.3, 0.05])).isel(record=[0, 1])
+    found = compare(histories)
+    assert np.isnan(found["split_order"]).all() and (found["split_verdict"] == UNDECIDED).all()

@@ -125,12 +125,12 @@ def split(sums: Sums, order: Array, station: NDArray[np.generic], count: int, re
     """Choose an order on one half of the stations and judge all on the other, `count` times, all walls together.
 
     ``split_order`` is the one chosen, NaN where none is enough at every e. ``split_verdict`` is the worst over e of the
-    other half's verdicts on each order.
+    other half's verdicts on each order. One station alone has no halves: no order is chosen, and all are undecided.
     """
     names, of_record = np.unique(station, return_inverse=True)
     random = np.random.default_rng(seed)
-    chosen, judged = np.empty(count), np.empty((count, order.size), dtype=np.int8)
-    for i in range(count):
+    chosen, judged = np.full(count, np.nan), np.full((count, order.size), UNDECIDED, dtype=np.int8)
+    for i in range(count if names.size > 1 else 0):
         first = np.isin(of_record, random.permutation(names.size)[: names.size // 2])
         verdicts = []
         for half in (first, ~first):
