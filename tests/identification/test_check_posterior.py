@@ -1,8 +1,10 @@
 """The program that sees whether the walkers' posterior is right about itself, without the hours that it takes."""
 
 import numpy as np
+import pandas as pd
 import pytest
-from check_posterior import report
+from check_posterior import report, summary
+from random_tests import LEAST, LEAST_OF_BRANCH, MOST, drawn
 
 from rockdamp.identification.simulated import Judged, gathered
 
@@ -20,3 +22,19 @@ def test_intervals_that_hold_the_truth_too_seldom_are_told(capsys, narrower, hol
     assert report(gathered(NAMES, records)) is holds
     printed = capsys.readouterr().out
     assert "300 of 301 records identified" in printed and "90% interval of sensor_correlation" in printed
+
+
+def test_a_random_test_is_the_same_each_time_and_one_that_a_laboratory_would_keep():
+    made, again = drawn(3, 5), drawn(3, 5)
+    assert made.record == again.record and made.truth == again.truth
+    assert max(LEAST, LEAST_OF_BRANCH * made.truth[0]) < made.peak_ratio < MOST
+    shown = made.record.displacement / float(made.wall.instability_displacement)
+    assert np.ptp(shown) > made.peak_ratio / 2
+
+
+def test_random_tests_are_counted_by_how_they_ended_and_held_by_those_that_were_answered():
+    held = {f"held_{name}": [1, 0, 0, 0] for name in NAMES[:3]}
+    ended = ["answered", "answered", "refused", "failed"]
+    found = summary(pd.DataFrame({"ended": ended, "seconds": [1.0, 5.0, 2.0, 3.0], **held}))
+    assert (found["answered"], found["refused"], found["failed"], found["longest"]) == (2, 1, 1, 5.0)
+    assert found["refused_share"] == 0.25 and found["held_restitution"] == 0.5

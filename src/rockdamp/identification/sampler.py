@@ -27,7 +27,7 @@ LIVE, BATCH = 100, 512  # live points, and densities computed at once
 REMAINING = 0.5  # share of the evidence in the live points at which nautilus stops to close in, and draws
 # Densities computed at most, to close in and for each effective draw: where these do not suffice, the record seldom
 # determines the model's parameters at all.
-MOST, MOST_A_DRAW = 4_000, 3
+MOST, MOST_A_DRAW = 4_000, 6
 ZERO = -1e100  # logarithm of a density that is zero: nautilus takes finite numbers alone
 
 
