@@ -39,7 +39,6 @@ PICTURES = (
     "figures/fig_measured_rocking.png",
     "identification-full/figures/fig_identification.png",
 )
-ROCKING = "measured-rocking-full/measured_rocking"  # of config/measured-rocking-full.yaml, as the next
 IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
@@ -58,7 +57,6 @@ PARAMETERS = {
 NEEDS = {
     "coverage": IDENTIFICATION,
     "support": IDENTIFICATION,
-    "rocking_choices": ROCKING,
 }  # what `make` does not build
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += ("measured_rocking", "earthquakes/check", "earthquakes/orders", "population/check")
@@ -393,7 +391,7 @@ def rocking_restitution(data: Data) -> str:
 
 def rocking_choices(data: Data) -> str:
     """How often the damper that made simulated trials is the most likely, and the exponent by bootstrap."""
-    study = data[ROCKING]
+    study = data["measured_rocking"]
     chosen = list(map(str, study["chosen"].values))
     rows = [
         [str(maker), *(str(int(count)) for count in study["simulated_choices"].sel(made_by=maker))]

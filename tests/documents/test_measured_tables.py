@@ -70,7 +70,6 @@ def made_up():
         "response_lengths": response_lengths,
         measured_tables.IDENTIFICATION: identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
-        measured_tables.ROCKING: made_up_studies.measured_rocking(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }
