@@ -19,7 +19,7 @@ import xarray as xr
 from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, free_rocking, random_tests, support
 from markdown_tables import models, percent, table
 from order_tables import by_band, orders
-from rocking_tables import ROCKING, rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
+from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
 from spectrum_table import spectrum_method
 
 from rockdamp.claims.verdicts import spans
@@ -61,7 +61,6 @@ NEEDED = {  # what `make` does not build
     "coverage": IDENTIFICATION,
     "support": IDENTIFICATION,
     "random_tests": RANDOM_TESTS,
-    "rocking_choices": ROCKING,
 }
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += (

@@ -10,7 +10,6 @@ from rockdamp.vocabulary import PAPER_MODELS
 
 Data = dict[str, xr.Dataset]
 
-ROCKING = "measured-rocking-full/measured_rocking"  # of config/measured-rocking-full.yaml, which `make` does not build
 TIMES = 100  # less likely is excluded, as in data/claims.yaml
 
 
@@ -84,7 +83,7 @@ def rocking_restitution(data: Data) -> str:
 
 def rocking_choices(data: Data) -> str:
     """How often the damper that made simulated trials is the most likely, and the exponent by bootstrap."""
-    study = data[ROCKING]
+    study = data["measured_rocking"]
     chosen = list(map(str, study["chosen"].values))
     rows = [
         [str(maker), *(str(int(count)) for count in study["simulated_choices"].sel(made_by=maker))]

@@ -78,7 +78,6 @@ def made_up():
         measured_tables.IDENTIFICATION: identification_as_configured(),
         measured_tables.RANDOM_TESTS: random_tests(),
         "measured_rocking": made_up_studies.measured_rocking(),
-        measured_tables.ROCKING: made_up_studies.measured_rocking(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }

@@ -53,9 +53,7 @@ def deviation_of(wall: Rocking) -> tuple[float, str]:
 
 
 def spread(median: float, deviation: float) -> tuple[Array, Array]:
-    """Return values of e that stand for its spread, and their weights, shape (NODES,).
-
-    ASSUME: e is normal about the rule's value, by Gauss and Hermite's rule, and no more than 1.
-    """
+    """Return values of e that stand for its spread, and their weights, shape (NODES,)."""
+    # ASSUME: e is normal about the rule's value and no more than 1; nodes and weights by Gauss and Hermite.
     at, weight = np.polynomial.hermite_e.hermegauss(NODES)
     return np.clip(median + deviation * at, 0.01, 1.0), weight / weight.sum()

@@ -99,7 +99,8 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     Left, the loss at each of {shown} impacts over the trial's mean, and each damper's; bars hold the value nine times
     in ten, here and in the other panels. Of CR and the paper's dampers {first} has the largest likelihood; ln&nbsp;L of
     the others is lower by {later}. Odd impacts may differ from even ones, as those of a block that leans. Middle, the
-    power γ of the energy left with which the loss goes: {exponents} impacts. Right, e over Housner's: points for each
+    power γ of the energy left with which the loss goes: {exponents} impacts; the lines are the dampers' powers to first
+    order in the loss. Right, e over Housner's: points for each
     block, and the band that holds nine in ten of its trials. The mean is
     {number(measured["restitution_over_housner_mean"])}; ln&nbsp;e scatters by {within} from trial to trial and by
     {between} from block to block.

@@ -23,12 +23,10 @@ BEYOND = 1.25  # of the largest first loss: the closed form, which chooses the d
 
 @dataclass(frozen=True)
 class NearlyRigid:
-    """A curve like a rigid block's, and the displacement from which the block is released.
+    """A curve like a rigid block's, and the displacement from which the block is released."""
 
-    ASSUME: the release is not in the data. The loss of a rigid block depends on it, as the force falls with the
-    displacement, so it is varied.
-    """
-
+    # ASSUME: the data do not have the release. The loss of a rigid block depends on it, as the force falls with the
+    # displacement, so the study varies it.
     yield_displacement_ratio: float
     release_amplitude: float
 
