@@ -105,11 +105,11 @@ def free_rocking(_: Data) -> str:
         [maker, str(counts.loc[maker, "tests"]), *(percent(share[maker, name]) for name in judged)]
         for maker in counts.index
     ]
-    fitted = f"Of {first + refused} tests {first} were fitted, and {refused} refused.\n\n{table(head, shown)}"
+    fitted = f"Of {first + refused} specimens {first} were fitted, and {refused} refused.\n\n{table(head, shown)}"
     if not judged:
         return fitted
     return (
         f"{fitted}\n\n"
-        "Share of tests that exclude a damper, by what made them:\n\n"
-        f"{table(['made by', 'tests', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
+        "Share of specimens whose tests exclude a damper, by what made them:\n\n"
+        f"{table(['made by', 'specimens', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
     )
