@@ -10,12 +10,13 @@ import math
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.identification import compared
@@ -53,27 +54,6 @@ PARAMETERS = {
 OF_IDENTIFICATION = ("coverage", "support")
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += ("earthquakes/check", "earthquakes/orders", "population/check", "local_damping")
-
-
-def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = [list(head), *map(list, rows)]
-    lines.insert(1, ["---"] * len(lines[0]))
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def power(value: xr.DataArray) -> str:
-    """Two digits and the power of ten: 2.3e-4."""
-    return re.sub(r"e-0?", "e-", f"{float(value):.1e}")
-
-
-def percent(fraction: xr.DataArray) -> str:
-    return f"{number(100 * fraction, 2)} %"
-
-
-def models(values: xr.Dataset, dim: str = "damping_model") -> list[tuple[str, xr.Dataset]]:
-    """Return each damping model with its part of a dataset."""
-    return [(str(model), values.sel({dim: model})) for model in values[dim].values]
 
 
 def solver(data: Data) -> str:
@@ -229,11 +209,6 @@ def checks(data: Data) -> str:
     return table(head, rows)
 
 
-def share(fraction: xr.DataArray) -> str:
-    """A percentage in plain digits; a dash where there is none."""
-    return f"{float(f'{100 * fraction:.2g}'):g} %" if np.isfinite(fraction) else "–"
-
-
 def orders(data: Data) -> str:
     """How far ECD of each order is from CR, beside CR's own sensitivity to e, and the smallest order that is enough."""
     compared = data["earthquakes/orders"]
@@ -306,13 +281,6 @@ def by_program(data: Data) -> str:
 
 def _order(order: xr.DataArray) -> str:
     return f"{float(order):g}" if np.isfinite(order) else NONE
-
-
-def interval(one: xr.Dataset, name: str) -> str:
-    """Return a statistic with its interval; rates are percentages."""
-    show: Callable[[xr.DataArray], str] = percent if name.endswith("_rate") else number
-    low, high = (show(bound) for bound in one[f"{name}_interval"])
-    return f"{show(one[name])} ({low} to {high})"
 
 
 def response_length(data: Data) -> str:
