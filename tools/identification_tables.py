@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from markdown_tables import models, percent, table
+from table_text import models, percent, table
 
 from rockdamp.figures.identification import compared
 from rockdamp.text import number

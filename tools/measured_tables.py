@@ -13,14 +13,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, free_rocking, random_tests, support
-from markdown_tables import models, percent, table
 from order_tables import by_band, orders
 from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
 from spectrum_table import spectrum_method
+from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import nearest, numbers
@@ -71,11 +70,6 @@ INPUTS += (
     "local_damping",
     "spectrum_method",
 )
-
-
-def power(value: xr.DataArray) -> str:
-    """Two digits and the power of ten: 2.3e-4."""
-    return re.sub(r"e-0?", "e-", f"{float(value):.1e}")
 
 
 def solver(data: Data) -> str:
@@ -231,11 +225,6 @@ def checks(data: Data) -> str:
     return table(head, rows)
 
 
-def share(fraction: xr.DataArray) -> str:
-    """A percentage in plain digits; a dash where there is none."""
-    return f"{float(f'{100 * fraction:.2g}'):g} %" if np.isfinite(fraction) else "–"
-
-
 def pulses(data: Data) -> str:
     """The dampers against restitution under pulses at the middle e, with ξ of the closed form, by band of the peak."""
     study = data["pulses"]
@@ -282,13 +271,6 @@ def by_program(data: Data) -> str:
         table(head, ([row[key] for key in ("offer", "model", "parameter", "error", "false_safe")] for row in rows))
         + f"\n\nAgainst restitution with e = {told['e'] if told else '–'}, under the records of the earthquakes' study."
     )
-
-
-def interval(one: xr.Dataset, name: str) -> str:
-    """Return a statistic with its interval; rates are percentages."""
-    show: Callable[[xr.DataArray], str] = percent if name.endswith("_rate") else number
-    low, high = (show(bound) for bound in one[f"{name}_interval"])
-    return f"{show(one[name])} ({low} to {high})"
 
 
 def response_length(data: Data) -> str:

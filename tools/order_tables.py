@@ -2,7 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from markdown_tables import models, percent, table
+from table_text import models, percent, table
 
 from rockdamp.figures.style import numbers
 from rockdamp.report.earthquake_criterion import MARKS, NONE, by_wall, changes, counted, sizes, smallest, splits

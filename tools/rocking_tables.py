@@ -3,7 +3,7 @@
 import math
 
 import xarray as xr
-from markdown_tables import models, percent, table
+from table_text import models, percent, table
 
 from rockdamp.figures.style import numbers
 from rockdamp.vocabulary import PAPER_MODELS

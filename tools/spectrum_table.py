@@ -3,7 +3,7 @@
 from itertools import product
 
 import xarray as xr
-from markdown_tables import percent, table
+from table_text import percent, table
 
 from rockdamp.assessment.checks import CAPACITY as CHECKED
 from rockdamp.figures.style import REFERENCE_RESTITUTION, at_nearest
