@@ -131,5 +131,7 @@ def test_one_row_is_found_by_its_id_and_a_bad_one_refused(table):
     assert row_of(path, "roof").line == 5
     with pytest.raises(InputError, match="no wall whose id is 'west'"):
         row_of(path, "west")
+    with pytest.raises(InputError, match="id is 'sout'; did you mean 'south'"):
+        row_of(path, "sout")
     with pytest.raises(InputError, match=r"walls\.csv, line 7: thickness is empty"):
         row_of(path, "x")

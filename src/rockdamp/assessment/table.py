@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import io
 import os
 import warnings
@@ -97,9 +98,12 @@ def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | Non
 
 def row_of(path: str | os.PathLike[str], wanted: str, columns: Mapping[str, Column] | None = None) -> Row:
     """Return the wall of one id; refuse a table without it, and a row that makes no wall."""
-    rows = [row for row in read_walls(path, columns) if row.id == wanted]
+    walls = read_walls(path, columns)
+    rows = [row for row in walls if row.id == wanted]
     if not rows:
-        raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}")
+        near = difflib.get_close_matches(wanted, [row.id for row in walls], n=1)
+        meant = f"; did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}{meant}")
     row = rows[0]
     if isinstance(row, BadRow):
         raise InputError(f"{os.fspath(path)}, {row.error}")
