@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 import yaml
 from made_up_earthquakes import by_model, complete
+from made_up_trials import measured_rocking
 from repository import ROOT
 
 from rockdamp.studies import force_curves
 from rockdamp.studies.amplitude_dependence import DAMPERS
-from rockdamp.studies.measured_rocking.stage import COMPARED, ERROR_MODELS
 from rockdamp.studies.spectrum_method import DIMS as SPECTRUM
 from rockdamp.studies.spectrum_method import statistics
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
 E = np.linspace(0.7, 0.98, 15)
@@ -330,51 +330,6 @@ def pulses():
         },
     )
     return complete(data, "pulses")
-
-
-def measured_rocking():
-    """Return SDR ahead of CR, CDR and CDC, losses that rise a little, and e just below Housner's."""
-    impacts, impact, slenderness = [6, 8, 10, 14], np.arange(1, 11), np.arange(4.0, 16.0)
-    ahead = by_model(ALL, 196.0, CDC=175.0, CDR=194.0, SDR=200.0)
-    exponent = by_model(ALL, 0.0, CDC=-0.06, CDR=-0.01, SDR=0.03)
-    loss, ratio, bound = 0.9 + 0.02 * impact, 1.02 - 0.003 * slenderness, np.array([-1.0, 1.0])
-    data = xr.Dataset(
-        {
-            "log_likelihood": (("damping_model", "impacts_used"), np.outer(ahead, [0.98, 1.0, 1.05, 1.1])),
-            "amplitude_exponent": ("impacts_used", [-0.2, -0.25, -0.3, -0.2]),
-            "amplitude_exponent_interval": (
-                ("impacts_used", "bound"),
-                np.array([[-0.2], [-0.25], [-0.3], [-0.2]]) + 0.2 * bound,
-            ),
-            "loss_by_impact": ("impact", loss),
-            "loss_by_impact_interval": (("impact", "bound"), loss[:, None] + 0.2 * bound),
-            "loss_by_impact_of_model": (("damping_model", "impact"), 1 + np.outer(exponent, impact - 5.5)),
-            "restitution_over_housner": ("geometry", ratio),
-            "restitution_over_housner_interval": (("geometry", "bound"), ratio[:, None] + 0.01 * bound),
-            "trial_over_housner_interval": (("geometry", "bound"), ratio[:, None] + 0.03 * bound),
-            "restitution_over_housner_mean": 0.991,
-            "deviation_within": 0.023,
-            "deviation_between": 0.007,
-            "held_out_coverage": ("choice", [0.88, 0.92]),
-            "trials": 135,
-            "duplicates": 1,
-            "shown_impacts": 10,
-        },
-        coords={
-            "damping_model": ALL,
-            "impacts_used": impacts,
-            "impact": impact,
-            "geometry": slenderness,
-            "viscous_model": list(PAPER_MODELS),
-            "yield_displacement_ratio": [0.005, 0.01, 0.02],
-            "release_amplitude": [0.2, 0.5, 0.8],
-            "error_model": list(ERROR_MODELS),
-            "made_by": list(COMPARED),
-            "chosen": list(COMPARED),
-            "bound": ["lower", "upper"],
-        },
-    )
-    return complete(data, "measured_rocking")
 
 
 def spectrum_method():

@@ -16,8 +16,9 @@ from rockdamp.claims.reading import read_list
 from rockdamp.claims.verdicts import number, percent, spans, steady
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.hinge import angular_momentum_restitution
 from rockdamp.mechanics.rigid_bodies import TwoBodies
-from rockdamp.mechanics.wall import Wall, angular_momentum_restitution
+from rockdamp.mechanics.wall import Wall
 from rockdamp.storage.dataset import Datasets
 
 COLUMNS = ("id", "where", "printed", "used", "evidence")
