@@ -116,7 +116,7 @@ def test_a_rigid_wall_rocks_with_amplitudes_below_its_instability(x0):
         Wall(0.3, 4.5).rigid_period(x0)
 
 
-@pytest.mark.parametrize("overburden", [0.0, 0.3, 0.5, 1.0, 2.0, 6.0, 100.0])
+@pytest.mark.parametrize("overburden", [0.0, 0.3, 0.5, 1.0, 2.0, 6.0, 10.0])
 @pytest.mark.parametrize("share", [-0.5, -0.2, 0.0, 0.4])
 def test_the_weakest_hinge_has_the_least_strength_within_its_range(overburden, share):
     sizes = {"thickness": 0.3, "height": 4.5, "overburden_ratio": overburden, "eccentricity": 0.3 * share}
