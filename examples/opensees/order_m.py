@@ -55,7 +55,12 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, order=16):
     """Add element `tag`, materials `tag` and `tag + 1`, and parameter `tag`: a joint along `dof` between two nodes.
 
     `corners` are u1, u2, u3 of the tri-linear curve [m], `strength` its plateau [N], `mass` that of the mechanism [kg].
+    Beyond u3 the wall has collapsed: the force is zero, and nothing stops it.
     """
+    if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
+        raise ValueError(f"0 < u1 <= u2 < u3, strength > 0 and mass > 0, not {corners}, {strength}, {mass}")
+    if not (0 < restitution <= 1 and order in THIRD):
+        raise ValueError(f"restitution in (0, 1] and order one of {list(THIRD)}, not {restitution}, {order}")
     d = -log(restitution) / pi
     normalisation = 2 ** (2 * order + 1) / comb(2 * order + 2, order + 1)
     amplitude = 2 * d * (1 - THIRD[order] * d * d) * normalisation
