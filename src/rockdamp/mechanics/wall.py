@@ -291,7 +291,8 @@ class Wall(_Mechanism):
 
         .. math:: e_\mathrm{an} = \frac{h_1 (h_1 + h) - 3 t^2}{h_1 (h_1 + h) + 3 t^2}
 
-        It ignores the top support's impulse. Tests measured less: `restitution_measured`.
+        It ignores the top support's impulse, which rigid bodies on contacts have: theirs is `restitution_impulsive`.
+        Tests measured less than Eq. (7) too: `restitution_measured`.
         """
         return angular_momentum_restitution(self.thickness, self.height, self.hinge_ratio)
 
@@ -301,7 +302,8 @@ class Wall(_Mechanism):
 
         .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)}
 
-        The momentum before the impact is projected on the motion that is admissible after it.
+        The momentum before the impact is projected on the motion that is admissible after it. Rigid bodies on contacts
+        with Newton's law of impact lose as much, by time stepping (docs/theory.md, section 1).
         """
         r = np.asarray(self.hinge_ratio)
         q = 1 / self.slenderness**2

@@ -1,0 +1,86 @@
+"""Which restitution do two rigid bodies on contacts have? By Moreau's time stepping, and by Siconos.
+
+Contacts of Newton's law at the corners and supports that hold: the impact takes what `restitution_impulsive` says,
+not Eq. (7).
+"""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+from contacts import TwoBodiesOnContacts
+from repository import ROOT
+
+from rockdamp.mechanics.wall import Wall
+
+SHAPES = ((0.3, 3.0, 0.5), (0.3, 4.5, 0.7), (0.4, 4.0, 0.6), (0.3, 2.1, 0.62), (0.25, 5.0, 0.7))  # t, h [m], h1/h
+WALLS = [Wall(t, h, hinge_ratio=r, overburden_ratio=psi) for t, h, r in SHAPES for psi in (0.0, 2.0)]
+STEP = 5e-4  # of tau
+
+
+def lost(wall, peaks):
+    """Return sqrt(V) of each peak over the one before, V of the rigid law."""
+    energy = float(wall.rigid_strength) * peaks - float(wall.rigid_stiffness) * peaks**2 / 2
+    return np.sqrt(energy[1:] / energy[:-1])
+
+
+def released(wall, restitution=0.0):
+    u, p = 0.5 * float(wall.instability_displacement), float(wall.frequency_parameter)
+    peaks, apart = TwoBodiesOnContacts(wall).peaks(u, STEP / p, 1, restitution)
+    return lost(wall, peaks)[0], apart / float(wall.instability_displacement)
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}")
+def test_the_impact_on_contacts_is_that_of_every_impulse(wall):
+    bodies = TwoBodiesOnContacts(wall)
+    after = bodies.after_impact()
+    e = -float(bodies.hinge @ after)
+    assert e == pytest.approx(float(wall.restitution_impulsive), rel=1e-12)
+    # The impulses press, and both bodies go on rocking at once, on their new corners: nothing bounces.
+    np.testing.assert_allclose(after, -e * bodies.rocking(-1), atol=1e-12)
+    e, apart = released(wall)
+    assert e == pytest.approx(float(wall.restitution_impulsive), abs=1e-3) and apart < 1e-12
+    assert float(wall.restitution) - e > 0.03  # Eq. (7) is another
+
+
+@pytest.mark.parametrize("wall", [WALLS[2], WALLS[5]], ids=["slender", "loaded"])
+def test_corners_that_bounce_lose_hardly_less(wall):
+    """They lift off together again and again; what they keep goes into bounces, which the next contacts take."""
+    for bounce, apart_at_least in ((0.3, 1e-3), (0.6, 5e-3)):
+        e, apart = released(wall, bounce)
+        assert apart > apart_at_least
+        assert e == pytest.approx(float(wall.restitution_impulsive), abs=2e-3)
+
+
+@pytest.mark.parametrize("wall", WALLS[::2], ids=lambda wall: f"{wall.thickness} {wall.height}")
+def test_the_mechanism_without_impact_is_the_paper_s(wall):
+    """Its inertia in the slender limit, and half of F0: u carries half of the mass and of the force."""
+    bodies = TwoBodiesOnContacts(wall)
+    mode = bodies.rocking(1)
+    assert -bodies.force @ mode == pytest.approx(float(wall.rigid_strength) / 2, rel=1e-12)
+    r, slenderness = float(wall.hinge_ratio), float(wall.slenderness)
+    correction = (3 - 2 * r) / (r**2 * (1 - r)) / slenderness**2
+    assert 2 * mode @ bodies.mass @ mode == pytest.approx(float(wall.effective_mass) * (1 + correction), rel=1e-12)
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("wall", WALLS[2:6], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}")
+def test_siconos_says_the_same(wall):
+    """Its MLCP takes the supports as equations; Debian's Python has it, ours need not."""
+    python = "/usr/bin/python3"
+    try:
+        subprocess.run([python, "-c", "import siconos.kernel"], check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("Siconos is not installed (Debian: python3-siconos)")
+    bodies, u = TwoBodiesOnContacts(wall), 0.5 * float(wall.instability_displacement)
+    names = ("mass", "force", "push", "gaps", "held", "hinge")
+    given = {name: getattr(bodies, name).tolist() for name in names}
+    step = STEP / float(wall.frequency_parameter)
+    given |= {"q": (u * bodies.rocking(1)).tolist(), "step": step, "restitution": 0.0}
+    run = subprocess.run(
+        [python, ROOT / "tests/support/siconos_wall.py"], input=json.dumps(given), capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    (e,) = lost(wall, np.array([u, float(run.stdout.splitlines()[-1])]))
+    assert e == pytest.approx(float(wall.restitution_impulsive), abs=1e-3)
