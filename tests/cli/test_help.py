@@ -50,7 +50,8 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
         for file in ("config/default.yaml", "config/minimal.yaml", "workflow/schemas/config.schema.yaml"):
             Path(file).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, file)
-        shutil.copytree(ROOT / "data/test_series", "data/test_series")
+        for folder in ("data/test_series", "data/measured"):
+            shutil.copytree(ROOT / folder, folder)
         made_up_results.make("results/minimal", made_up_results.minimal())
     found = examples(name)
     assert found

@@ -108,6 +108,5 @@ def test_readme_s_first_screen_states_the_recommended_damper_s_own_numbers():
     ratio = float(Damping.of_restitution(0.85, RECOMMENDED).damping_ratio)
     assert f"{100 * ratio:.1f} % for e = 0.85" in first and abs(ratio / (-np.log(0.85) / np.pi) - 1) < 0.001
     records = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["records"]
-    assert (
-        f"Under {len(catalogue.listing(records))} earthquake records" in first and f"{RECOMMENDED}, a smooth" in first
-    )
+    words = " ".join(first.split())
+    assert f"Under {len(catalogue.listing(records))} earthquake records" in words and f"use {RECOMMENDED}." in words

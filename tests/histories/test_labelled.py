@@ -6,6 +6,7 @@ import xarray as xr
 
 import rockdamp as rd
 from rockdamp.histories.measured_test import computed_response
+from rockdamp.plausibility import as_meant
 
 CURVE = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
 WALL = rd.Wall(thickness=0.3, height=4.5, overburden_ratio=1.0)
@@ -62,7 +63,8 @@ def test_walls_of_named_dimensions_keep_each_parameter_on_its_own():
 
 def test_a_response_is_the_validations_with_the_record_and_a_rest_behind_it():
     record = pulse()
-    response = rd.respond(WALL, CURVE, rd.Damping("SDR", 0.06), record, tail=1.0, step=0.005)
+    with as_meant():  # too weak a motion to rock the wall
+        response = rd.respond(WALL, CURVE, rd.Damping("SDR", 0.06), record, tail=1.0, step=0.005)
     same = computed_response(record, WALL, CURVE, rd.Damping("SDR", 0.06), 0.005)
     u_ins = float(WALL.instability_displacement)
     np.testing.assert_allclose(response.displacement[:300], u_ins * same.displacement, rtol=1e-9, atol=1e-12)

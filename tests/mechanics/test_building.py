@@ -107,7 +107,7 @@ def test_modes_that_are_as_stiff_as_the_ground_are_left_out():
         ({"storey": 4}, "storey is 4; it must be at most 3, the storeys of the building"),
         ({"storey": 0}, "storey is 0; it must be a whole number, at least 1"),
         ({"damping_ratio": 5.0}, "was it in per cent \\(0.05\\)"),
-        ({"period": 0.0}, "building period is 0.0; it must be greater than 0"),
+        ({"period": 0.0}, "period of the building is 0.0; it must be greater than 0"),
         ({"shape": "frame"}, "must be uniform, flexural, or a shear ratio alpha"),
         ({"shape": -1.0}, "at least 0 as a shear ratio"),
     ],

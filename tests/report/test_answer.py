@@ -33,7 +33,7 @@ def test_the_errors_are_those_of_the_dataset_and_the_nearest_of_the_papers_dampe
     assert (told["paper_model"], told["paper_error"]) == ("CDR", "16\u00a0%")
     assert told["sizes"]["rms"][0] == "4.8\u00a0%"
     told = answer(with_errors(data, CDC=0.31, CDR=0.25, SDR=0.24))
-    assert (told["paper_model"], told["paper_error"]) == ("SDR", "1.27")
+    assert (told["paper_model"], told["paper_error"]) == ("SDR", "27\u00a0%")
 
 
 def sized(data, own, changed):

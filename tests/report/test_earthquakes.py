@@ -48,7 +48,7 @@ def test_what_was_run_is_counted_from_the_datasets():
     assert "5 walls were shaken by 100 horizontal components of 50 stations" in text
     assert f"{histories:,}".replace(",", " ") in text.replace("\u202f", " ")
     assert "for 99.00 % of them" in text and ", 4 % for 99 %." in text
-    assert "rubble is left out" in text and "e lower by 0.017" in text
+    assert "degraded is left out" in text and "e lower by 0.017" in text
 
 
 def sample():
@@ -197,7 +197,7 @@ def test_false_safes_and_false_collapses_stand_each_in_its_own_column():
 def test_walls_are_told_with_their_ratios_and_a_dash_where_there_is_none():
     text = told()
     assert "church wall 0.3 0.3" in text and "parapet parapet" in text
-    assert "church 0.0600; 0.0600; 0.0600" in text and "rubble –; 0.0650; 0.0650" in text
+    assert "church 0.0600; 0.0600; 0.0600" in text and "degraded –; 0.0650; 0.0650" in text
 
 
 def test_a_study_too_small_for_any_number_has_dashes_and_no_recommendation():

@@ -19,7 +19,7 @@ def by_model(models, other, **known):
 MODELS = list(ALL_MODELS)
 SOURCES = ["polynomial", "least error", "closed form"]
 VARIATIONS = ["step", "impact", "lower e", "higher e"]
-WALLS = ["tested", "veneer", "church", "rubble", "parapet"]
+WALLS = ["tested", "veneer", "church", "degraded", "parapet"]
 E = np.array([0.8, 0.85, 0.9])
 SCALE = np.geomspace(0.2, 5, 8)
 EDGES = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])

@@ -9,7 +9,9 @@ import rockdamp as rd
 
 CURVE, DAMPING, WALL = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05), rd.Wall(0.3, 4.5)
 TIME = 0.01 * np.arange(100)
-RECORD = rd.Record(TIME, 3 * np.sin(2 * np.pi * TIME), 0.01 * np.sin(TIME), {"synthetic": "yes"})
+MOVING = np.clip(TIME - 0.2, 0.0, None)  # after a rest
+RECORD = rd.Record(TIME, 3 * np.sin(2 * np.pi * MOVING), 0.01 * np.sin(MOVING), {"synthetic": "yes"})
+BUILDING = rd.Building(0.25, 3, 3)
 TEST = rd.FreeRocking([0.0, 0.5], displacement=[0.0, 0.1])
 RUN = {"curve": CURVE, "damping": DAMPING, "step": 0.01, "steps": 20}
 SHAPE = {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85}
@@ -58,27 +60,30 @@ CALLS = {
     "write_free_rocking": (rd.write_free_rocking, {"path": "attacked.csv", "test": TEST}),
     "calibrate_free_rocking": (rd.calibrate_free_rocking, {"tests": TEST, "wall": WALL}),
     "calibrate": (rd.calibrate, {"record": RECORD, "wall": WALL}),
+    "Building": (rd.Building, {"period": 0.25, "storeys": 3, "storey": 3}),
+    "floor_motions": (rd.floor_motions, {"records": "none.csv", "building": BUILDING}),
 }
 # What functions return and raise: nobody calls these.
 RETURNED = {"Response", "Histories", "Comparison", "ComparedHistories", "Equivalent", "IntensityMeasures"}
-RETURNED |= {"GroundMotion", "Fragility", "InputError", "InputWarning"}
+RETURNED |= {"GroundMotion", "FloorMotion", "Fragility", "InputError", "InputWarning"}
 
 # What a user may pass by mistake, by what an argument is. None is right where it is the default.
 NUMBERS = [None, "0.3", "", True, 1j, np.nan, np.inf, [0.3, np.nan], [[1, 2], [3]], {}]
 NUMBERS += [np.ma.masked_array([1.0], [True])]
 WRONG = {
-    **dict.fromkeys(("curve", "wall", "damping", "record", "reference"), [None, "x", 0.3, RUN, rd.Wall]),
+    **dict.fromkeys(("curve", "wall", "damping", "record", "reference", "building"), [None, "x", 0.3, RUN, rd.Wall]),
     **dict.fromkeys(("softening", "model", "damping_model", "scheme", "name"), [None, "", "CDRR", b"CDR", 3, ["CDR"]]),
     **dict.fromkeys(("steps", "substeps", "store_every", "threads", "points"), [None, 0.5, "2", True, [2], -1]),
     **dict.fromkeys(("test", "tests"), [None, "x", 0.3, RECORD, [RECORD], []]),
     "uncertain": ["x", 0.3, ["thickness"], {"x": 0.1}, {"thickness": "a"}, {"thickness": -1}],
     "path": [None, "", "a\0b", 3, ["a"]],
+    "shape": [None, "x", True, np.nan, -1.0],
     "records": [None, "", 3, [3], [None], {}],
     "displacement": [None, "a", True, 1j],  # of a reference; finite or not is seen by the solver
     **dict.fromkeys(("case", "checkpoints"), [None, "a", 0.5, [1.5], 1e300]),
 }
 # Arguments of which any text or truth value is right, and those that a function passes on.
-FREE = {"histories", "header", "digest", "unit_of_file", "parameters"}
+FREE = {"parapet", "histories", "header", "digest", "unit_of_file", "parameters"}
 # What an error calls an argument where it is not by its own name.
 CALLED = {"name": "preset", "x0": "release_amplitude", "model": "damping_model", "records": "record", "path": ""}
 

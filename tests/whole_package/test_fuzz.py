@@ -16,6 +16,7 @@ from rockdamp.config.schema import schema_problems
 from rockdamp.config.settings import DecaySettings
 from rockdamp.config.walls import StudySettings, make_named_wall
 from rockdamp.errors import InputError
+from rockdamp.plausibility import as_meant
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.storage import yaml_file
 from rockdamp.studies import force_curves
@@ -89,9 +90,10 @@ def judge(config):
         assert all(map(str, found))
         return
     try:
-        made = [StudySettings.of(config).study(name).frequency_parameter for name in STUDIES]
-        made += [force_curves.mechanism(config)["force"].values, DecaySettings.of(config).restitution]
-        made += [named.wall.frequency_parameter for named in map(make_named_wall, config["earthquakes"]["walls"])]
+        with as_meant():
+            made = [StudySettings.of(config).study(name).frequency_parameter for name in STUDIES]
+            made += [force_curves.mechanism(config)["force"].values, DecaySettings.of(config).restitution]
+            made += [named.wall.frequency_parameter for named in map(make_named_wall, config["earthquakes"]["walls"])]
     except InputError as error:
         assert str(error)
     else:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from rockdamp.arguments import instance
+from rockdamp.arguments import instance, several
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
@@ -87,7 +88,10 @@ def floor_motions(
     2.2
     """
     instance("building", building, Building)
-    named = [records] if isinstance(records, (str, os.PathLike, GroundMotion)) else list(records)
+    wanted = "a name, a path, a pattern or a GroundMotion, or some of them"
+    named: list[Any] = [records]
+    if not isinstance(records, (str, os.PathLike, GroundMotion)):
+        named = several("records", records, wanted)
     motions: list[GroundMotion] = []
     for record in named:
         motions += [record] if isinstance(record, GroundMotion) else load_records(record)

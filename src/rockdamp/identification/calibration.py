@@ -17,6 +17,7 @@ from rockdamp.histories.measured_test import record_attributes
 from rockdamp.identification.candidates import SEARCHED, Candidate, true_values
 from rockdamp.identification.least_squares import Fit, Solution
 from rockdamp.identification.misfit import require_explained, require_possible
+from rockdamp.identification.uncertain_sizes import size_deviations
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn
@@ -87,6 +88,7 @@ def calibrate(
     candidate = Candidate(REFERENCE)
     instance("record", record, Record)
     instance("wall", wall, Wall, Parapet)
+    deviations = size_deviations(wall, uncertain)
     require_possible(record, wall)
     fit = Fit.of(record, wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=step)
     solution = fit.solution()
@@ -100,8 +102,8 @@ def calibrate(
     by_sensor, bandwidth = solution.covariance_by_sensor
     by_motion = solution.covariance_by_motion
     covariance = by_sensor + by_motion
-    if uncertain:
-        covariance = covariance + _by_sizes(solution, uncertain)
+    if deviations:
+        covariance = covariance + _by_sizes(solution, deviations)
     _check_determined(estimate, np.sqrt(np.diag(covariance)))
     offset, drift = np.linalg.lstsq(fit.trend, fit.measured - computed, rcond=None)[0]
     degrees_of_freedom = residual.size - len(PARAMETERS) - fit.trend.shape[1]
@@ -127,10 +129,10 @@ def calibrate(
     )
 
 
-def _by_sizes(solution: Solution, uncertain: Mapping[str, float]) -> Array:
+def _by_sizes(solution: Solution, deviations: Mapping[str, float]) -> Array:
     """Return the covariance of the estimates by independent errors of sizes of the wall, to first order."""
     covariance = np.zeros((len(PARAMETERS), len(PARAMETERS)))
-    for name, deviation in uncertain.items():
+    for name, deviation in deviations.items():
         sides = [solution.with_size(name, sign * deviation) for sign in (1.0, -1.0)]
         change = (sides[0] - sides[1]) / 2
         covariance += np.outer(change, change)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from rockdamp.identification.candidates import true_values
 from rockdamp.identification.excursions import Excursions, Solution
 from rockdamp.identification.losses import Losses, exponent_of
 from rockdamp.identification.releases import Release, releases_of, rest_deviation
+from rockdamp.identification.uncertain_sizes import size_deviations
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -106,7 +107,7 @@ def calibrate_free_rocking(
     if least_peak is not None:
         least_peak = number("least_peak", least_peak)
         require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
-    deviations = _deviations(wall, uncertain)
+    deviations = size_deviations(wall, uncertain)
 
     def solution_of(mechanism: Wall | Parapet) -> Solution:
         return _solution(given, mechanism, a3, softening, least_peak)
@@ -142,16 +143,6 @@ def _solution(
     solution = Excursions(releases, p, u_ins, a3, softening).solution()
     solution.check_inside()
     return solution
-
-
-def _deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> dict[str, float]:
-    """Return the standard deviations of uncertain sizes of the wall."""
-    deviations = {}
-    for name, deviation in instance("uncertain", {} if uncertain is None else uncertain, Mapping).items():
-        one_of("a size that is uncertain", name, [field.name for field in fields(wall)])
-        deviations[name] = number(f"uncertain {name}", deviation)
-        require(deviations[name] > 0, f"uncertain {name}", deviations[name], "greater than 0")
-    return deviations
 
 
 def _by_sizes(

@@ -80,7 +80,7 @@ class Problem:
         ]
         sensor = np.stack(_deviation_and_correlation(np.concatenate(left)[None]), axis=1)[0]
         nothing = [np.zeros(len(noise_directions(fit.record))) for fit in fits]
-        return empty._at(starts[0], nothing, sensor)._at_mode(starts)._nearest()
+        return empty.at(starts[0], nothing, sensor).at_mode(starts).nearest()
 
     @classmethod
     def of(cls, fit: Fit, prior: Prior) -> Problem:
@@ -111,7 +111,7 @@ class Problem:
             left = known.without_trend(known.measured - known.computed(estimate[None])[0])
             yield float(left @ left) / known.rest_deviation**2
 
-    def _at(self, estimate: Array, noises: Sequence[Array], sensor: Array) -> Problem:
+    def at(self, estimate: Array, noises: Sequence[Array], sensor: Array) -> Problem:
         """Linearise the response about values of wall and damper, a noise of each run, and the sensor's; no mode."""
         runs = []
         for index, (run, noise) in enumerate(zip(self.runs, noises, strict=True)):
@@ -206,10 +206,10 @@ class Problem:
         """Search the mode again by finer steps of the solver, and correct the noise at each point from there on."""
         fine = tuple(replace(run, fit=run.fit.with_step(FINER * run.fit.step)) for run in self.runs)
         values = self.values(self.mode[None])
-        about = replace(self, runs=fine)._at(values[0, :-2], [run.about for run in self.runs], values[0, -2:])
-        about = about._at_mode(values[:, :-2])._nearest()
+        about = replace(self, runs=fine).at(values[0, :-2], [run.about for run in self.runs], values[0, -2:])
+        about = about.at_mode(values[:, :-2]).nearest()
         runs = tuple(replace(run, corrected=True) for run in about.runs)
-        return replace(about, runs=runs)._at_mode(about.values(about.mode[None])[:, :-2])
+        return replace(about, runs=runs).at_mode(about.values(about.mode[None])[:, :-2])
 
     def _drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
         """Draw as they are; where draws show a mode that is higher than the one of the search, start about that."""
@@ -219,8 +219,8 @@ class Problem:
             best = np.argmax(draws.log_density)
             if draws.log_density[best] < problem.log_density(problem.mode[None])[0] + HIGHER:
                 break
-            problem = problem._at_mode(problem.values(draws.points[best][None])[:, :-2])
-            problem = problem if problem.runs[0].corrected else problem._nearest()
+            problem = problem.at_mode(problem.values(draws.points[best][None])[:, :-2])
+            problem = problem if problem.runs[0].corrected else problem.nearest()
         return problem, draws
 
     def beyond_linear(self, draws: Draws) -> float:
@@ -256,7 +256,7 @@ class Problem:
 
     # --- the mode: Gauss and Newton's method, from several starts at once
 
-    def _at_mode(self, starts: Array) -> Problem:
+    def at_mode(self, starts: Array) -> Problem:
         """Return the same with the highest mode that is reached from parameters of wall and damper."""
         left = [
             run.fit.without_trend(run.fit.measured - run.fit.computed(starts[:, self.columns(index)]))
@@ -325,14 +325,14 @@ class Problem:
             precision += np.einsum("bpt,bqt->bpq", derivative, weighted.reshape(count, wall, -1))
         return precision
 
-    def _nearest(self) -> Problem:
+    def nearest(self) -> Problem:
         """Linearise anew about the mode and search it there, until that explains the records no better."""
         problem = self
         for _ in track(range(ROUNDS), "mode of the posterior"):
             nearer = problem._nearer()
             if nearer is None:
                 break
-            problem = problem._at(*nearer)._at_mode(problem.values(problem.mode[None])[:, :-2])
+            problem = problem.at(*nearer).at_mode(problem.values(problem.mode[None])[:, :-2])
         return problem
 
     def _nearer(self) -> tuple[Array, list[Array], Array] | None:

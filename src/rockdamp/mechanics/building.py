@@ -94,10 +94,13 @@ class Building:
     shape: str | float = "uniform"
 
     def __post_init__(self) -> None:
-        period, xi = number("building period", self.period), number("building damping", self.damping_ratio)
-        require(period > 0, "building period", period, f"greater than 0 [s]{_slip_of_period(period)}")
+        period, xi = (
+            number("period of the building", self.period),
+            number("damping_ratio of the building", self.damping_ratio),
+        )
+        require(period > 0, "period of the building", period, f"greater than 0 [s]{_slip_of_period(period)}")
         allowed = "greater than 0 and less than 1" + (f"; was it in per cent ({xi / 100:g})?" if xi >= 1 else "")
-        require(0 < xi < 1, "building damping", xi, allowed)
+        require(0 < xi < 1, "damping_ratio of the building", xi, allowed)
         storeys = whole("storeys", self.storeys, 1, MOST_STOREYS)
         storey = whole("storey", self.storey, 1)
         require(storey <= storeys, "storey", storey, f"at most {storeys}, the storeys of the building")

@@ -135,6 +135,12 @@ def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
 def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
     """Write a free-rocking test as CSV; reading it back gives the same numbers. The file appears whole or not at all.
 
+    Parameters
+    ----------
+    path : str or path
+        File to write.
+    test : FreeRocking
+
     Raises
     ------
     InputError
