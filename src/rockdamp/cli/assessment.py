@@ -197,8 +197,8 @@ def assess_command(
         print_json(values(answer, wall, typed, constants) | where)
     else:
         show(answer, wall, units)
-        print_checks(placed, checked)
         show_damping(typed, constants, taken, units)
+        print_checks(placed, checked)
 
 
 def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
