@@ -178,8 +178,8 @@ def fig_accuracy_caption(accuracy: xr.Dataset) -> str:
     Against the exact, event-driven solution the solver has order {float(order.min()):.2f} to {float(order.max()):.2f}.
     At its step, {plain(accuracy["solver_step"])} in τ, u/u<sub>ins</sub> is off by
     {number(accuracy["largest_difference"].max())} at most. The published ξ is certain to a thousandth for {shares}
-    of its values, and to {by_model(largest, percent, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]} values
-    of each model, matched again with both solutions exact, differs by
+    of its values, and to {by_model(largest, percent, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]}
+    values of each model, matched again with both solutions exact, differs by
     {percent(abs(accuracy["sample_difference"]).max())} at most.
     """
 
