@@ -7,7 +7,6 @@ from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError
@@ -82,6 +81,8 @@ class Forcing:
         if parts == 1:
             return self.ground_acceleration
         index = np.arange(self.intervals + 1)
+        from scipy.interpolate import CubicSpline  # slow to import, and accelerograms alone need none
+
         return np.asarray(CubicSpline(index, self.ground_acceleration)(np.arange(self.intervals * parts + 1) / parts))
 
 
