@@ -119,16 +119,6 @@ damping_options = _all(
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
 
-record_option, optional_record_option = (
-    click.option(
-        "--record",
-        type=click.Path(path_type=Path),
-        required=required,
-        metavar="FILE",
-        help="Record to read: CSV of this project, or PEER AT2.",
-    )
-    for required in (True, False)
-)
 units_option = with_default(
     "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
 )
