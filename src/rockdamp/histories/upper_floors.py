@@ -13,8 +13,8 @@ from rockdamp.arguments import instance, several
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
-from rockdamp.motions.floor_motion import floor_response
 from rockdamp.motions.records import Record
+from rockdamp.solvers.floor_motion import floor_response
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SMALL = 0.05  # ASSUME: what is left out is small up to this part of the supports' motion
