@@ -36,7 +36,7 @@ def compile_all(processes: int = 1) -> None:
     runs = [partial(_run_exactly, damping) for damping in dampers]
     runs += [partial(_run, damping, scheme) for damping in dampers for scheme in SCHEMES]
     runs += [partial(_run, damping, "newmark") for damping in (Damping.power(1.3, 0.05), *orders)]
-    runs.append(_run_oscillator)
+    runs.append(partial(_run_oscillator))
     for count, run in enumerate(runs, 1):
         start = process_time()
         run()
