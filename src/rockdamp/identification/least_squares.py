@@ -86,8 +86,16 @@ class Fit:
 
     def with_motion(self, ground_acceleration: Array) -> Fit:
         """Return the same fit under another motion, sampled as the record is. [m s-2]"""
-        substeps = Forcing.of(self.wall, self.record).substeps(self.step)
-        return replace(self, motion=_at_steps(ground_acceleration, substeps))
+        return replace(self, motion=self.at_steps(ground_acceleration))
+
+    def at_steps(self, motions: Array) -> Array:
+        """Return motions, shape (..., samples), at the solver's steps, shape (..., steps + 1). [m s-2]
+
+        By a cubic spline: straight lines would cut a pulse's peak off.
+        """
+        index, substeps = np.arange(motions.shape[-1]), Forcing.of(self.wall, self.record).substeps(self.step)
+        at = np.arange((index.size - 1) * substeps + 1) / substeps
+        return np.ascontiguousarray(CubicSpline(index, motions, axis=-1)(at))
 
     @cached_property
     def measured(self) -> Array:
@@ -165,15 +173,22 @@ class Fit:
     def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
         """Return the displacement for parameters of shape (batch, 3 or more), shape (batch, samples). [m]
 
-        Further motions [m s-2], each times a factor of shape (motions, batch), are added to the ground acceleration.
+        Further motions `at_steps` of the solver [m s-2], each times a factor of shape (motions, batch), are added to
+        the ground acceleration.
         """
         wall, motion = self.mechanism(parameters), self.motion
         load_factor = np.asarray(wall.load_factor, dtype=float)
         if motions is not None and factors is not None:
             load_factor = load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
-            motion = np.stack([motion, *(_at_steps(further, self._substeps) for further in motions)])
+            motion = np.concatenate([motion[None], motions])
+        return self._displacement(wall, *self._wall(parameters), load_factor, motion)
+
+    def _displacement(
+        self, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, load_factor: Array, motion: Array
+    ) -> Array:
         response = solve(
-            *self._wall(parameters),
+            curve,
+            damping,
             step=wall.frequency_parameter * self.record.step / self._substeps,
             steps=self.motion.size - 1,
             load_factor=load_factor,
@@ -258,12 +273,16 @@ class Fit:
         acceleration = self.record.ground_acceleration
         size = DRAWN * motion_noise(self.record)
         draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
+        motions = self.at_steps(acceleration + draws)
 
-        def shift(noise: Array) -> Array:
-            return (self.with_motion(acceleration + noise).computed(parameters[None])[0] - computed) / DRAWN
+        wall, (curve, damping) = self.mechanism(parameters), self._wall(parameters[None])
+        load_factor = np.asarray(wall.load_factor, dtype=float)
+
+        def shift(motion: Array) -> Array:
+            return (self._displacement(wall, curve, damping, load_factor, motion)[0] - computed) / DRAWN
 
         with ThreadPoolExecutor(available_threads()) as pool:
-            return np.array(list(track(pool.map(shift, draws), "noise of the motion", DRAWS)))
+            return np.array(list(track(pool.map(shift, motions), "noise of the motion", DRAWS)))
 
     def solution(self) -> Solution:
         """Search the least squares, and say what surrounds it."""
@@ -371,12 +390,6 @@ def motion_noise(record: Record) -> float:
     moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
     steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
     return float(np.sqrt(np.mean(steps**2) / 2))
-
-
-def _at_steps(ground_acceleration: Array, substeps: int) -> Array:
-    """Ground acceleration at the solver's steps, by a cubic spline: straight lines would cut a pulse's peak off."""
-    index = np.arange(ground_acceleration.size)
-    return CubicSpline(index, ground_acceleration)(np.arange((index.size - 1) * substeps + 1) / substeps)
 
 
 def covariance_by_sensor(derivative: Array, residual: Array) -> tuple[Array, int]:
