@@ -21,7 +21,7 @@ OFFER_OF_LOCAL = "local damping alone (discrete elements)"
 # How far the recommended damper is from restitution: the words, the name in the recommendation, and of a changed e.
 CERTAINTY = (
     ("median", "log_error_median", "sensitivity_to_restitution_median", off),
-    ("1 in 10 is larger than", "log_error_90", "sensitivity_to_restitution_90", off),
+    ("1 in 10 exceeds", "log_error_90", "sensitivity_to_restitution_90", off),
     ("root mean square", "log_error", "sensitivity_to_restitution", off),
     ("collapses missed", "false_safe_rate", "sensitivity_false_safe_rate", percent),
     ("collapses added", "false_collapse_rate", "sensitivity_false_collapse_rate", percent),
