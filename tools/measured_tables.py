@@ -15,7 +15,8 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
-from identification_tables import IDENTIFICATION, RANDOM_TESTS, coverage, free_rocking, random_tests, support
+from identification_tables import IDENTIFICATION, coverage, free_rocking, random_tests, support
+from mutate_sample import summary
 from order_tables import by_band, orders
 from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
 from spectrum_table import spectrum_method
@@ -46,7 +47,7 @@ DOCS = (
     "measured",
     "spectrum-method",
 )
-PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
+PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
 PICTURES = (
     "figures/fig_order.png",
     "figures/fig_measured_rocking.png",
@@ -59,7 +60,6 @@ Data = dict[str, xr.Dataset]
 NEEDED = {  # what `make` does not build
     "coverage": IDENTIFICATION,
     "support": IDENTIFICATION,
-    "random_tests": RANDOM_TESTS,
 }
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += (
@@ -303,6 +303,11 @@ def verdicts(data: Data) -> str:
     return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
 
 
+def mutations(_: Data) -> str:
+    """How many random mutations the tests noticed."""
+    return summary()
+
+
 _FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, checks, orders, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
 _LAST = (
@@ -316,6 +321,7 @@ _LAST = (
     *_ROCKING,
     spectrum_method,
     verdicts,
+    mutations,
 )
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
@@ -348,8 +354,6 @@ def read(results: Path) -> Data:
     names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
     names += [name for name in dict.fromkeys(NEEDED.values()) if (results / f"{name}.nc").exists()]
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
-    if (results / f"{RANDOM_TESTS}.csv").exists():
-        opened[RANDOM_TESTS] = pd.read_csv(results / f"{RANDOM_TESTS}.csv").to_xarray()
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
 

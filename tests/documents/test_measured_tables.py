@@ -7,7 +7,6 @@ import made_up_earthquakes
 import made_up_studies
 import measured_tables
 import numpy as np
-import pandas as pd
 import pytest
 import report_content
 import xarray as xr
@@ -76,7 +75,6 @@ def made_up():
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
         measured_tables.IDENTIFICATION: identification_as_configured(),
-        measured_tables.RANDOM_TESTS: random_tests(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
@@ -109,13 +107,6 @@ def identification_as_configured():
     repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
     makers = [made_by(read_record(ROOT / path)) for path in study["test_series"]]
     return made_up.isel(repeated).assign_coords(wanted).assign(record_made_by=("record", makers))
-
-
-def random_tests():
-    """Two tests that were answered and one that was refused, as tools/check_posterior.py keeps them."""
-    held = {f"held_{name}": [1, 0, 0] for name in ("yield_displacement_ratio", "strength_ratio", "restitution")}
-    ended = {"ended": ["answered", "answered", "refused"], "reason": ["", "", "the number of samples at rest"]}
-    return pd.DataFrame({"peak_ratio": [0.2, 0.7, 0.8], "seconds": [1.0, 2.0, 3.0], **ended, **held}).to_xarray()
 
 
 def test_every_table_stands_on_a_page():

@@ -187,7 +187,7 @@ def assess_command(
         from rockdamp.report.one_wall import page
         from rockdamp.report.one_wall.checks import Placement
 
-        placement = Placement(tuple(checked), placed.place, placed.values)
+        placement = Placement(tuple(checked), placed.place, placed.values, placed.building)
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)

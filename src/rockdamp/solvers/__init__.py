@@ -17,8 +17,8 @@ def compile_all(processes: int = 1) -> None:
     """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
 
     A short run of each damper by each scheme, of ECD by each order that is compiled for itself and by one that is not,
-    and of each law by the event-driven solver. Numba compiles one function at a time in a process: from the first loop
-    on that is not in the cache, further processes help.
+    of each law by the event-driven solver, and of a linear oscillator. Numba compiles one function at a time in a
+    process: from the first loop on that is not in the cache, further processes help.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial
@@ -36,6 +36,7 @@ def compile_all(processes: int = 1) -> None:
     runs = [partial(_run_exactly, damping) for damping in dampers]
     runs += [partial(_run, damping, scheme) for damping in dampers for scheme in SCHEMES]
     runs += [partial(_run, damping, "newmark") for damping in (Damping.power(1.3, 0.05), *orders)]
+    runs.append(partial(_run_oscillator))
     for count, run in enumerate(runs, 1):
         start = process_time()
         run()
@@ -51,6 +52,14 @@ def _run(damping: Damping, scheme: str) -> None:
     from rockdamp.solvers.newmark import solve
 
     solve(TrilinearCurve(0.04, 0.85), damping, release_amplitude=0.5, step=0.01, steps=1, scheme=scheme)
+
+
+def _run_oscillator() -> None:
+    import numpy as np
+
+    from rockdamp.solvers.oscillator import Ramps
+
+    Ramps.of(np.array([0.0, 1.0]), 0.01, 1).lag(1.0, 0.05)
 
 
 def _run_exactly(damping: Damping) -> None:

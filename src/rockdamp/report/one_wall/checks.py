@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rockdamp.assessment.checks import Check
+from rockdamp.mechanics.building import Building
 from rockdamp.text import number, percent
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -19,7 +20,8 @@ class Placement:
 
     checks: tuple[Check, ...] = ()
     place: str = ""
-    building: Mapping[str, Any] | None = None
+    values: Mapping[str, Any] | None = None
+    building: Building | None = None
 
 
 def section(placement: Placement) -> dict[str, Any] | None:
@@ -51,14 +53,14 @@ def section(placement: Placement) -> dict[str, Any] | None:
         "rows": rows,
         "place": placement.place,
         "margin": number(check.margin) if np.isfinite(check.margin) else None,
-        "left_out": percent(placement.building["left_out"]) if placement.building else "",
-        "periods": _periods(placement.building),
+        "left_out": percent(placement.values["left_out"]) if placement.values else "",
+        "periods": _periods(placement.values),
     }
 
 
-def _periods(building: Mapping[str, Any] | None) -> list[dict[str, str]]:
+def _periods(values: Mapping[str, Any] | None) -> list[dict[str, str]]:
     """Return the answer for each period of the building, where there are several."""
-    rows = building["periods"] if building else []
+    rows = values["periods"] if values else []
     return [
         {
             "period": f"{row['building_period']:g} s",

@@ -251,6 +251,7 @@ def _moved(subject: Subject) -> list[dict[str, str]]:
         measure,
         asked,
         float(answer["tail"]),
+        subject.placement.building,
     )
     return [
         {
