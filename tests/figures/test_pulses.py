@@ -15,7 +15,7 @@ def data():
 
 @pytest.fixture(scope="module")
 def at_e(data):
-    return data.sel(restitution=0.85, damping_ratio_source="closed form").transpose(
+    return data.sel(restitution=0.85, damping_ratio_source="least error").transpose(
         ..., "load_ratio", "pulse_frequency"
     )
 

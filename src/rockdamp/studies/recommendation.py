@@ -18,13 +18,13 @@ from rockdamp.config.settings import RecommendationSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
 from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, REFERENCE
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, REFERENCE
 
 EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
 
 # ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a small change of e or
 # of the analysis, or where it is a tenth.
-MULTIPLE = 2.0  # of CR's own sensitivity
+MULTIPLE = 2.0  # of the small-change error of CR
 TOLERANCE = 0.10
 
 CHOICES = ("damping_model", "damping_ratio_source")
@@ -138,7 +138,7 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
 
 
 def holds(error: xr.DataArray, own: xr.DataArray) -> xr.DataArray:
-    """Tell where an error is within the multiple of CR's own sensitivity, or the tolerance; an unknown one is not."""
+    """Tell where an error is within the multiple of CR's small-change error, or the tolerance; unknown is not."""
     return error <= np.maximum(MULTIPLE * own, TOLERANCE)
 
 
@@ -156,7 +156,9 @@ def _crossing_force(by_order: xr.Dataset) -> float:
 
 def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
     """Errors of each damper under the slowest and the quickest pulses, at the middle e of these."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=EXACT_SOURCE, drop=True)
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(
+        damping_ratio_source=RECOMMENDED_SOURCE, drop=True
+    )
     stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
     ratio = (at_e["peak_ratio"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
     error = of_pairs(ratio, ["pulse", "load_ratio"])["log_error"].reindex(damping_model=models)

@@ -94,7 +94,7 @@ def build(subject: Subject) -> str:
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
         fragility=_fragility(answer, subject.about.units),
         headline=_headline(answer, subject.about.units),
-        checked=section(subject.placement),
+        checked=section(subject.placement, float(subject.wall.instability_displacement)),
         measure=answer.attrs["intensity_measure"],
         unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
         records=_records(subject.motions),
@@ -168,6 +168,11 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
         ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
+    if (building := subject.placement.building) is not None:
+        rows += [
+            ("period of the building", "", building.period, "s"),
+            ("damping ratio of the building", "", building.damping_ratio, "-"),
+        ]
     imperial = subject.about.units == "imperial"
     return [_line(*row, units=subject.about.units, show=_four if imperial else plain) for row in rows]
 
