@@ -21,6 +21,7 @@ from rockdamp.motions.record_files import COLUMNS
 from rockdamp.motions.sampling import check_finite, check_time, step_of
 from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
+from rockdamp.storage.tables import Column
 
 ANSWERS = {"yes": True, "no": False}
 OTHER_SERIES = {".vt2": "velocities", ".dt2": "displacements"}  # that PEER puts beside the accelerations
@@ -142,7 +143,7 @@ def has_displacement(path: str | os.PathLike[str]) -> bool:
     return COLUMNS[2] in names
 
 
-def read_record(path: str | os.PathLike[str]) -> Record:
+def read_record(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> Record:
     """Read a record: PEER AT2 where the name ends in .AT2 (in either case), this project's CSV otherwise.
 
     Parameters
@@ -152,6 +153,9 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         ``# key: value``, then names its columns: ``elapsed_s``, one of ``ground_acceleration_m_s2``,
         ``ground_acceleration_g`` and ``ground_acceleration_cm_s2``, and where measured ``displacement_m``, in any
         order. An AT2 file is in g unless its header states another unit.
+    columns : mapping of Column, optional
+        Columns of a CSV that are called otherwise, and their units, by what they hold: ``elapsed``,
+        ``ground_acceleration`` and ``displacement``.
 
     Returns
     -------
@@ -178,11 +182,12 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         raise InputError(f"{os.fspath(path)}: has PEER's suffix for {other}; the accelerations are in the file .AT2")
     read = input_file.content(path, "a record as CSV or PEER AT2")
     text = input_file.text(read, path).rstrip()
-    parse = record_files.at2 if path.suffix.lower() == ".at2" else record_files.csv
+    is_at2 = path.suffix.lower() == ".at2"
     try:
         if not text:
             raise InputError("is empty; it must be a record as CSV or PEER AT2")
-        parts = parse(text.split("\n"))
+        lines = text.split("\n")
+        parts = record_files.at2(lines) if is_at2 else record_files.csv(lines, columns)
         return Record(*parts[:4], unit_of_file=parts.unit, digest=hashlib.sha256(read).hexdigest())
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
