@@ -16,9 +16,11 @@ settings.load_profile("rockdamp")
 # A shell's background job ignores Ctrl-C, and so would every process that a test starts and interrupts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Where several processes share the processors, further threads only wait for each other.
+# Where several processes share the processors, further threads only wait for each other; those of BLAS burn time while
+# they do. NumPy reads this when a test first imports it.
 if "PYTEST_XDIST_WORKER" in os.environ:
-    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+    for threads in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
 
 # These take minutes, so they go first: no process is left alone with one of them at the end.
 LONG = ("tests/workflow/", "tests/documents/test_howto", "tests/studies/earthquakes/", "tests/whole_package/")

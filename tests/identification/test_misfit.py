@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
@@ -14,7 +15,6 @@ from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.misfit import Misfit, require_explained, require_possible, table_displacement
 from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record, read_record
-from rockdamp.synthetic.experimental_style import WALL
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SHIPPED = read_record(ROOT / "data/test_series/cr-half.csv")

@@ -40,11 +40,13 @@ def test_the_page_says_where_the_wall_stands_and_what_the_checks_found(page):
     ):
         assert f"{1000 * peak:.1f} mm 100 mm {'met' if met else 'not met'}" in row
     assert f"collapse is {check.margin:.2f} times" in shown and "leaves out 1.5 % of the load" in shown
+    assert "The building is linear and deforms in shear." in shown and "The capacity of displacement is 0.40 u" in shown
+    assert any(row.endswith("period of the building 0.25 s") for row in rows.values())
     assert "0.15 s: 25 %, median 3.25 m s⁻²; 0.25 s: 25 %, median –" in shown
 
 
 def test_a_longer_or_shorter_period_of_the_building_is_a_row_of_what_moves_the_answer(page):
-    rows = [row["text"].split() for row in Page(page[1]).all("tr") if "period of the building" in row["text"]]
+    rows = [row["text"].split() for row in Page(page[1]).all("tr") if "period of the building [s]" in row["text"]]
     wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
     assert [row[5] for row in rows] == ["0.175", "0.350"]
     for row in rows:

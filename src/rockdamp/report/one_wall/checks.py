@@ -24,8 +24,8 @@ class Placement:
     building: Building | None = None
 
 
-def section(placement: Placement) -> dict[str, Any] | None:
-    """Return what the page says of the highest intensity; None where there is no check."""
+def section(placement: Placement, instability_displacement: float) -> dict[str, Any] | None:
+    """Return what the page says of the highest intensity, for a wall of u_ins [m]; None where there is no check."""
     if not placement.checks:
         return None
     check = placement.checks[-1]
@@ -51,11 +51,20 @@ def section(placement: Placement) -> dict[str, Any] | None:
         )
     return {
         "rows": rows,
+        "capacity": number(check.capacity / instability_displacement, 2),
         "place": placement.place,
         "margin": number(check.margin) if np.isfinite(check.margin) else None,
         "left_out": percent(placement.values["left_out"]) if placement.values else "",
+        "shape": _shape(placement.building) if placement.building else "",
         "periods": _periods(placement.values),
     }
+
+
+def _shape(building: Building) -> str:
+    """Return how a building deforms."""
+    by_name = {np.inf: "in shear", 0.0: "in flexure"}
+    alpha = building.shear_ratio
+    return by_name.get(alpha, f"in shear and flexure, with a shear ratio of {number(alpha)}")
 
 
 def _periods(values: Mapping[str, Any] | None) -> list[dict[str, str]]:
