@@ -13,10 +13,10 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from rockdamp.arguments import instance, number, one_of
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.histories.forcing import Forcing
-from rockdamp.histories.measured_test import measured_displacement, quiet_level, rest_samples
+from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
 from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -72,10 +72,8 @@ class Fit:
         instance("wall", wall, Wall, Parapet)
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
         require(number("step", step) > 0, "step", step, "greater than 0")
-        a3, softening = (
-            number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio),
-            one_of("softening", softening, SOFTENING),
-        )
+        a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
+        softening = one_of("softening", softening, SOFTENING)
         require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
         measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
         return cls(record, wall, candidate, a3, softening, step, np.empty(0)).with_motion(record.ground_acceleration)
@@ -89,12 +87,9 @@ class Fit:
         return replace(self, motion=self.at_steps(ground_acceleration))
 
     def at_steps(self, motions: Array) -> Array:
-        """Return motions, shape (..., samples), at the solver's steps, shape (..., steps + 1). [m s-2]
-
-        By a cubic spline: straight lines would cut a pulse's peak off.
-        """
+        """Return motions, shape (..., samples), at the solver's steps, by a spline: lines would cut a pulse's peak."""
         index, substeps = np.arange(motions.shape[-1]), Forcing.of(self.wall, self.record).substeps(self.step)
-        at = np.arange((index.size - 1) * substeps + 1) / substeps
+        at = np.arange(index[-1] * substeps + 1) / substeps
         return np.ascontiguousarray(CubicSpline(index, motions, axis=-1)(at))
 
     @cached_property
@@ -157,9 +152,8 @@ class Fit:
         if not self.sizes:
             return self.wall
         with as_meant():  # of an unlikely size the wall itself was warned of
-            return replace(
-                self.wall, **dict(zip(self.sizes, np.moveaxis(self._split(parameters)[1], -1, 0), strict=True))
-            )
+            sizes = np.moveaxis(self._split(parameters)[1], -1, 0)
+            return replace(self.wall, **dict(zip(self.sizes, sizes, strict=True)))
 
     def followed(self, parameters: Array) -> Array:
         """Return those parameters that the noise of the motion follows: all but the order of a damper."""
@@ -184,7 +178,7 @@ class Fit:
         return self._displacement(wall, *self._wall(parameters), load_factor, motion)
 
     def _displacement(
-        self, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, load_factor: Array, motion: Array
+        self, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, load_factor: Quantity, motion: Array
     ) -> Array:
         response = solve(
             curve,
@@ -276,10 +270,9 @@ class Fit:
         motions = self.at_steps(acceleration + draws)
 
         wall, (curve, damping) = self.mechanism(parameters), self._wall(parameters[None])
-        load_factor = np.asarray(wall.load_factor, dtype=float)
 
         def shift(motion: Array) -> Array:
-            return (self._displacement(wall, curve, damping, load_factor, motion)[0] - computed) / DRAWN
+            return (self._displacement(wall, curve, damping, wall.load_factor, motion)[0] - computed) / DRAWN
 
         with ThreadPoolExecutor(available_threads()) as pool:
             return np.array(list(track(pool.map(shift, motions), "noise of the motion", DRAWS)))
@@ -382,14 +375,6 @@ class Solution:
     def covariance_by_sensor(self) -> tuple[Array, int]:
         """Covariance by the residuals, and the samples over which they are taken as correlated."""
         return covariance_by_sensor(self.derivative, self.residual)
-
-
-def motion_noise(record: Record) -> float:
-    """Standard deviation of the accelerometer's noise, by the differences of samples before and after the motion."""
-    acceleration = record.ground_acceleration
-    moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
-    steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
-    return float(np.sqrt(np.mean(steps**2) / 2))
 
 
 def covariance_by_sensor(derivative: Array, residual: Array) -> tuple[Array, int]:

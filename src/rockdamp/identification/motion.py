@@ -21,7 +21,8 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
+from rockdamp.histories.measured_test import motion_noise
+from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit
 from rockdamp.identification.noise import Noise
 from rockdamp.motions.records import Record
 
