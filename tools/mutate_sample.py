@@ -38,7 +38,6 @@ PACKAGES = {
     "statistics": ["statistics", "assessment", "studies"],
     "motions": ["motions", "assessment", "histories"],
     "assessment": ["assessment", "cli"],
-    "synthetic": ["synthetic"],
     "studies": ["studies", "claims"],
     "claims": ["claims"],
 }

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 from random_tests import drawn
 from repository import ROOT
 from scipy.linalg import eigh
@@ -18,7 +19,6 @@ from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 from rockdamp.identification.sampler import Draws
 from rockdamp.motions.records import read_record
-from rockdamp.synthetic.experimental_style import WALL
 
 MADE = np.array([0.0305, 0.798, 0.84])
 SENSOR = (1.5e-4, 0.1)

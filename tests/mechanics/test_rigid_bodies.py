@@ -145,15 +145,6 @@ def test_slender_limit_of_the_bodies_is_the_paper_s_mass_strength_and_stiffness(
     assert sp.simplify(force - (strength - stiffness * u)) == 0
 
 
-def test_exact_mass_at_rest_is_the_slender_one_and_its_correction():
-    r, h, m = sp.symbols("r h m", positive=True)
-    _, _, _, mass, _ = lagrangian()
-    at_rest = (mass / along_path(lagrangian()[0]) ** 2).subs({THETA: 0, PHI: 0})
-    at_rest = at_rest.subs({M1: r * m, M2: (1 - r) * m, H1: r * h, H2: (1 - r) * h})
-    corrected = 2 * m / 3 * (1 + (T / h) ** 2 * (3 - 2 * r) / (r**2 * (1 - r)))
-    assert sp.simplify(2 * at_rest - corrected) == 0
-
-
 @pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
 def test_bodies_at_rest_agree_with_the_wall(wall):
     bodies, r = TwoBodies(wall), wall.hinge_ratio

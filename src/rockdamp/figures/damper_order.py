@@ -209,8 +209,8 @@ def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -
     return f"""
     With a rising order m the viscous damper becomes restitution, without a fit. The grey bands are CR itself with e
     changed by ∓{plain(damper_order["restitution_change"])}. Under earthquakes, all walls together, ECD of order m
-    departs from CR by no more than a change of the loss by {percent(judged["loss_change"], 1)} does, errors, false safe
-    and false collapse alike, {_onwards(enough.sel(restitution=earthquakes["restitution"]))} at
+    departs from CR by no more than a change of the loss by {percent(judged["loss_change"], 1)} does, in errors,
+    collapses missed and collapses added alike, {_onwards(enough.sel(restitution=earthquakes["restitution"]))} at
     e&nbsp;=&nbsp;{plain(earthquakes["restitution"])}, and {_onwards(everywhere)} at every e studied. Under pulses, at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])}, its error is below the grey band {_onwards(order.where(within).min())}.
     A quick pulse needs the higher order: it starts the wall at rest, upright, where the damper acts and no impact
