@@ -100,6 +100,8 @@ def test_the_damping_ratios_are_those_of_least_error_of_the_studys_wall_between_
         )
         between = 100 * float(at.sel(restitution=[0.85, 0.9]).mean())
         assert float(shown_ratio(told, model, "0.875")) == pytest.approx(between, abs=0.006)
+    alone = {**data, "equivalence": fitted.sel(yield_displacement_ratio=[0.04])}
+    assert ratios(alone, 0.04) == told and ratios(alone, 0.05) is None and ratios(data, 0.5) is None
     assert shown_ratio(told, "CDC", "0.5") == shown_ratio(None, "CDC", "0.85") == "–"
 
 

@@ -138,7 +138,7 @@ def test_no_damper_is_recommended_where_each_e_has_another():
 
 def test_amplitudes_where_the_error_is_beyond_that_sensitivity_are_named():
     assert (
-        "It does at every e for CR's peaks of 0.01 to 0.04, 0.04 to 0.1, 0.1 to 0.25, 0.25 to 0.5 and 0.5 to 1"
+        "It does so at every e for peaks of CR of 0.01 to 0.04, 0.04 to 0.1, 0.1 to 0.25, 0.25 to 0.5 and 0.5 to 1"
         in told()
     )
     text = told(scaled("log_error", 3.0, band=2))

@@ -63,6 +63,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "force": number(whole["crossing_force"]),
         "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
         "before": off(whole["before_impact_log_error"]),
+        "pulse_e": plain(whole["pulse_restitution"]),
         "slow": off(cell["slow_pulse_log_error"]),
         "quick": off(cell["quick_pulse_log_error"]),
         "found": plain(enough) if np.isfinite(enough) else None,
@@ -77,17 +78,23 @@ def over_e(values: xr.DataArray, show: Any) -> list[str]:
 
 
 def ratios(data: Datasets, a1: float) -> dict[str, Any] | None:
-    """Return the damping ratios of least Err of each damper over e, or None without the dataset ``equivalence``. [-]"""
+    """Return the damping ratios of least Err of each damper over e, None where ``equivalence`` has not this a1. [-]"""
     if "equivalence" not in data:
         return None
-    ratio = data["equivalence"]["damping_ratio"].interp(yield_displacement_ratio=a1)
+    studied = data["equivalence"]["damping_ratio"]
+    if studied.sizes["yield_displacement_ratio"] > 1:
+        ratio = studied.interp(yield_displacement_ratio=a1)
+    else:
+        ratio = studied.isel(yield_displacement_ratio=0).where(np.isclose(studied["yield_displacement_ratio"][0], a1))
     ratio = ratio.dropna("restitution", how="all")
+    if ratio.sizes["restitution"] < 2:
+        return None
     return {
         "e": [round(float(e), 6) for e in ratio["restitution"].values],
         "ratio": {
             model: [round(float(value), 6) for value in ratio.sel(damping_model=model)]
             for model in OFFERS
-            if ratio.sizes["restitution"] and bool(np.isfinite(ratio.sel(damping_model=model)).all())
+            if bool(np.isfinite(ratio.sel(damping_model=model)).all())
         },
     }
 

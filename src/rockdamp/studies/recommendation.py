@@ -1,8 +1,8 @@
 """Recommend a damper in place of restitution, from the studies of earthquakes, orders, pulses and decays.
 
-The damper to use is the one that errs least from restitution under earthquakes, or whose error is not told apart from
-the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical difference
-and the tail beside those that another e makes, what it misses, and how far it is off under single pulses.
+The damper to use is the one that errs least from restitution under earthquakes, or whose error is not significantly
+larger than the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical
+error and the tail beside those that another e makes, what it misses, and its error under single pulses.
 """
 
 from __future__ import annotations
@@ -98,10 +98,11 @@ def _of_change(name: str) -> str:
 
 
 def judge(whole: xr.Dataset) -> xr.Dataset:
-    """Mark at each e the least error and those not told apart from it, and over all e what to use.
+    """Mark at each e the least error and those not significantly larger, and over all e what to use.
 
-    Told apart is where the interval of the difference of both errors, over the same histories, lies above zero. That
-    the intervals of both errors overlap says nothing: the dampers share the records. `whole` is over all amplitudes.
+    Significantly larger is where the interval of the difference of both errors, over the same histories, is above zero.
+    That the intervals of both errors overlap says nothing: the dampers share the records. `whole` is over all
+    amplitudes.
     """
     ordered = whole.transpose("restitution", *CHOICES, ...)
     is_damper = (whole["damping_model"] != REFERENCE).values[:, None]

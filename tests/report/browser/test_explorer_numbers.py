@@ -162,7 +162,8 @@ def test_the_first_screen_follows_its_slider_with_the_ratio_and_the_errors_of_it
 
 POINTS = """
 const pairs = (path) => path.match(/-?[\\d.]+ -?[\\d.]+/g).map((pair) => pair.split(" ").map(Number));
-const points = [...document.querySelectorAll(`#${arguments[0]} path.line`)].map((line) => pairs(line.getAttribute("d")));
+const lines = [...document.querySelectorAll(`#${arguments[0]} path.line`)];
+const points = lines.map((line) => pairs(line.getAttribute("d")));
 const span = document.querySelector(`#${arguments[0]} line.span`);
 return [points, span && Number(span.getAttribute("x1"))];
 """  # of each line of a plot in pixels, and where its dotted line stands
