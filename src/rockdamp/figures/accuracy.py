@@ -23,7 +23,7 @@ from rockdamp.figures.style import (
     numbers,
     styled,
 )
-from rockdamp.text import number, percent, plain
+from rockdamp.text import at_most, number, percent, plain
 
 TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
 LEAST, LARGEST = 1e-6, 4e-3  # smaller uncertainties are drawn at the least: some are zero, and the axis is logarithmic
@@ -164,7 +164,7 @@ def fig_accuracy_caption(accuracy: xr.Dataset) -> str:
     {number(accuracy["largest_difference"].max())} at most. The published ξ is certain to a thousandth for {shares}
     of its values, and to {by_model(largest, percent, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]}
     values of each model, matched again with both solutions exact, differs by
-    {percent(abs(accuracy["sample_difference"]).max())} at most.
+    {at_most(abs(accuracy["sample_difference"]).max())} at most.
     """
 
 

@@ -105,7 +105,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)
     sizes = np.abs(cycles.peak)
     if sizes.size < FEWEST_PEAKS:
-        raise _too_few(sizes.size, noise)
+        raise _too_few(sizes.size, noise, least)
     grown = (sizes[1:] > GROWN * sizes[:-1]) & (sizes[1:] > RELEASE * sizes.max())
     starts = np.concatenate([[0], 1 + np.flatnonzero(grown)])
     ends = np.append(starts[1:], sizes.size)
@@ -114,7 +114,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     if not usable and max(part.peak.size for part in parts) >= FEWEST_PEAKS:
         raise InputError("no release has peaks that fade; after a release the specimen must rock freely")
     if not usable:
-        raise _too_few(max(part.peak.size for part in parts), noise)
+        raise _too_few(max(part.peak.size for part in parts), noise, least)
     found = []
     for part in usable:
         inside = part.start[1:]
@@ -130,8 +130,11 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     return found
 
 
-def _too_few(count: int, noise: float) -> InputError:
+def _too_few(count: int, noise: float, least: float | None = None) -> InputError:
+    clear = f"{1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
+    if least is not None:
+        clear = f"{1000 * least:.3g} mm, the least peak"
     return InputError(
         f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak is"
-        f" clear beyond {1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
+        f" clear beyond {clear}"
     )
