@@ -95,18 +95,8 @@ def zero_of(displacement: Array, noise: float) -> float:
 def releases_of(test: FreeRocking, displacement: Array, least: float | None = None) -> list[Release]:
     """Split a test into its releases, each from where the specimen falls freely to its last clear half cycle.
 
-    Parameters
-    ----------
-    test : FreeRocking
-    displacement : ndarray, shape (samples,)
-        At the hinge or the top. [m]
-    least : float, optional
-        Smallest peak that is used; by default ten standard deviations of the noise. [m]
-
-    Raises
-    ------
-    InputError
-        If there are too few peaks, or the specimen rocks to one side only.
+    The displacement is that at the hinge or the top [m]; `least` is the smallest peak that is used [m], by default ten
+    standard deviations of the noise. Raises `InputError` for too few peaks, or a specimen that rocks to one side only.
     """
     if displacement.size < QUIET_SAMPLES:
         require(False, "the number of samples", displacement.size, f"at least {QUIET_SAMPLES}")
