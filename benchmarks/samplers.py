@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from experimental_style import WALL
 
 from rockdamp.identification import sampler
 from rockdamp.identification.candidates import Candidate
@@ -24,7 +25,6 @@ from rockdamp.identification.problem import Problem
 from rockdamp.identification.sampler import Draws, Neighbourhood, sample
 from rockdamp.motions.records import read_record
 from rockdamp.progress import without_bars
-from rockdamp.synthetic.experimental_style import WALL
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 CASES = [

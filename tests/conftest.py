@@ -7,7 +7,6 @@ from itertools import pairwise
 import mpmath as mp
 import pytest
 from hypothesis import settings
-from repository import ROOT
 
 # The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
 # the tree.
@@ -17,9 +16,11 @@ settings.load_profile("rockdamp")
 # A shell's background job ignores Ctrl-C, and so would every process that a test starts and interrupts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Where several processes share the processors, further threads only wait for each other.
+# Where several processes share the processors, further threads only wait for each other; those of BLAS burn time while
+# they do. NumPy reads this when a test first imports it.
 if "PYTEST_XDIST_WORKER" in os.environ:
-    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+    for threads in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")
 
 # These take minutes, so they go first: no process is left alone with one of them at the end.
 LONG = ("tests/workflow/", "tests/documents/test_howto", "tests/studies/earthquakes/", "tests/whole_package/")
@@ -87,23 +88,3 @@ def stored_energy():
         return sum(area(high, high - low) for low, high in pairwise(ends))
 
     return energy
-
-
-@pytest.fixture(scope="session")
-def small_results(tmp_path_factory):
-    """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
-    from rockdamp.config.merging import merged
-    from rockdamp.storage import dataset
-    from rockdamp.studies import decays, polynomial_fits
-    from rockdamp.studies.matches import match
-
-    config = merged([ROOT / f"config/{name}.yaml" for name in ("default", "minimal")], {})
-    config["response_lengths"]["stop"] = config["matching"]["response_length"]
-    folder = tmp_path_factory.mktemp("pages") / "results"
-    matched = {}
-    for study in ("amplitude", "cracked_stiffness"):
-        matched[study] = match(study, config, decays.study(study, config))
-        dataset.write(matched[study], folder / f"match/{study}.nc", "match", config=config, code_version="test")
-    fits = polynomial_fits.fit(config, matched["cracked_stiffness"])
-    dataset.write(fits, folder / "equivalence.nc", "equivalence", config=config, code_version="test")
-    return folder

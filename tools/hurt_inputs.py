@@ -1,25 +1,20 @@
 """Attacks at random on records and commands, faults in the writer, and what calls hold.
 
-Parts of `hurt.py`. The attacks on records and commands are those of tests/support, with another seed and as many as
-are asked for.
+Parts of `hurt.py`. The tests run some of the attacks on records and commands, with another seed.
 """
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable
 from itertools import islice
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests/support"))
-
-import hurt_faults as faults  # noqa: E402
-from attacks import ANSWER, REFUSED, Attack, ended  # noqa: E402
-from command_attacks import command_attacks  # noqa: E402
-from record_attacks import record_attacks  # noqa: E402
+import hurt_faults as faults
+from attacks import ANSWER, REFUSED, Attack, ended
+from command_attacks import command_attacks
+from record_attacks import record_attacks
 
 Report = Callable[[str, str, str, str, bool], None]
 WARM = 50  # calls before what is held is measured

@@ -26,6 +26,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from mutate import PACKAGE, ROOT, SURVIVED, Copy, Mutation
+from table_text import percent, table
 
 # Packages of science, and the folders of tests that use them, nearest first.
 PACKAGES = {
@@ -37,7 +38,6 @@ PACKAGES = {
     "statistics": ["statistics", "assessment", "studies"],
     "motions": ["motions", "assessment", "histories"],
     "assessment": ["assessment", "cli"],
-    "synthetic": ["synthetic"],
     "studies": ["studies", "claims"],
     "claims": ["claims"],
 }
@@ -63,7 +63,8 @@ NAMES |= {"mean": "median", "median": "mean", "argmin": "argmax", "argmax": "arg
 NAMES |= {"minimum": "maximum", "maximum": "minimum", "floor": "ceil", "ceil": "floor", "abs": "float", "sqrt": "abs"}
 # What computes nothing: texts of errors, warnings and progress.
 WORDS = {"require", "InputError", "ConfigError", "warn", "track", "dataclass", "njit", "jitable"}
-FIELDS = ("file", "line", "column", "length", "right", "wrong", "noticed", "seconds", "equivalent")
+FIELDS = ("file", "line", "column", "length", "right", "wrong", "noticed", "seconds", "equivalent", "since")
+JUDGED = Path(__file__).with_name("mutation_sample.csv")
 
 
 class Places(ast.NodeVisitor):
@@ -183,16 +184,21 @@ def as_mutation(entry: dict[str, Any]) -> Mutation:
     return Mutation(f"{entry['file']}:{entry['line']}", entry["file"], right, "".join(lines), tests_of(entry["file"]))
 
 
-def summary(path: Path) -> None:
-    """Print how many of the mutations that change a value were noticed, by package."""
-    with path.open(newline="", encoding="utf-8") as table:
-        rows = [row for row in csv.DictReader(table) if not row["equivalent"]]
-    print("| package | mutations | noticed | share |\n|---|---|---|---|")
+def summary(path: Path = JUDGED) -> str:
+    """Return how many of the mutations that change a value were noticed, by package, as text and a table."""
+    with path.open(newline="", encoding="utf-8") as sample:
+        every = list(csv.DictReader(sample))
+    rows = [row for row in every if not row["equivalent"]]
+    counted = []
     for package in (*PACKAGES, "all"):
         those = [row for row in rows if package in ("all", Path(row["file"]).parts[0])]
         noticed = sum(row["noticed"] != SURVIVED for row in those)
+        since = noticed + sum(bool(row["since"]) for row in those)
         if those:
-            print(f"| {package} | {len(those)} | {noticed} | {noticed / len(those):.0%} |")
+            counted.append([package, str(len(those)), str(noticed), percent(noticed / len(those)), str(since)])
+    head = ["package", "change a value", "noticed", "share", "with tests written since"]
+    same = len(every) - len(rows)
+    return f"Of {len(every)} mutations {same} change no value beyond its stated error.\n\n{table(head, counted)}"
 
 
 def main() -> int:
@@ -207,7 +213,7 @@ def main() -> int:
     options.add_argument("--summary", type=Path, metavar="FILE", help="count what a table holds, and run none")
     asked = options.parse_args()
     if asked.summary:
-        summary(asked.summary)
+        print(summary(asked.summary))
         return 0
     every = list(mutations(asked.packages or list(PACKAGES)))
     sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
@@ -238,13 +244,13 @@ def main() -> int:
                 noticed = copy.test(as_mutation(entry))
             finally:
                 copies.put(copy)
-            return {**entry, "noticed": noticed, "seconds": f"{time.perf_counter() - start:.0f}", "equivalent": ""}
+            return {**entry, "noticed": noticed, "seconds": f"{time.perf_counter() - start:.0f}"}
 
         for count, row in enumerate(pool.map(run, sample[done:]), start=done + 1):
             rows.writerow(row)
             table.flush()
             print(f"{count}/{len(sample)} {row['file']}:{row['line']}: {row['noticed']}", flush=True)
-    summary(asked.output)
+    print(summary(asked.output))
     return 0
 
 

@@ -9,7 +9,7 @@ from rockdamp.report.earthquake_criterion import MARKS, NONE, by_wall, changes, 
 from rockdamp.report.earthquakes import Choice
 from rockdamp.studies.earthquakes.order_criterion import SIDES
 from rockdamp.text import listed, number, plain
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 Data = dict[str, xr.Dataset]
 
@@ -18,15 +18,15 @@ def by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
     """Typical size, tail and root mean square by band of CR's peak, beside those of a change of e."""
     if not chosen:
         return ""
-    compared, use = data["comparison"], chosen[0]
-    cell = compared.sel(damping_model=use.model, damping_ratio_source=use.source)
+    compared, model = data["comparison"], chosen[0].model
+    cell = compared.sel(damping_model=model, damping_ratio_source=RECOMMENDED_SOURCE)
     change = plain(data["recommendation"].get("restitution_change", xr.DataArray(np.nan)))
     head = ["peak of CR, u/u_ins"]
     for e in numbers(compared, "restitution"):
         head += [f"e = {e:g}", f"e = {e:g}, e ∓ {change}"]
     rows = [[band, *(words for pair in cells for words in pair)] for band, cells in sizes(compared, cell)]
     return (
-        f"\n\nHow far {use.model} is off CR's peaks, and CR with e changed: median, 90 % and root mean square of"
+        f"\n\nError of the peaks with {model}, and with CR with e changed: median, 90 % and root mean square of"
         f" abs(ln r), as percentages.\n\n{table(head, rows)}"
     )
 
@@ -67,7 +67,7 @@ def orders(data: Data) -> str:
 
 
 def _typical(everywhere: xr.Dataset, named: dict[str, str]) -> str:
-    """Typical size, tail and false answers of the recommended order, beside those of CR with e changed."""
+    """Typical size, tail, collapses missed and added of the recommended order, beside those of CR with e changed."""
     head = ["e", "what", f"m = {RECOMMENDED_ORDER}", *(f"CR, {name}" for name in named.values())]
     what = {"log_error_median": "median of abs(ln r)", "log_error_90": "90 % of abs(ln r)", "log_error": "error"}
     rows = []
@@ -77,10 +77,11 @@ def _typical(everywhere: xr.Dataset, named: dict[str, str]) -> str:
         for name, words in what.items():
             sides = [one[f"varied_{name}"].sel(variation=list(SIDES[change])).min() for change in named]
             rows.append([f"{e:g}", words, number(of_order[name], 2), *(number(side, 2) for side in sides)])
-        for side, (name, words) in enumerate({"safe": "false safe", "collapse": "false collapse"}.items()):
+        for side, (name, words) in enumerate({"safe": "collapses missed", "collapse": "collapses added"}.items()):
             varied = [one[f"varied_false_{name}_rate"].sel(variation=SIDES[change][side]) for change in named]
             rows.append([f"{e:g}", words, percent(of_order[f"false_{name}_rate"]), *map(percent, varied)])
     return (
-        f"Order {RECOMMENDED_ORDER} by size and false answers, beside the side of each change that it is compared with:"
+        f"Order {RECOMMENDED_ORDER} by error, collapses missed and added, beside the side of each change that it is"
+        " compared with:"
         f"\n\n{table(head, rows)}"
     )

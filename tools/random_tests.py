@@ -1,7 +1,8 @@
 """Random tests of walls on a shaking table, made by the event-driven solver, and what the posterior says of each.
 
 What is drawn was chosen before any test was identified: walls, curves and coefficients of restitution by the default
-prior, three shapes of pulses, rates, and the errors of both instruments.
+prior, three shapes of pulses, rates, and the errors of both instruments. A real wall is not exactly CR: other `MAKERS`
+lose their energy otherwise.
 """
 
 from __future__ import annotations
@@ -9,11 +10,13 @@ from __future__ import annotations
 import time
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.forcing import Forcing, Load
 from rockdamp.identification.identify import posterior
 from rockdamp.identification.noise import correlated
 from rockdamp.identification.prior import Prior
@@ -31,6 +34,10 @@ RATES = (100, 128, 200, 256, 500)  # [Hz]
 # A test that a laboratory would keep: the wall rocks well beyond its first branch and does not come near to collapse.
 LEAST_OF_BRANCH, LEAST, MOST = 2.0, 0.05, 0.9  # of u1, of u_ins
 LEVEL = 0.9
+SENSOR = (5e-5, 5e-4)  # standard deviations of its noise [m]
+MAKERS = ("CR", "CR, e scatters", "CDC", "ECD16")
+SCATTER = 0.01  # standard deviation of e from impact to impact
+RATIOS = (0.01, 0.05)  # xi of CDC, drawn apart from e
 
 
 @dataclass(frozen=True)
@@ -46,10 +53,20 @@ class RandomTest:
     motion_noise: float  # [m s-2]
     sensor_deviation: float  # [m]
     record: Record
+    fine: Record  # the motion as it was, finer than the record
 
 
-def drawn(seed: int, number: int) -> RandomTest:
-    """Draw tests until one rocks and stands as a laboratory would keep it."""
+def drawn(
+    seed: int,
+    number: int,
+    maker: str = "CR",
+    least_of_branch: float = LEAST_OF_BRANCH,
+    share: tuple[float, float] | None = None,
+) -> RandomTest:
+    """Draw tests until one rocks and stands as a laboratory would keep it.
+
+    The sensor's noise lies within `SENSOR`, or within a share of the wall's largest displacement.
+    """
     random = np.random.RandomState([seed, number])
     prior = Prior()
     while True:
@@ -69,7 +86,7 @@ def drawn(seed: int, number: int) -> RandomTest:
         kind = str(random.choice(["ricker", "table", "wavelet"]))
         before, after = random.uniform(0.3, 1.0), random.uniform(2.0, 6.0)  # of the pulse's centre and after it [s]
         noise = np.exp(random.uniform(np.log(0.003), np.log(0.05)))
-        deviation, correlation = np.exp(random.uniform(np.log(5e-5), np.log(5e-4))), random.uniform(0.0, 0.9)
+        deviation, correlation = np.exp(random.uniform(*np.log(share or SENSOR))), random.uniform(0.0, 0.9)
         zero, drift = random.standard_normal(2) * [prior.sensor_zero, prior.sensor_drift]
         # The zeros of a Ricker wavelet are sqrt(2)/(pi f) apart, those of the longest cycle of a wavelet 1/(2 f).
         frequency = {"ricker": np.sqrt(2) / (np.pi * width), "table": 1 / width, "wavelet": 0.5 / width}[kind]
@@ -83,20 +100,49 @@ def drawn(seed: int, number: int) -> RandomTest:
         else:
             motion = wavelet(fine, frequency, cycles, peak)
         elapsed = np.arange(samples + 1) / rate
-        history = event_driven.history(
-            TrilinearCurve(a1, b1),
-            Damping.cr(e),
-            float(wall.frequency_parameter) * elapsed,
-            **Forcing.of(wall, Record(fine - fine[0], motion)).event_driven(),
-        )
-        ratio = float(np.abs(history.displacement).max())
-        if history.outcome == "completed" and max(LEAST, LEAST_OF_BRANCH * a1) < ratio < MOST:
+        times = float(wall.frequency_parameter) * elapsed
+        forced = Forcing.of(wall, Record(fine - fine[0], motion)).event_driven()
+        displacement = _response(TrilinearCurve(a1, b1), maker, float(e), times, forced, random)
+        ratio = float(np.abs(displacement).max())  # NaN of a wall that falls
+        if max(LEAST, least_of_branch * a1) < ratio < MOST:
             break
-    shown = float(wall.instability_displacement) * history.displacement + zero + drift * elapsed
+    u_ins = float(wall.instability_displacement)
+    deviation = deviation * (ratio * u_ins if share else 1.0)
+    shown = u_ins * displacement + zero + drift * elapsed
     shown = shown + correlated(deviation, correlation, random.standard_normal(elapsed.size))
     measured = motion[::OVERSAMPLING] + noise * random.standard_normal(elapsed.size)
     record = Record(elapsed, measured, shown)
-    return RandomTest(wall, (a1, b1, e), kind, float(peak), rate, ratio, float(noise), float(deviation), record)
+    true = Record(fine - fine[0], motion)
+    return RandomTest(wall, (a1, b1, e), kind, float(peak), rate, ratio, float(noise), float(deviation), record, true)
+
+
+def _response(curve: TrilinearCurve, maker: str, e: float, times: Array, forced: Load, random: Any) -> Array:
+    """Return u/u_ins at times in tau; NaN after a collapse."""
+    if maker == "CDC":
+        damping = Damping("CDC", random.uniform(*RATIOS))
+    else:
+        damping = Damping.of_restitution(e, "ECD16" if maker == "ECD16" else "CR")
+    if maker != "CR, e scatters":
+        return event_driven.history(curve, damping, times, **forced).displacement
+    displacement, start, state = np.empty(times.size), 0, (0.0, 0.0)
+    while True:
+        e_here = min(e + SCATTER * random.standard_normal(), 1.0)
+        part = event_driven.history(
+            curve,
+            Damping.cr(e_here),
+            times[start:] - times[start],
+            release_amplitude=state[0],
+            release_velocity=state[1],
+            load=forced["load"][start * OVERSAMPLING :],
+            load_step=forced["load_step"],
+        )
+        displacement[start:] = part.displacement
+        # The next e from the first sample after this impact on.
+        after = int(np.searchsorted(part.times, part.impacts[0])) + 1 if part.impacts.size else part.times.size
+        if after >= part.times.size or not np.isfinite(part.displacement[-1]):
+            return displacement
+        state = float(part.displacement[after]), float(part.velocity[after])
+        start += after
 
 
 def judged(seed: int, number: int) -> dict[str, float | str]:

@@ -7,9 +7,9 @@ potentiometer stands on the ground. The accelerometer and the table's sensor hav
 from pathlib import Path
 
 import numpy as np
+from experimental_style import PULSE_CENTRE, PULSE_PEAK, synthetic_record
 
 from rockdamp.motions.pulse_shapes import table_pulse
-from rockdamp.synthetic.experimental_style import PULSE_CENTRE, PULSE_PEAK, synthetic_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 FILE = Path(__file__).resolve().parents[1] / "examples/my-test-raw.csv"

@@ -29,12 +29,12 @@ from .motions.free_rocking import read_free_rocking as read_free_rocking
 from .motions.free_rocking import write_free_rocking as write_free_rocking
 from .motions.intensity import IntensityMeasures as IntensityMeasures
 from .motions.intensity import intensity_measures as intensity_measures
-from .motions.intensity import spectral_acceleration as spectral_acceleration
 from .motions.records import Record as Record
 from .motions.records import read_record as read_record
 from .motions.records import write_record as write_record
 from .solvers.newmark import solve as solve
 from .solvers.newmark import stable_step as stable_step
+from .solvers.oscillator import spectral_acceleration as spectral_acceleration
 from .solvers.response import ComparedHistories as ComparedHistories
 from .solvers.response import Comparison as Comparison
 from .solvers.response import Histories as Histories

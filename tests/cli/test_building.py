@@ -73,6 +73,12 @@ def test_a_table_of_walls_and_parapets_is_shaken_as_each_alone(tmp_path):
     with open(out, encoding="utf-8", newline="") as file:
         envelope = list(csv.DictReader(file))
     assert float(envelope[3]["median_intensity"]) <= float(rows[3]["median_intensity"])
+    assert {row["building_period"] for row in rows if not row["error"]} == {"0.25"}
+    assert {row["building_period"] for row in envelope if not row["error"]} <= {"0.15", "0.25"}
+    worst = ("--building-period", envelope[3]["building_period"], *TOP)
+    run("batch", table, *RECORDS, "--pga", "0.25g", *worst, "--output", out)
+    with open(out, encoding="utf-8", newline="") as file:
+        assert list(csv.DictReader(file))[3] == envelope[3]
 
 
 def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import rulegraph
 import yaml
-from nbclient import NotebookClient
 from repository import ROOT
 
 import rockdamp
@@ -72,20 +71,6 @@ def test_every_command_and_public_name_is_on_its_page(site):
     python, shell = ((site / f"reference/{page}.html").read_text(encoding="utf-8") for page in ("python", "cli"))
     assert all(f'id="rockdamp.{name}"' in python for name in rockdamp.__all__)
     assert all(f'id="rockdamp-{name}"' in shell for name in main.commands)
-
-
-def test_the_notebook_runs_on_the_datasets(small_results, monkeypatch):
-    """In `docs/notebooks` beside a `results` folder, as its readers run it; what it draws is checked to be figures."""
-    place = small_results.parent / "docs/notebooks"
-    place.mkdir(parents=True, exist_ok=True)
-    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
-    monkeypatch.setenv("PYTHONWARNINGS", "error::FutureWarning")
-    notebook = nbformat.read(NOTEBOOK, as_version=4)
-    NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(place)}}).execute()
-    drawn = [
-        output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
-    ]
-    assert len(drawn) == 2
 
 
 def test_the_notebook_is_kept_without_outputs():

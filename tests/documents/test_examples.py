@@ -1,4 +1,4 @@
-"""Every example that stands in a docstring, the README or the documents' first page, run as it stands."""
+"""Every example in a docstring, the README, the documents' first page and the notebook, run as it stands."""
 
 import doctest
 import os
@@ -9,12 +9,18 @@ import sys
 from importlib import import_module
 from pkgutil import walk_packages
 
+import nbformat
 import pytest
 from click.testing import CliRunner
+from nbclient import NotebookClient
 from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.cli import main
+from rockdamp.config.merging import merged
+from rockdamp.storage import dataset
+from rockdamp.studies import decays, polynomial_fits
+from rockdamp.studies.matches import match
 
 MODULES = ["rockdamp", *sorted(module.name for module in walk_packages(rd.__path__, "rockdamp."))]
 MODULES = [name for name in MODULES if not name.endswith(".__main__")]  # which would run
@@ -30,6 +36,21 @@ def test_the_examples_of_a_module_print_what_they_say(name):
 @pytest.mark.parametrize("name", rd.__all__)
 def test_every_public_name_has_an_example(name):
     assert doctest.DocTestFinder(recurse=False).find(getattr(rd, name), name)[0].examples
+
+
+@pytest.fixture(scope="module")
+def small_results(tmp_path_factory):
+    """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
+    config = merged([ROOT / f"config/{name}.yaml" for name in ("default", "minimal")], {})
+    config["response_lengths"]["stop"] = config["matching"]["response_length"]
+    folder = tmp_path_factory.mktemp("pages") / "results"
+    matched = {}
+    for study in ("amplitude", "cracked_stiffness"):
+        matched[study] = match(study, config, decays.study(study, config))
+        dataset.write(matched[study], folder / f"match/{study}.nc", "match", config=config, code_version="test")
+    fits = polynomial_fits.fit(config, matched["cracked_stiffness"])
+    dataset.write(fits, folder / "equivalence.nc", "equivalence", config=config, code_version="test")
+    return folder
 
 
 PAGES = ("README.md", "docs/index.md")
@@ -72,3 +93,17 @@ def test_the_python_of_a_page_runs(block, small_results):
     assert run.returncode == 0, run.stderr
     if "print" in block:
         assert re.search(r"\d\.\d+", run.stdout)
+
+
+def test_the_notebook_runs_on_the_datasets(small_results, monkeypatch):
+    """In `docs/notebooks` beside a `results` folder, as its readers run it; what it draws is checked to be figures."""
+    place = small_results.parent / "docs/notebooks"
+    place.mkdir(parents=True, exist_ok=True)
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    monkeypatch.setenv("PYTHONWARNINGS", "error::FutureWarning")
+    notebook = nbformat.read(ROOT / "docs/notebooks/explore.ipynb", as_version=4)
+    NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(place)}}).execute()
+    drawn = [
+        output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
+    ]
+    assert len(drawn) == 2

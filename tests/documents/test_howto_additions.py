@@ -16,7 +16,7 @@ def tree(tmp_path_factory):
     tree = make_tree(tmp_path_factory.mktemp("additions") / "tree")
     for page in ("add-a-study", "add-a-figure"):
         edit(tree, page)
-        follow(tree, page)
+        follow(tree, page, edited=True)
     return tree
 
 

@@ -15,7 +15,7 @@ def tree(tmp_path_factory):
     """The copy, with the damper and what its commands printed."""
     tree = make_tree(tmp_path_factory.mktemp("damper") / "tree")
     edit(tree, "add-a-damper")
-    tree.printed = follow(tree, "add-a-damper")
+    tree.printed = follow(tree, "add-a-damper", edited=True)
     return tree
 
 

@@ -7,7 +7,6 @@ import made_up_earthquakes
 import made_up_studies
 import measured_tables
 import numpy as np
-import pandas as pd
 import pytest
 import report_content
 import xarray as xr
@@ -64,6 +63,7 @@ def made_up():
     }
     compared = made_up_earthquakes.comparison()
     earthquakes = {"comparison": compared, "recommendation": made_up_earthquakes.recommendation(compared), **checks}
+    earthquakes["earthquakes/walls"] = made_up_earthquakes.walls()
     return {
         "accuracy": accuracy,
         **earthquakes,
@@ -76,7 +76,6 @@ def made_up():
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
         measured_tables.IDENTIFICATION: identification_as_configured(),
-        measured_tables.RANDOM_TESTS: random_tests(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
@@ -111,13 +110,6 @@ def identification_as_configured():
     return made_up.isel(repeated).assign_coords(wanted).assign(record_made_by=("record", makers))
 
 
-def random_tests():
-    """Two tests that were answered and one that was refused, as tools/check_posterior.py keeps them."""
-    held = {f"held_{name}": [1, 0, 0] for name in ("yield_displacement_ratio", "strength_ratio", "restitution")}
-    ended = {"ended": ["answered", "answered", "refused"], "reason": ["", "", "the number of samples at rest"]}
-    return pd.DataFrame({"peak_ratio": [0.2, 0.7, 0.8], "seconds": [1.0, 2.0, 3.0], **ended, **held}).to_xarray()
-
-
 def test_every_table_stands_on_a_page():
     assert list(SHOWN) == list(measured_tables.TABLES)
 
@@ -131,7 +123,8 @@ def test_a_page_has_the_form_that_the_tool_writes(name, made_up):
     )
     written = [line for line in written if line[1].strip() not in MODELS or line[1].strip() in PUBLISHED]
     assert shown[0] == written[0]
-    assert [line[1] for line in shown] == [line[1] for line in written]
+    order = sorted if name == "by_program" else list  # its rows follow their errors
+    assert order(line[1] for line in shown) == order(line[1] for line in written)
 
 
 def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
@@ -199,9 +192,10 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
 
 
 def test_the_damper_to_use_is_the_one_of_the_report(made_up):
-    assert "**Use CDR, with ξ of the polynomials.**" in measured_tables.earthquakes(made_up)
+    assert "**Use CDR.**" in measured_tables.earthquakes(made_up)
     none = made_up["recommendation"].assign(recommended=0 * made_up["recommendation"]["recommended"])
-    assert "No damper errs least" in measured_tables.earthquakes({**made_up, "recommendation": none})
+    said = measured_tables.earthquakes({**made_up, "recommendation": none})
+    assert "No damper has the least error at every e" in said
     cells = numbers(row("earthquakes", "SDR", made_up))
     assert cells[:3] == pytest.approx([0.9, 0.855, 0.945])
 

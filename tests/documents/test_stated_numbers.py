@@ -37,7 +37,7 @@ def test_the_closed_form_at_the_middle_energy_is_within_what_is_stated():
 
 def test_before_the_first_impact_peaks_are_too_small_by_what_is_stated():
     study = built("pulses")
-    shown = study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source="closed form")
+    shown = study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source="least error")
     least, most = stated("docs/theory.md", r"out (\d) to (\d) % too small in the median")
     short = 100 * (1 - shown["median_ratio_before_impact"].sel(damping_model=["CDC", "CDR", "SDR", "ECD"]))
     assert (round(float(short.min())), round(float(short.max()))) == (least, most)

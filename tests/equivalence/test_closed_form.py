@@ -77,12 +77,6 @@ def test_the_energy_consistent_damper_has_the_factor_one_over_pi_of_any_curve(a1
     assert factor == pytest.approx(1 / np.pi, rel=1e-9)
 
 
-@pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
-def test_every_model_has_the_factor_one_over_pi_on_the_first_branch(model):
-    factor = equivalence_factor(CURVES[0], Damping(model, 1.0), 0.9 * 0.04)
-    assert float(factor) == pytest.approx(1 / np.pi, rel=1e-12)
-
-
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
 @pytest.mark.parametrize("x0", [0.1, 0.5, 0.9])
 def test_the_factor_is_what_a_lightly_damped_half_cycle_loses(model, x0):

@@ -10,9 +10,18 @@ from made_up_studies import VISCOUS, made_up
 from matplotlib.colors import to_rgb
 from repository import ROOT
 
-from rockdamp.figures.code_damping import LEVELS, ORDERS, released_as_the_paper, restitution_of, secant_restitution_of
+from rockdamp.figures.code_damping import (
+    LEVELS,
+    ORDERS,
+    fig_code_damping_caption,
+    released_as_the_paper,
+    restitution_of,
+    secant_restitution_of,
+)
 from rockdamp.figures.style import style_of
 from rockdamp.mechanics.half_cycle_loss import log_decrement
+from rockdamp.text import number
+from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER
 
 
 def test_a_damping_ratio_stands_for_the_e_that_it_is_matched_to_and_between_them_for_one_between():
@@ -56,3 +65,14 @@ def test_the_figure_has_the_numbers_of_the_page():
     for xi, *columns in rows:
         for model, e in zip(ORDERS, columns, strict=True):
             assert f"{restitution_of(None, model, float(xi) / 100):.4f}" == e
+
+
+def test_the_caption_says_which_e_five_per_cent_stand_for_in_each_reading():
+    amplitude = made_up()["match/amplitude"]
+    caption = " ".join(fig_code_damping_caption(amplitude).split()).replace("\u00a0", " ")
+    assert f"e&nbsp;=&nbsp;{np.exp(-log_decrement(0.05, RECOMMENDED_ORDER)):.4f} under {RECOMMENDED}" in caption
+    match = released_as_the_paper(amplitude)
+    for model in PAPER_MODELS:
+        ratio = match["damping_ratio"].sel(damping_model=model)
+        e = np.interp(0.05, ratio.values[::-1], ratio["restitution"].values[::-1])
+        assert f"{number(e)} ({model})" in caption

@@ -41,7 +41,7 @@ def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comp
         assert cells.sum() == (~fell & ~other).sum()
         marks = {line.get_marker(): len(line.get_xdata()) for line in coloured(axes, model)}
         assert marks == {"|": (~fell & other).sum(), "_": (fell & ~other).sum()}
-        assert f"false safe {(fell & ~other).sum()} of {fell.sum()} collapses" in axes.get_title()
+        assert f"missed {(fell & ~other).sum()} of {fell.sum()} collapses" in axes.get_title()
     assert sum((~fell & (one["collapsed"].sel(damping_model=model) == 1).values.ravel()).sum() for model in VISCOUS)
 
 

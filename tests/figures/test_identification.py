@@ -36,7 +36,9 @@ def test_the_table_of_the_study_holds_the_mean_probability_of_each_model_for_eac
     ranks, intervals, table = fig_identification(made).axes
     shown = [text.get_text() for text in table.texts]
     expected = confusion(made).stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model").values
-    assert [float(text) for text in shown if text != "-"] == [round(float(v), 2) for v in expected.ravel() if v == v]
+    assert [float(text) for text in shown if text != "not determined"] == [
+        round(float(v), 2) for v in expected.ravel() if v == v
+    ]
     assert float(confusion(made).sel(record_made_by="CR", noise_factor=1.0, damping_model="CR")) == pytest.approx(
         (1 / (1 + np.exp(-1)) + 1 / (1 + np.exp(0.5))) / 2, abs=1e-6
     )

@@ -1,11 +1,14 @@
 """The figure of the pulses: what overturns, with which of both, and shades that are told apart in grey."""
 
+import re
+
 import numpy as np
 import pytest
+import xarray as xr
 from figure_functions import FIGURES
 from made_up_studies import ALL, VISCOUS, pulses
 
-from rockdamp.figures.pulses import ONLY_CR, ONLY_DAMPER
+from rockdamp.figures.pulses import ONLY_CR, ONLY_DAMPER, fig_pulses_caption
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +18,7 @@ def data():
 
 @pytest.fixture(scope="module")
 def at_e(data):
-    return data.sel(restitution=0.85, damping_ratio_source="closed form").transpose(
+    return data.sel(restitution=0.85, damping_ratio_source="least error").transpose(
         ..., "load_ratio", "pulse_frequency"
     )
 
@@ -68,3 +71,16 @@ def test_the_pulses_that_one_of_both_survives_are_marked_on_the_damper_s_map_and
                 marked += len(expected)
             assert not marks
     assert 0 < marked < at_e["collapsed"].size / 2
+
+
+def test_the_caption_tells_missed_collapses_from_added_ones():
+    data = pulses()
+    models = range(data.sizes["damping_model"])
+    data["false_safe"] = data["false_safe"] * 0 + xr.DataArray([11 + m for m in models], dims="damping_model")
+    data["false_collapse"] = data["false_collapse"] * 0 + xr.DataArray([31 + m for m in models], dims="damping_model")
+    missed, added = (
+        " ".join(fig_pulses_caption(data).split()).split("the dampers miss ")[1].split("survivals they turn ")
+    )
+    for told, others, first in ((missed, added, 11), (added, missed, 31)):
+        for value in (first + m for m in models):
+            assert re.search(rf"\b{value}\b", told) and not re.search(rf"\b{value}\b", others)

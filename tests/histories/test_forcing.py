@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 
 import rockdamp as rd
 from rockdamp.histories.forcing import Forcing
@@ -15,7 +16,6 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import Record
 from rockdamp.solvers import event_driven
-from rockdamp.synthetic.experimental_style import WALL
 
 CURVE, DAMPING, STEP = TrilinearCurve(0.03, 0.80), Damping.cr(0.835), 0.0025
 

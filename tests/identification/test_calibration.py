@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from experimental_style import WALL, synthetic_record
 from repository import ROOT
 
 from rockdamp.errors import InputError
@@ -13,7 +14,6 @@ from rockdamp.identification.calibration import PARAMETERS, calibrate
 from rockdamp.identification.candidates import true_values
 from rockdamp.motions.records import read_record
 from rockdamp.studies.calibration import study
-from rockdamp.synthetic.experimental_style import WALL, synthetic_record
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here
 

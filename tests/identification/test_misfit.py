@@ -4,16 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
+from rockdamp.histories.measured_test import rest_samples
 from rockdamp.identification import least_squares
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.misfit import Misfit, require_explained, require_possible, table_displacement
 from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record, read_record
-from rockdamp.synthetic.experimental_style import WALL
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SHIPPED = read_record(ROOT / "data/test_series/cr-half.csv")
@@ -41,6 +42,18 @@ def test_of_a_right_record_the_misfit_is_the_sensors_noise():
     assert misfit.residual_rms == pytest.approx(1.5e-4, rel=0.1)  # data/test_series: the sensor's noise
     assert misfit.residual_over_peak == pytest.approx(misfit.residual_rms / np.abs(SHOWN - SHOWN[0]).max(), rel=0.02)
     assert not misfit.doubts
+
+
+def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor():
+    count = rest_samples(RIGHT)
+    moving = np.where(np.arange(SHOWN.size) < 0.8 * count, 0.0, 2e-3)  # while the ground's is within noise
+    drifting = replace(RIGHT, displacement=SHOWN + 0.01 * RIGHT.elapsed + moving)
+    right, shown = (
+        Fit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
+        for record in (RIGHT, drifting)
+    )
+    assert shown.rest_deviation == pytest.approx(right.rest_deviation, rel=1e-6)
+    assert right.rest_deviation == pytest.approx(1.5e-4, rel=0.3)  # data/test_series: the sensor's noise
 
 
 @pytest.mark.parametrize(

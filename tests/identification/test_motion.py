@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
+from random_tests import drawn
 from repository import ROOT
 from scipy.linalg import eigh
 
@@ -12,11 +14,11 @@ from rockdamp.identification import problem
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.motion import MotionNoise, main_directions
+from rockdamp.identification.noise import Noise
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 from rockdamp.identification.sampler import Draws
 from rockdamp.motions.records import read_record
-from rockdamp.synthetic.experimental_style import WALL
 
 MADE = np.array([0.0305, 0.798, 0.84])
 SENSOR = (1.5e-4, 0.1)
@@ -42,6 +44,29 @@ def test_the_main_directions_hold_all_but_a_negligible_variance():
     fewer = main_directions(effect, 0.2 * whole.max())
     left = whole - np.sum(fewer**2, axis=0)
     assert len(fewer) < 3 and 0 < left.max() <= 0.2 * whole.max()
+
+
+@pytest.mark.parametrize("number", [5, 26])
+def test_what_is_neglected_of_the_noise_adds_at_most_a_twentieth_to_the_scatter_of_the_parameters(number):
+    """By the covariance of the generalised least squares under all directions, weighted by the main ones alone."""
+    made, prior = drawn(7, number), Prior()
+    fit = Fit.of(
+        made.record, made.wall, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.01
+    )
+    trend = fit.trend.T * [[prior.sensor_zero], [prior.sensor_drift]]
+    sensor = (made.sensor_deviation, 0.45)
+    motion = MotionNoise.at(fit, np.array(made.truth), np.zeros(made.record.elapsed.size), trend, sensor)
+
+    def scatter(main):
+        weighted = Noise(np.concatenate([trend, main])).by_inverse(
+            motion.derivative, *(np.full(3, value) for value in sensor)
+        )
+        stated = np.linalg.inv(weighted @ motion.derivative.T)
+        by_all, by_main = stated @ weighted @ motion.effect.T, stated @ weighted @ main.T
+        return np.sqrt(1 + np.diag(by_all @ by_all.T - by_main @ by_main.T) / np.diag(stated))
+
+    assert scatter(motion.noise.rows[2:]).max() < 1.05
+    assert scatter(main_directions(motion.effect, (0.1 * fit.rest_deviation) ** 2)).max() > 1.5
 
 
 def test_the_mean_of_the_noise_explains_what_a_known_noise_did(noise):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
@@ -15,7 +16,6 @@ from rockdamp.identification.noise import Noise
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 from rockdamp.motions.records import read_record
-from rockdamp.synthetic.experimental_style import WALL
 from rockdamp.vocabulary import ANY_ORDER
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
@@ -17,7 +18,6 @@ from rockdamp.identification.problem import Problem
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions.records import Record, read_record
 from rockdamp.statistics.distribution import Distribution
-from rockdamp.synthetic.experimental_style import WALL
 
 MILLIMETRE = 1e-3
 

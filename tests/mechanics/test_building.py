@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from scipy.optimize import brentq
 
 from rockdamp import Building, InputError, InputWarning
 from rockdamp.mechanics.building import RIGID_PERIOD, characteristic, contributions, eigenvalues, frequency_ratios
@@ -82,14 +83,56 @@ def test_modes_are_orthogonal_and_their_effective_masses_sum_to_the_whole(alpha)
     assert weight @ np.abs(shapes.sum(axis=1) - 1) < 0.05
 
 
+def published(alpha, count, height):
+    """Period ratios and contributions by Taghavi and Miranda (2005), Eqs. (10), (22), (24) and (25).
+
+    As github.com/GNS-Science/srwg-risk-toolbox quotes them (srwg_risk_toolbox/modal_approximation.py), with its
+    correction of Eq. (22): the integrals by quadrature, the roots by a fine grid.
+    """
+
+    def equation(gamma):
+        beta = np.hypot(gamma, alpha)
+        both = (2 + alpha**4 / (gamma * beta) ** 2) * np.cos(gamma) * np.cosh(beta)
+        return 2 + both + alpha**2 / (gamma * beta) * np.sin(gamma) * np.sinh(beta)
+
+    grid = np.linspace(1e-2, count * np.pi, 2000)
+    ends = np.flatnonzero(np.diff(np.sign(equation(grid))))
+    gamma = np.array([brentq(equation, *grid[[end, end + 1]], xtol=1e-13) for end in ends])
+    beta = np.hypot(gamma, alpha)
+    nu = (gamma**2 * np.sin(gamma) + gamma * beta * np.sinh(beta)) / (
+        gamma**2 * np.cos(gamma) + beta**2 * np.cosh(beta)
+    )
+
+    def shape(x):
+        bent = np.sin(gamma * x) - gamma / beta * np.sinh(x * beta)
+        return bent + nu * (np.cosh(x * beta) - np.cos(gamma * x))
+
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    shapes = shape((nodes[:, None] + 1) / 2)
+    participation = (weights @ shapes) / (weights @ shapes**2)
+    ratio = gamma[0] / gamma * np.sqrt((gamma[0] ** 2 + alpha**2) / (gamma**2 + alpha**2))
+    return ratio, participation * shape(np.asarray(height)[:, None])
+
+
+@pytest.mark.parametrize("alpha", [0.01, 0.3, 2.0, 7.0])
+def test_period_ratios_and_contributions_are_those_of_the_published_equations(alpha):
+    height = np.arange(1, 11) / 10
+    ratio, contribution = published(alpha, 4, height)
+    assert 1 / frequency_ratios(alpha, 4) == pytest.approx(ratio, rel=1e-10)
+    assert contributions(alpha, 4, height) == pytest.approx(contribution, abs=1e-8)
+
+
 def test_flexure_and_shear_are_the_limits():
     assert contributions(0.0, 3, 1.0) == pytest.approx(contributions(1e-4, 3, 1.0), abs=1e-6)
     assert contributions(np.inf, 3, [0.3, 1.0]) == pytest.approx(contributions(1e5, 3, [0.3, 1.0]), abs=1e-4)
     assert frequency_ratios(np.inf, 3).tolist() == [1, 3, 5]
-    assert contributions(np.inf, 1, 1.0).item() == pytest.approx(4 / np.pi)
+    assert contributions(np.inf, 3, 1.0)[0] == pytest.approx(4 / np.pi / np.array([1, -3, 5]))
     # A cantilever in flexure: cos cosh = -1, and the integral of phi^2 is a quarter of that at the top.
     gamma = eigenvalues(0.0, 4)
     assert np.cos(gamma) * np.cosh(gamma) == pytest.approx(-np.ones(4), abs=1e-9)
+    assert frequency_ratios(0.0, 3) == pytest.approx([1, 6.2669, 17.547], rel=1e-4)
+    sigma = (np.sinh(gamma) - np.sin(gamma)) / (np.cosh(gamma) + np.cos(gamma))
+    assert contributions(0.0, 4, 1.0)[0] == pytest.approx(4 * sigma / gamma * [1, -1, 1, -1], rel=1e-9)
 
 
 def test_modes_that_are_as_stiff_as_the_ground_are_left_out():

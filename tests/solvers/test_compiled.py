@@ -66,7 +66,11 @@ def test_a_cache_in_order_is_used_and_a_copied_tree_finds_its_code(built, copy):
     assert files(copy) == before
 
 
-def test_an_edited_formula_in_another_file_finds_no_old_code(built, copy):
+def test_an_edited_formula_finds_no_old_code_and_an_edit_of_another_damper_leaves_it(built, copy):
+    before = files(copy)
+    with (copy / "rockdamp/mechanics/damping/cdr.py").open("a", encoding="utf-8") as another:
+        another.write("# edited\n")
+    assert run(copy, "CDC").stdout == built[1] and files(copy) == before
     formula = copy / "rockdamp/mechanics/damping/cdc.py"
     formula.write_text(formula.read_text(encoding="utf-8").replace("return parameters[0]", "return 2 * parameters[0]"))
     edited = run(copy, "CDC").stdout
@@ -76,14 +80,15 @@ def test_an_edited_formula_in_another_file_finds_no_old_code(built, copy):
     assert run(copy, "CDC").stdout == built[1]
 
 
+DAMPER = str(compiled.PACKAGE / "mechanics/damping/ecd.py")
+
+
 @pytest.mark.parametrize("source", ["mechanics/trilinear.py", "solvers/event_kernel.py", "mechanics/damping/ecd.py"])
-def test_each_compiled_source_counts(monkeypatch, tmp_path, source):
-    place = tree(tmp_path) / "rockdamp"
-    monkeypatch.setattr(compiled, "PACKAGE", place)
-    before = compiled.digest.__wrapped__()
-    with (place / source).open("a", encoding="utf-8") as file:
-        file.write("# edited\n")
-    assert compiled.digest.__wrapped__() != before
+def test_the_sources_that_all_share_count_and_the_file_of_ones_own_formula(monkeypatch, source):
+    before, path = compiled.digest.__wrapped__(DAMPER), str(compiled.PACKAGE / source)
+    sources = compiled.DAMPER_SOURCES if path == DAMPER else compiled.SHARED_SOURCES
+    monkeypatch.setitem(sources, path, sources[path] + b"# edited")
+    assert compiled.digest.__wrapped__(DAMPER) != before
 
 
 def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(built, copy):

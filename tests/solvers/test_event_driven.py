@@ -59,16 +59,6 @@ def test_inside_the_first_branch_every_damper_is_the_linear_oscillator(model, xi
     assert run.displacement == pytest.approx(expected, abs=1e-11)
 
 
-def test_one_impact_per_crossing_of_a_linear_oscillator_is_its_logarithmic_decrement():
-    curve, xi = CURVES[0], 0.08
-    viscous = history(curve, Damping("CDC", xi), [20.0], release_amplitude=0.03)
-    e = math.exp(-math.pi * xi / math.sqrt(1 - xi**2))
-    impacts = history(curve, Damping.cr(e), [20.0], release_amplitude=0.03)
-    both = min(viscous.turning_tau.size, impacts.turning_tau.size)
-    assert both > 20
-    assert viscous.turning_displacement[:both] == pytest.approx(impacts.turning_displacement[:both], rel=1e-12)
-
-
 def test_softening_branch_is_hyperbolic_until_the_plateau():
     curve, x0 = CURVES[4], 0.84
     k, a3 = float(curve.softening_stiffness), float(curve.ultimate_displacement_ratio)

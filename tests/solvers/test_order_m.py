@@ -38,32 +38,6 @@ def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order, curve):
         np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
 
-@pytest.mark.no_cover
-@pytest.mark.parametrize("order", [1, 8, 32])
-@pytest.mark.parametrize("excitation", ["free", "forced"])
-def test_the_stepper_tends_to_the_event_driven_solution_with_the_square_of_the_step(order, excitation):
-    """The median of random walls: a single history's error jumps where a step meets a corner."""
-    damping, sample, times = Damping.of_restitution(0.85, order=order), 0.02, np.arange(1, 17) * 0.5
-    random = np.random.default_rng(1)
-    load, errors = pulse(sample), []
-    for _ in range(14):
-        curve = TrilinearCurve(random.uniform(0.03, 0.12), random.uniform(0.55, 0.85))
-        start = {"release_amplitude": 0.6} if excitation == "free" else {}
-        exact = event_driven.history(
-            curve, damping, times, **start, load=() if start else load, load_step=sample
-        ).displacement
-        of_wall = []
-        for substeps in (4, 8, 16, 32):
-            forced = {} if start else {"ground_acceleration": load, "load_factor": 1.0, "substeps": substeps}
-            steps = {"step": sample / substeps, "steps": 400 * substeps, "store_every": 25 * substeps}
-            run = solve(curve, damping, **steps, **start, **forced)
-            of_wall.append(np.sqrt(np.mean((run.displacement[1:] - exact) ** 2)))
-        errors.append(of_wall)
-    median = np.median(errors, axis=0)
-    assert -np.polyfit(np.arange(4), np.log2(median), 1)[0] == pytest.approx(2.0, abs=0.35)
-    assert median[-1] < 1e-6
-
-
 def test_as_the_order_grows_the_response_under_a_load_tends_to_restitution():
     sample, load = 0.005, pulse(0.005)
     run = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rockdamp.statistics.resampled_trials import Expansion, drawn, share_below, simulated
+from rockdamp.statistics.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
 from rockdamp.statistics.trials_fit import Fit, Search, fit
 from rockdamp.statistics.velocity_ratios import (
     CENTRES,
@@ -149,6 +149,13 @@ def test_ranks_of_simulated_first_ratios_are_uniform(trials):
     many = Trials(np.zeros((300, 1)), np.arange(300), np.full(300, HOUSNER[0]))
     one = simulated(many, lambda losses, _: power_law(losses, 0.0, 1), made, np.random.RandomState(3))
     assert stats.kstest(share_below(one, made.values, np.arange(300)), "uniform").pvalue > 0.01
+
+
+def test_losses_at_each_centre_are_normal_about_it_and_cut_off_at_zero(trials):
+    values = truth(trials).values
+    centre = HOUSNER[:, None] + values["centre"] + values["between"] * CENTRES[0]
+    mean = stats.truncnorm.mean(-centre / values["within"], np.inf, loc=centre, scale=values["within"])
+    np.testing.assert_allclose(np.einsum("c,gcj->gj", LOSSES, at_each_centre(trials, values)), mean, atol=5e-4)
 
 
 def test_the_grid_of_losses_holds_every_block():

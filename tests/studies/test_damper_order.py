@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from experimental_style import WALL
 from repository import ROOT
 from snakemake.utils import update_config
 
@@ -19,7 +20,6 @@ from rockdamp.studies.damper_order import (
     measured,
     ratio_before_impact,
 )
-from rockdamp.synthetic.experimental_style import WALL
 from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)

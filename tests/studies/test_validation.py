@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from published_models import PUBLISHED_VISCOUS
 from repository import ROOT
 
@@ -21,7 +22,6 @@ from rockdamp.motions.records import Record, read_record
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.response import Histories
 from rockdamp.studies.validation import _misfits, compared, damping_ratios, validate
-from rockdamp.synthetic.experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)

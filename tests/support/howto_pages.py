@@ -4,13 +4,18 @@ The first line of a block of code names the file, ``# config/default.yaml, after
 there is made of the block.
 """
 
+import contextlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 
+from click.testing import CliRunner
 from repository import ROOT
 from workflow_tree import Tree
+
+from rockdamp.cli import main
 
 PLACE = re.compile(r"# (?P<file>[\w./-]+\.\w+)(?:, (?P<where>before|after): (?P<line>.+))?")
 
@@ -60,12 +65,23 @@ def edit(tree, page):
         path.write_text("".join(lines), encoding="utf-8")
 
 
-def follow(tree, page):
-    """Run the commands of a page with coarser steps than the config's; return what they print."""
+def follow(tree, page, edited=False):
+    """Run the commands of a page with coarser steps than the config's; return what they print.
+
+    A block that holds nothing but commands of `rockdamp` runs in this process, unless the copy's package was edited.
+    """
     printed = ""
     path = f"{tree.place}/.venv/bin:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
     environment = {**tree.environment, "PATH": path}
     for block in blocks(page, "sh"):
+        lines = [line.removeprefix(".venv/bin/") for line in block.replace("\\\n", " ").splitlines()]
+        if not edited and all(line.startswith("rockdamp ") for line in lines):
+            with contextlib.chdir(tree.place):
+                for line in lines:
+                    result = CliRunner().invoke(main, shlex.split(line)[1:])
+                    assert result.exit_code == 0, line + result.output
+                    printed += result.stdout
+            continue
         command = block.replace("--configfile ", "--configfile config/minimal.yaml ")
         run = subprocess.run(["sh", "-ec", command], cwd=tree.place, env=environment, capture_output=True, text=True)
         assert run.returncode == 0, block + run.stdout + run.stderr

@@ -13,6 +13,8 @@ def test_numbers_read_as_people_write_them():
     assert text.number(float("nan")) == text.percent(float("nan")) == "–"
     assert text.percent(0.09456) == "9.5\u00a0%"
     assert text.percent(2e-5) == "less than 0.01\u00a0%"
+    assert (text.at_most(0.07413), text.at_most(0.07)) == ("7.5\u00a0%", "7.0\u00a0%")
+    assert (text.at_most(0.0999), text.at_most(0)) == ("10\u00a0%", "0\u00a0%")
     assert text.plain(0.5) == "0.5"
 
 

@@ -1,6 +1,7 @@
 """The report: every table, figure and dataset that it shows, read and handed to the package."""
 
 import json
+import os
 from pathlib import Path
 
 from boundary import job, open_datasets
@@ -18,5 +19,6 @@ with job(snakemake):
         citation=Path(paths.citation).read_text(encoding="utf-8"),
         config=params.config,
         code_version=params.version,
+        documents=Path(os.path.relpath(Path(paths.assumptions).parent, Path(snakemake.output[0]).parent)).as_posix(),
     )
     write(content, snakemake.output[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,9 +48,14 @@ def _in_building(
         alike = [row for row in rows if isinstance(row, Row) and isinstance(row.wall, Parapet) == parapet]
         if alike:
             supports = floor_motions(motions, building, parapet)
-            results = answers(alike, supports, measure, intensity, tail=tail)
-            by_line |= {row.line: result for row, result in zip(alike, results, strict=True)}
+            for row, result in zip(alike, answers(alike, supports, measure, intensity, tail=tail), strict=True):
+                by_line[row.line] = _stating(result, building.period)
     yield from (by_line.get(row.line, row) if isinstance(row, Row) else row for row in rows)  # type: ignore[misc]
+
+
+def _stating(result: Answer | BadRow, period: float) -> Answer | BadRow:
+    """Return results that state the period of their building."""
+    return replace(result, building_period=period) if isinstance(result, Answer) else result
 
 
 def _severity(result: Answer | BadRow) -> tuple[float, float]:

@@ -31,6 +31,7 @@ COLUMNS = (
     "restitution",
     "damping_ratio",
     "rocking_onset",
+    "building_period",
     "collapses",
     "records",
     "collapse_probability",
@@ -54,7 +55,7 @@ class Answer:
     `records`, at the intensity asked for; `peak_ratio_median` is NaN where half of the records or more collapse the
     wall. `stripe_share`, shape (damping models, stripes), is the share of records that collapse it at the intensities
     `stripe`. `changes` are what the last halving of the step changed, by name. `strongest` is the largest PGA of the
-    scaled records. [m s-2]
+    scaled records. [m s-2] `building_period` is that of the building, NaN on the ground. [s]
     """
 
     row: Row
@@ -69,6 +70,7 @@ class Answer:
     stripe_share: Array
     changes: Mapping[str, Array]
     strongest: float
+    building_period: float = np.nan
 
 
 def answers(
@@ -202,6 +204,7 @@ def lines(one: Answer | BadRow) -> Iterator[dict[str, Any]]:
         values = {
             "damping_ratio": one.damping_ratio[i],
             "rocking_onset": one.rocking_onset,
+            "building_period": one.building_period,
             "restitution": one.row.restitution,
             "collapse_probability": one.collapses[i] / one.records,
             "median_intensity": one.median[i],
@@ -235,11 +238,14 @@ def dataset(results: Sequence[Answer | BadRow], measure: str, intensity: float, 
         return (("wall", "damping_model") if wide else ("wall",), values)
 
     records = next((one.records for _, one in good), 0)
+    in_buildings = any(np.isfinite(one.building_period) for _, one in good)
+    period = {"building_period": of(lambda one: one.building_period, wide=False)} if in_buildings else {}
     return xr.Dataset(
         {
             name: intensity,
             "restitution": of(lambda one: one.row.restitution, wide=False),
             "rocking_onset": of(lambda one: one.rocking_onset, wide=False),
+            **period,
             "damping_ratio": of(lambda one: one.damping_ratio),
             "collapses": of(lambda one: one.collapses, int, -1),
             "collapse_probability": of(lambda one: one.collapses / one.records),

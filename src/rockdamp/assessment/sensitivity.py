@@ -1,4 +1,4 @@
-"""How much the answer for one wall moves with the inputs that are known least: e, hinge, a1 and overburden."""
+"""How much the answer for one wall moves with what is known least: e, hinge, a1, overburden, the building's period."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import NamedTuple
 from rockdamp.assessment.many_walls import MODELS, Answer, answers
 from rockdamp.assessment.table import Row
 from rockdamp.errors import InputError
+from rockdamp.histories.upper_floors import floor_motions
+from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -17,6 +19,7 @@ from rockdamp.vocabulary import REFERENCE
 
 CHANGE_OF_E, CHANGE_OF_HINGE = 0.05, 0.1  # what is left open without a test of the wall
 FACTORS = (0.5, 2.0)  # on a1 and on the overburden
+PERIOD_FACTORS = (0.7, 1.4)  # on the period of the building
 FIRST_OVERBURDEN = 0.5  # O/W in place of none
 HIGHEST_E = 0.99
 
@@ -38,18 +41,34 @@ def sensitivity(
     measure: str,
     intensity: float,
     tail: float,
+    building: Building | None = None,
 ) -> list[Moved]:
-    """Assess the wall again with one input changed at a time, under restitution; what makes no wall is left out."""
+    """Assess the wall again with one input changed at a time, under restitution; what makes no wall is left out.
+
+    In a `building` the motions are those of its floors, and its period is changed too.
+    """
     changes = list(_changes(wall, curve, restitution))
     rows = [Row(i, str(i), *change, "") for i, (_, _, change) in enumerate(changes)]
+    at = MODELS.index(REFERENCE)
+
+    def moved(name: str, value: float, one: Answer) -> Moved:
+        return Moved(name, value, float(one.collapses[at]) / one.records, float(one.median[at]))
+
     with as_meant():
-        found = answers(rows, motions, measure, intensity, tail=tail)
-        at = MODELS.index(REFERENCE)
-        return [
-            Moved(name, value, float(one.collapses[at]) / one.records, float(one.median[at]))
-            for (name, value, _), one in zip(changes, found, strict=True)
+        results = answers(rows, motions, measure, intensity, tail=tail)
+        table = [
+            moved(name, value, one)
+            for (name, value, _), one in zip(changes, results, strict=True)
             if isinstance(one, Answer)
         ]
+        if building is None:
+            return table
+        for factor in PERIOD_FACTORS:
+            other = replace(building, period=factor * building.period)
+            supports = floor_motions(motions, other, isinstance(wall, Parapet))
+            (one,) = answers([Row(0, "", wall, curve, restitution, "")], supports, measure, intensity, tail=tail)
+            table += [moved("period of the building [s]", other.period, one)] if isinstance(one, Answer) else []
+    return table
 
 
 Change = tuple[str, float, tuple[Wall | Parapet, TrilinearCurve, float]]

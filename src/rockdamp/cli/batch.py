@@ -74,7 +74,7 @@ def batch(
     preset, restitution, taxonomy. Commas, semicolons or tabs divide it. A row that describes no wall is reported with
     its line; the others are computed, and with --strict the exit status is 3. The output has a row for each wall and
     damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility. In a building, that
-    intensity is of the ground.
+    intensity is of the ground; of several periods the worst counts for each wall, and building_period says which.
     """
     from rockdamp.assessment.in_buildings import in_buildings
     from rockdamp.assessment.many_walls import COLUMNS, below_onset, dataset, fragilities, lines

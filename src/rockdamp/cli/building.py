@@ -108,14 +108,14 @@ def make_buildings(options: Mapping[str, Any]) -> list[Building]:
 class Placed(NamedTuple):
     """The answer for a wall in a building, of the period that is worst, and the motions of its supports there.
 
-    `place` says where in words, `left_out` is the part of the load that the mean of both floors leaves out, and
-    `periods` holds a row for each period.
+    `place` says where in words; `values` is what the JSON says of the building, with a row for each period.
     """
 
     answer: xr.Dataset
     motions: Sequence[GroundMotion]
     place: str = ""
     values: dict[str, Any] | None = None
+    building: Building | None = None
 
 
 def place(
@@ -147,7 +147,7 @@ def place(
         "left_out": _left_out(motions[worst], wall),
         "periods": rows,
     }
-    return Placed(answers[worst], motions[worst], words, values)
+    return Placed(answers[worst], motions[worst], words, values, building)
 
 
 def supports_of(motions: Sequence[GroundMotion], buildings: Sequence[Building], parapet: bool) -> list[GroundMotion]:

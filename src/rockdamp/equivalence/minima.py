@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array, Quantity
+from rockdamp.equivalence.bracketed_minima import bracketed_minima
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
@@ -235,29 +235,41 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Return damping ratio and Err at the minimum next to each bracket of the scan."""
 
-    def err(xi: Array, length_: Array, case_: Array) -> Array:
-        length, case = length_.astype(np.int64), case_.astype(np.int64)
+    def err(xi: Array, lane: NDArray[np.int64]) -> Array:
+        each = case[lane]
         response = solve(
-            cases.curve_of(case),
-            cases.damping_of(model, xi, case),
-            release_amplitude=cases.release_amplitude[case],
+            cases.curve_of(each),
+            cases.damping_of(model, xi, each),
+            release_amplitude=cases.release_amplitude[each],
             step=cases.step,
             steps=int(lengths[-1]),
-            reference=Reference(cases.displacement, case, lengths),
+            reference=Reference(cases.displacement, each, lengths),
             scheme=scheme,
         )
-        return np.take_along_axis(response.error, length[None], axis=0)[0]
+        return np.take_along_axis(response.error, length[lane][None], axis=0)[0]
 
-    args = (length.astype(float), case.astype(float))
-    low, middle, high = around
-    bracket = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=args)
-    if not bracket.success.all():
-        bad = np.flatnonzero(~bracket.success)[0]
-        raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
-    minimum = elementwise.find_minimum(
-        err, bracket.bracket, args=args, tolerances={"xrtol": RESOLUTION, "frtol": 1e-13}
-    )
-    if not minimum.success.all():
-        bad = np.flatnonzero(~minimum.success)[0]
-        raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} did not converge")
-    return minimum.x, minimum.f_x
+    every = np.arange(case.size)
+    place, value = np.stack(around), np.stack([err(xi, every) for xi in around])
+    if not _is_bracket(value).all():  # the coarser step of the scan moved the minimum by a point
+        from scipy.optimize import elementwise  # slow to import, and seldom needed
+
+        def err_of(xi: Array, lane: Array) -> Array:
+            return err(xi, lane.astype(np.int64))
+
+        low, middle, high = around
+        found = elementwise.bracket_minimum(err_of, middle, xl0=low, xr0=high, xmin=0.0, args=(every.astype(float),))
+        if not found.success.all():
+            bad = np.flatnonzero(~found.success)[0]
+            raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
+        place, value = np.stack(found.bracket), np.stack(found.f_bracket)
+    ratio, error = bracketed_minima(err, place, value, RESOLUTION)
+    if not np.isfinite(ratio).all():
+        bad = np.flatnonzero(~np.isfinite(ratio))[0]
+        raise InputError(f"the minimum of Err of {model} near xi = {around[1][bad]:.6g} did not converge")
+    return ratio, error
+
+
+def _is_bracket(value: Array) -> NDArray[np.bool_]:
+    """Return where the middle one of three values is least, and not all are equal."""
+    low, middle, high = value
+    return (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))

@@ -1,4 +1,7 @@
-"""What to type into a program that has viscous damping alone: damping ratios with what they refer to, and dashpots."""
+"""What to type into a program that has viscous damping alone: which damper, its ratio, and dashpots.
+
+Commands, report and documents take from here which damper is for which program.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +25,17 @@ REFERS_TO = {
     "CDC": "w1",
     "CDR": "secant frequency",
     "SDR": "w1, with secant stiffness",
+    "ECD": "V(u)",
 }
 BY_ENERGY = "V(u) and velocity"
-# By what a program knows of damping: the model whose row to take.
-TAKES = {"a constant C": "CDC", "a ratio at the secant stiffness": "CDR", "a formula of your own": RECOMMENDED}
+# By model what a program must take; the first that it can take errs least.
+OFFERS = {
+    RECOMMENDED: "a formula of your own",
+    "CDR": "a ratio at the secant stiffness",
+    "ECD": "a coefficient that follows the displacement",
+    "SDR": "damping in proportion to the secant stiffness",
+    "CDC": "a constant C",
+}
 
 
 class Typed(TypedDict):
@@ -63,8 +73,7 @@ def typed_in(
 ) -> list[Typed]:
     """Return each viscous damper that stands for a coefficient of restitution, as a program takes it.
 
-    The wall is released from `release`, by default half of a3. The ratio of least Err leads: its errors under
-    earthquakes are smaller than those of the closed form for CDC, and alike for the others.
+    The wall is released from `release`, by default half of a3.
     """
     a3 = float(curve.ultimate_displacement_ratio)
     x0 = 0.5 * a3 if release is None else release
@@ -85,7 +94,7 @@ def typed_in(
                 "damping_ratio": xi,
                 "rms_error": error,
                 "damping_ratio_energy": energy,
-                "refers_to": REFERS_TO.get(model, BY_ENERGY),
+                "refers_to": refers_to(model),
                 "damping_coefficient": dashpot(wall, curve, model, xi),
                 "false_safe_rate": false_safe(restitution)[1][model],
             }
@@ -93,13 +102,18 @@ def typed_in(
     return rows
 
 
+def refers_to(model: str) -> str:
+    """Say to which frequency a damper's ratio refers."""
+    return REFERS_TO.get(model, BY_ENERGY)
+
+
 def advice(restitution: float) -> str:
     """Say which damper to take for which program, and which share of the collapses under restitution each misses."""
     e, missed = false_safe(restitution)
-    rows = [f"{model} ({100 * missed[model]:.2g} % missed) if it takes {known}" for known, model in TAKES.items()]
+    rows = [f"{model} ({100 * missed[model]:.2g} % missed) if it takes {offer}" for model, offer in OFFERS.items()]
     return (
-        f"Take {', '.join(rows)}. Missed: collapses under restitution that the damper does not show, under the records "
-        f"of FEMA P695 at e = {e:g}."
+        f"Use the first that your program can take: {'; '.join(rows)}. Missed: collapses under restitution that do not "
+        f"happen with the damper, under the records of FEMA P695 at e = {e:g}."
     )
 
 

@@ -23,7 +23,7 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
-from rockdamp.text import number, percent, plain
+from rockdamp.text import at_most, number, percent, plain
 
 TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
 LEAST, LARGEST = 1e-6, 4e-3  # smaller uncertainties are drawn at the least: some are zero, and the axis is logarithmic
@@ -138,7 +138,7 @@ def fig_rigid(accuracy: xr.Dataset) -> Figure:
         for axes, r in zip(row, hinges, strict=True):
             _differences(axes, accuracy.sel(rocking_release_amplitude=x0, hinge_ratio=r))
             axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {x0:g}$, $h_1/h = {r:g}$")
-        row[0].set_ylabel("|difference| [-]")
+        row[0].set_ylabel("|difference| [%]")
     for axes in grid[-1]:
         axes.set_xlabel("slenderness $h/t$ [-]")
     handles = [Line2D([], [], label=meaning, **_line(style)) for style, meaning in FEATURES.values()]
@@ -155,8 +155,8 @@ def _differences(axes: Axes, differences: xr.Dataset) -> None:
     slenderness = differences["slenderness"].values
     for tolerance in numbers(differences, "tolerance"):
         axes.axhline(tolerance, color=GREY, linewidth=0.6, zorder=0)
-        at = (slenderness.max(), tolerance)
-        axes.annotate(f"{tolerance:.0%}", at, (0, 1), textcoords="offset points", ha="right", fontsize=7, color=GREY)
+        text, at = f"{100 * tolerance:g} %", (slenderness.max(), tolerance)
+        axes.annotate(text, at, (0, 1), textcoords="offset points", ha="right", fontsize=7, color=GREY)
     for feature, (style, meaning) in FEATURES.items():
         values = np.abs(differences["rocking_difference"].sel(rocking_feature=feature).values)
         axes.plot(slenderness, values, label=meaning, **_line(style))
@@ -180,7 +180,7 @@ def fig_accuracy_caption(accuracy: xr.Dataset) -> str:
     {number(accuracy["largest_difference"].max())} at most. The published ξ is certain to a thousandth for {shares}
     of its values, and to {by_model(largest, percent, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]}
     values of each model, matched again with both solutions exact, differs by
-    {percent(abs(accuracy["sample_difference"]).max())} at most.
+    {at_most(abs(accuracy["sample_difference"]).max())} at most.
     """
 
 

@@ -29,7 +29,7 @@ from rockdamp.figures.style import (
     texts,
 )
 from rockdamp.mechanics.damping import Damping
-from rockdamp.text import by_name, percent, plain, span
+from rockdamp.text import at_most, by_name, percent, plain, span
 from rockdamp.vocabulary import PAPER_MODELS
 
 BEST = "POWER"  # as the dataset names the general exponent at its best n
@@ -293,7 +293,7 @@ def fig_exponent_caption(amplitude_dependence: xr.Dataset) -> str:
     return f"""
     In C&nbsp;∝&nbsp;(ω/ω<sub>1</sub>)<sup>n</sup>, the n that makes ξ depend least on the amplitude is between
     {float(best.min()):.2f} and {float(best.max()):.2f} for a<sub>1</sub> from {plain(a1.min())} to {plain(a1.max())}.
-    With it the standard deviation of ln&nbsp;ξ is at most {percent(spread.sel(damping_model=BEST).max())}; with the
+    With it the standard deviation of ln&nbsp;ξ is at most {at_most(spread.sel(damping_model=BEST).max())}; with the
     paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)))}.
     """
 
@@ -304,7 +304,7 @@ def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
 
     def largest(measure: str) -> str:
         away = abs(at_e["damping_ratio_energy"] / at_e[measure] - 1)
-        return by_named_damper(away, lambda of_damper: percent(of_damper.max()))
+        return by_named_damper(away, lambda of_damper: at_most(of_damper.max()))
 
     return f"""
     The closed form is off by {largest("damping_ratio_peaks")} at most of the ξ that matches the first peak (above), and

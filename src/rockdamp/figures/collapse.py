@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
-from rockdamp.figures.earthquakes import SOURCE, SOURCE_NAMES, at_source, plain_logarithmic
+from rockdamp.figures.earthquakes import SOURCE_NAMES, at_source, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
@@ -35,7 +35,7 @@ from rockdamp.figures.style import (
 )
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.text import number, percent, plain, span
-from rockdamp.vocabulary import REFERENCE
+from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 MOST_COLUMNS = 4
 VELOCITY = "PGV [m s$^{-1}$]"
@@ -89,7 +89,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         handles=handles,
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
+        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
         **LEGEND,
     )
     return figure
@@ -184,7 +184,7 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         Line2D([], [], label="CR, share of the records", **SHARES),
         *(Line2D([], [], label=model, **line_of(model)) for model in dampers(fragility)),
     ]
-    title = f"curves: $e = {float(fragility['restitution']):g}$, {SOURCE_NAMES[SOURCE]} at each wall"
+    title = f"curves: $e = {float(fragility['restitution']):g}$, {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall"
     figure.legend(handles=curves, loc="outside upper center", ncols=4, title=title, **LEGEND)
     marks = [
         Line2D([], [], linestyle="none", marker=mark, color=GREY, label=SOURCE_NAMES[source])
@@ -274,7 +274,7 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
 
     return f"""
     Where both medians stand, that of the damper differs from that of restitution by (median, and largest)
-    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which that wall stands, the
+    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which that wall survives, the
     median with a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
     velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
     """

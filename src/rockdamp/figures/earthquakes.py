@@ -30,9 +30,8 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.text import number, percent, plain, span
-from rockdamp.vocabulary import REFERENCE
+from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
-SOURCE = "least error"  # of the damping ratio, where a figure shows one: the least error at that wall
 SOURCE_NAMES = {
     "polynomial": r"$\xi$ of the polynomials (one $b_1$)",
     "least error": r"$\xi$ of least error",
@@ -75,7 +74,9 @@ def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[
 @styled
 def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     """Draw every damper's peaks against CR's, and at the margins where only one of both collapses."""
-    histories = middle(earthquakes).sel(damping_ratio_source=SOURCE).isel(wall=comparison["pooled"].values == 1)
+    histories = (
+        middle(earthquakes).sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(wall=comparison["pooled"].values == 1)
+    )
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
     figure = new_figure(DOUBLE_COLUMN, 20.0 + 160.0 / columns * -(-len(models) // columns))
@@ -98,7 +99,7 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
         ],
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall",
+        title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
     )
     return figure
 
@@ -150,8 +151,7 @@ def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogN
     axes.set_aspect("equal")
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
     axes.set_title(
-        f"{model}\nfalse safe {missed.sum()} of {fell.sum()} collapses\n"
-        f"false collapse {only.sum()} of {(~fell).sum()} survivals",
+        f"{model}\nmissed {missed.sum()} of {fell.sum()} collapses\nadded {only.sum()} in {(~fell).sum()} survivals",
         color=colour,
         fontsize=7,
     )
@@ -188,8 +188,8 @@ def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
         handles=_handles(drawn),
         loc="outside upper center",
         ncols=4,
-        title=f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[SOURCE]} at each wall; 95 % bootstrap intervals; "
-        "bars: CR itself after a small change",
+        title=f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall; "
+        "95 % bootstrap intervals; bars: CR itself after a small change",
     )
     return figure
 
@@ -286,13 +286,13 @@ def _handles(statistics: xr.Dataset) -> list[Line2D]:
             Line2D([], [], marker=VARIATION_MARKS[name], label=f"CR, {VARIATION_NAMES[name]}", **changed)
             for name in map(str, statistics["variation"].values)
         ),
-        Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that stands"),
+        Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that survives"),
     ]
 
 
-def at_source(comparison: xr.Dataset) -> xr.Dataset:
+def at_source(study: xr.Dataset) -> xr.Dataset:
     """Return what the figures draw: the middle e, the damping ratios of least error."""
-    return middle(comparison).sel(damping_ratio_source=SOURCE)
+    return middle(study).sel(damping_ratio_source=RECOMMENDED_SOURCE)
 
 
 def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> str:
@@ -322,7 +322,7 @@ def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
     {span(drawn["varied_log_error"])}. The bands are of the peak under restitution, at
     e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
     the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that
-    section compares them in pairs. Right: the difference after the strong motion, of the histories that stand, and the
-    share of histories that stand under restitution. It falls from {percent(stand[0])} at the lowest velocity ratio to
+    section compares them in pairs. Right: the difference after the strong motion of the histories that survive, and
+    their share under restitution. It falls from {percent(stand[0])} at the lowest velocity ratio to
     {percent(stand[-1])} at the highest, so the last points are of survivors only.
     """

@@ -31,7 +31,7 @@ from rockdamp.figures.style import (
     styled,
     texts,
 )
-from rockdamp.text import by_name, number, percent, plain
+from rockdamp.text import at_most, by_name, number, plain
 
 PAPER_AMPLITUDES = (0.9, 0.5, 0.3)  # u0/u_ins, Fig. 5
 MARKS = 7  # markers on a curve, about
@@ -115,7 +115,7 @@ def fig5_caption(amplitude: xr.Dataset) -> str:
     From a release at {plain(chosen[0])} to one at {plain(chosen[-1])}&nbsp;u<sub>ins</sub>, ξ changes at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])} from {changes_between(low, high)}. It is the damping ratio of least error
     over τ&nbsp;=&nbsp;{plain(amplitude["response_length"])}, with the closed form beside it. From one e to the next
-    ξ/δ changes by {percent(steps.max())} at most:
+    ξ/δ changes by {at_most(steps.max())} at most:
     {"another minimum of Err takes over there" if jumps else "one minimum of Err moves, and no other takes over"}. The
     sharpest bend is that of {sharpest["damping_model"].item()} from
     {plain(sharpest["release_amplitude"])}&nbsp;u<sub>ins</sub> at e&nbsp;=&nbsp;{plain(sharpest["restitution"])}.
@@ -180,8 +180,8 @@ def fig6_caption(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffn
     The cracked stiffness matters: from a<sub>1</sub>&nbsp;=&nbsp;{plain(first["yield_displacement_ratio"])} to
     {plain(last["yield_displacement_ratio"])}, ξ changes at e&nbsp;=&nbsp;{plain(at_e["restitution"])} from
     {changes_between(first, last)}. In dimensionless time, slenderness from {low} to {high} and overburden from {least}
-    to {most} times the weight change ξ by {percent(alike)} at most: their lines coincide. Where the response is
-    compared over the same length in seconds, they change it by {percent(seconds)} at most.
+    to {most} times the weight change ξ by {at_most(alike)} at most: their lines coincide. Where the response is
+    compared over the same length in seconds, they change it by {at_most(seconds)} at most.
     """
 
 

@@ -209,7 +209,8 @@ def _supported(axes: Axes, identification: xr.Dataset) -> None:
     for row in range(table.sizes["row"]):
         for column in range(len(models)):
             value = float(table[row, column])
-            axes.text(column, row, f"{value:.2f}" if np.isfinite(value) else "-", ha="center", va="center", fontsize=7)
+            text = f"{value:.2f}" if np.isfinite(value) else "not determined"
+            axes.text(column, row, text, ha="center", va="center", fontsize=7)
     rows = [f"{maker}; noise × {factor:g}" for maker, factor in table["row"].values]
     axes.set_yticks(np.arange(len(rows)), rows, fontsize=7)
     axes.set_xticks(np.arange(len(models)), models)

@@ -13,8 +13,8 @@ from rockdamp.arguments import instance, several
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
-from rockdamp.motions.floor_motion import floor_response
 from rockdamp.motions.records import Record
+from rockdamp.solvers.floor_motion import floor_response
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SMALL = 0.05  # ASSUME: what is left out is small up to this part of the supports' motion
@@ -62,7 +62,7 @@ def floor_motions(
     Parameters
     ----------
     records : str, path, GroundMotion, or several of them
-        As for `load_records`, or what it returned.
+        As for `load_records`, or what it returned. Of floor motions the ground is taken.
     building : Building
         With the storey of the wall.
     parapet : bool
@@ -99,7 +99,7 @@ def floor_motions(
 
 
 def _on_storey(motion: GroundMotion, building: Building, parapet: bool) -> FloorMotion:
-    ground = motion.record
+    ground = motion.intensity_record
     modes = building.modes
     answer = floor_response(ground, modes.period, modes.contribution, building.damping_ratio)
     below, above = answer.acceleration

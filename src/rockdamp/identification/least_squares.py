@@ -100,9 +100,17 @@ class Fit:
         return measured_displacement(self.record)[1]
 
     @cached_property
+    def resting(self) -> Array:
+        """The sensor's noise: the displacement in two thirds of the rest, less its zero and drift. [m]"""
+        # A drift would pass for noise, and so would the wall's first motion, while the ground's is within noise.
+        measured = self.measured[: 2 * rest_samples(self.record) // 3]
+        basis = np.linalg.qr(self.trend[: measured.size, :2])[0]
+        return np.asarray(measured - basis @ (basis.T @ measured))
+
+    @property
     def rest_deviation(self) -> float:
-        """Standard deviation of the measured displacement at rest. [m]"""
-        return float(np.std(self.measured[: rest_samples(self.record)]))
+        """Standard deviation of the sensor's noise at rest. [m]"""
+        return float(np.linalg.norm(self.resting) / np.sqrt(self.resting.size - 2))
 
     @cached_property
     def trend(self) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -45,7 +46,7 @@ class Misfit:
         fit = solution.fit
         rms = float(np.sqrt(np.mean(solution.residual**2)))
         peak, noise = float(np.abs(fit.measured).max()), fit.rest_deviation
-        return cls(rms, rms / peak, rms / noise if noise > 0 else None)
+        return cls(rms, rms / peak, rms / noise if noise > ROUNDING * peak else None)
 
     @property
     def variables(self) -> dict[str, float]:
@@ -108,18 +109,16 @@ def require_explained(solution: Solution) -> Misfit:
         raise InputError(f"{stated}{_ask(clipped)}")
     if not misfit.exceeds(POOR):
         return misfit
-    tried = []
+    tried: dict[str, Misfit] = {}
     for words, corrected in slips(solution.fit):
-        try:
-            better = Misfit.of(corrected.solution())
-        except InputError:
-            continue
-        if BETTER * better.residual_over_peak < misfit.residual_over_peak:
-            raise InputError(f"{stated}. If {words}, it leaves {better}: is that so?")
-        tried.append(words)
+        with suppress(InputError):
+            tried[words] = Misfit.of(corrected.solution())
+    words, better = min(tried.items(), key=lambda item: item[1].residual_over_peak, default=("", misfit))
+    if BETTER * better.residual_over_peak < misfit.residual_over_peak:
+        raise InputError(f"{stated}. If {words}, it leaves {better}: is that so?")
     if misfit.exceeds(POOREST):
         most = f"it must leave at most {100 * POOREST:.2g} % of the peak"
-        raise InputError(f"{stated}; {most}. It fits no better if {listed(tried)}")
+        raise InputError(f"{stated}; {most}. It fits no better if {listed(list(tried))}")
     return misfit
 
 

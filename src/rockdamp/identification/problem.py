@@ -11,7 +11,6 @@ from scipy.stats import chi2
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.measured_test import rest_samples
 from rockdamp.identification.least_squares import EXPLAINED, LOST, Fit, Solution
 from rockdamp.identification.motion import MotionNoise, noise_directions
 from rockdamp.identification.noise import Noise
@@ -247,8 +246,7 @@ class Problem:
     def doubts(self, deviation: float) -> list[str]:
         """Return a warning if the model leaves more [m] of the records than the sensor's noise at rest."""
         times = deviation / max(run.fit.rest_deviation for run in self.runs)
-        rests = [run.fit.measured[: rest_samples(run.fit.record)] for run in self.runs]
-        most = max(EXPLAINED, *map(_by_chance, rests))
+        most = max(EXPLAINED, *(_by_chance(run.fit.resting) for run in self.runs))
         if times <= most:
             return []
         left = f"what {self.fit.candidate.name} leaves of the record is {times:.1f} times the sensor's noise at rest"

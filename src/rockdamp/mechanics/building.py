@@ -1,7 +1,9 @@
 r"""A linear building as a cantilever of flexure and shear: its modes, and how much each of them moves a floor.
 
-The cantilever is uniform, of height H (Miranda and Taghavi 2005, doi:10.1061/(ASCE)0733-9445(2005)131:2(203); derived
-here, as the paper itself was not at hand). With x = z/H, mass m' per height and alpha = H sqrt(GA/EI), a mode has
+The cantilever is uniform, of height H (Miranda and Taghavi 2005, doi:10.1061/(ASCE)0733-9445(2005)131:2(203)). It is
+derived here, and agrees with the equations that public programs quote from the paper, which itself was not at hand:
+its tables and its ratios of floor to ground acceleration are not compared. With x = z/H, mass m' per height and
+alpha = H sqrt(GA/EI), a mode has
 
 .. math:: \varphi'''' - \alpha^2 \varphi'' = \Lambda \varphi, \qquad \Lambda = \omega^2 m' H^4 / EI, \qquad
           \varphi(0) = \varphi'(0) = 0, \quad \varphi''(1) = 0, \quad \varphi'''(1) = \alpha^2 \varphi'(1)

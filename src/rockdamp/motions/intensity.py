@@ -5,19 +5,15 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rockdamp import plausibility, units
-from rockdamp.arguments import instance, number, numbers
+from rockdamp.arguments import instance
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require
-from rockdamp.motions.oscillator import Ramps
+from rockdamp.errors import InputError
 from rockdamp.motions.records import Record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
-MOST_POINTS = 2**25  # of the fine record that an oscillator is integrated over
-PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak
 # ASSUME: a record whose final velocity is more than this part of PGV has not been corrected. The largest among the
 # 100 horizontals of FEMA P695 is 0.025, while an offset of 0.1 % of g over 40 s gives 0.4 m/s, about PGV itself.
 RESIDUAL = 0.1
@@ -110,62 +106,6 @@ def intensity_measures(record: Record) -> IntensityMeasures:
         strong_start=float(start),
         strong_end=float(end),
     )
-
-
-def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: float = 0.05) -> Array:
-    r"""Return the pseudo-spectral acceleration: w^2 times the peak displacement of a linear oscillator.
-
-    .. math::
-        S_a = \omega^2 \max \lvert u \rvert, \quad \ddot{u} + 2 \xi \omega \dot{u} + \omega^2 u = -a, \quad
-        \omega = 2 \pi/T
-
-    The oscillator is integrated exactly for an acceleration that is linear between samples, with at least
-    `PER_PERIOD` points in a period, and for one period after the record.
-
-    Parameters
-    ----------
-    record : Record
-        ASSUME: the ground is at rest one step before the record and one step after it.
-    period : float or ndarray
-        Of the undamped oscillator. [s]
-    damping_ratio : float
-        Fraction of critical damping. [-]
-
-    Returns
-    -------
-    ndarray, shape of `period`
-        [m s-2]
-
-    Raises
-    ------
-    InputError
-        If a period is not positive or the damping ratio is not between 0 and 1.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import rockdamp as rd
-    >>> elapsed = 0.01 * np.arange(201)
-    >>> sine = rd.Record(elapsed, np.sin(2 * np.pi * elapsed))
-    >>> rd.spectral_acceleration(sine, [0.05, 1.0]).round(2)  # a stiff oscillator follows the ground; at 1 s, resonance
-    array([1.01, 4.67])
-    """
-    instance("record", record, Record)
-    periods, damping_ratio = numbers("period", period), number("damping_ratio", damping_ratio)
-    require(periods > 0, "period", periods, "greater than 0 [s]")
-    with np.errstate(over="ignore"):
-        points = (record.elapsed.size + periods / record.step) * np.ceil(PER_PERIOD * record.step / periods)
-    require(points <= MOST_POINTS, "period", periods, "nearer to the step and the duration of the record")
-    require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, "at least 0 and less than 1")
-    return np.vectorize(lambda seconds: _pseudo_acceleration(record, seconds, damping_ratio), otypes=[float])(periods)
-
-
-def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) -> float:
-    step = record.step
-    fine = int(np.ceil(PER_PERIOD * step / period))  # points in place of each sample
-    ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(int(np.ceil(period / step)) + 1)])
-    displacement = Ramps.of(ground, step, fine).displacement(period, damping_ratio)
-    return (2.0 * np.pi / period) ** 2 * _peak(displacement)
 
 
 # --- whether the numbers can be those of an earthquake ----------------------------------------------------------------

@@ -36,8 +36,9 @@ def check_time(elapsed: Array, place: Place) -> None:
         late = int(back[0]) + 1
         raise InputError(f"elapsed_s is {elapsed[late]} {place(late)}; it must be greater than {elapsed[late - 1]}")
     # The straight line of least squares, moved to the middle, lies within UNIFORM of a step of all times.
+    # Sums, as the product of long vectors by BLAS starts threads, which take longer than it does.
     index = np.arange(len(elapsed)) - (len(elapsed) - 1) / 2
-    departure = elapsed - index * (index @ elapsed) / (index @ index)
+    departure = elapsed - index * (index * elapsed).sum() / (index * index).sum()
     if np.ptp(departure) / 2 > UNIFORM * step_of(elapsed):
         usual = float(np.median(intervals))
         late = int(np.argmax(np.abs(intervals - usual))) + 1

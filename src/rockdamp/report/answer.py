@@ -1,4 +1,4 @@
-"""The answer in short: how much damping, which damper, and what to beware of."""
+"""The answer in short: which damper, how much of it, how certain that is, and where it ends."""
 
 from __future__ import annotations
 
@@ -7,76 +7,138 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rockdamp.equivalence.programs import OFFERS, refers_to
 from rockdamp.mechanics.damping import kinds
 from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import interactive
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
-from rockdamp.studies.recommendation import EXACT_SOURCE
-from rockdamp.text import number, percent, plain
-from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER, VISCOUS_MODELS
+from rockdamp.text import DASH, number, percent, plain
+from rockdamp.vocabulary import LOCAL, RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
-SIZES = {"median": "log_error_median", "tail": "log_error_90", "rms": "log_error"}  # of the difference of the peaks
 ORDERS = "earthquakes/orders"
+OFFER_OF_LOCAL = "local damping alone (discrete elements)"
+# How far the recommended damper is from restitution: the words, the name in the recommendation, and of a changed e.
+CERTAINTY = (
+    ("median", "log_error_median", "sensitivity_to_restitution_median", off),
+    ("1 in 10 exceeds", "log_error_90", "sensitivity_to_restitution_90", off),
+    ("root mean square", "log_error", "sensitivity_to_restitution", off),
+    ("collapses missed", "false_safe_rate", "sensitivity_false_safe_rate", percent),
+    ("collapses added", "false_collapse_rate", "sensitivity_false_collapse_rate", percent),
+)
 
 
-def answer(data: Datasets) -> dict[str, Any] | None:
-    """Return the values of the first screen, or None without the dataset ``recommendation``."""
+def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
+    """Return the values of the first screen for a wall of this a1, or None without the dataset ``recommendation``.
+
+    What the study of earthquakes has is a list over its e; ``at`` is the place of the e that is shown first.
+    """
     if "recommendation" not in data:
         return None
     whole = data["recommendation"]
-    middle = whole.isel(restitution=whole.sizes["restitution"] // 2)
-    papers = middle["log_error"].sel(damping_model=list(PAPER_MODELS)).min("damping_ratio_source")
-    nearest_of_paper = PAPER_MODELS[int(np.argmin(papers.values))]
-    cell = middle.sel(damping_model=RECOMMENDED, damping_ratio_source=EXACT_SOURCE)
+    at = whole.sizes["restitution"] // 2
+    leading = whole.sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    cell = leading.sel(damping_model=RECOMMENDED)
     enough = float(whole["recommended_order"])
     return {
         "model": RECOMMENDED,
         "title": kinds()[RECOMMENDED].title,
-        "e": plain(middle["restitution"]),
-        "ratios": ratios(middle["damping_ratio_energy"]),
+        "order": RECOMMENDED_ORDER,
+        "normalisation": number(interactive.exact_dampers()[RECOMMENDED]["normalisation"]),
+        "at": at,
+        "e": [plain(e) for e in whole["restitution"].values],
+        "ratios": ratios(data, a1),
         "release": plain(whole["release_amplitude"]),
         "records": int(whole["records"]),
-        "sizes": {kind: (off(cell[name]), off(cell[of_change(name)])) for kind, name in SIZES.items()},
-        "within": all(float(cell[name]) <= float(cell[of_change(name)]) for name in SIZES.values()),
-        "large": plain(whole["near_collapse_start"]),
-        "large_sizes": {
-            kind: (off(cell[f"near_collapse_{name}"]), off(cell[f"near_collapse_{of_change(name)}"]))
-            for kind, name in SIZES.items()
-        },
         "change": plain(whole["restitution_change"]),
-        "paper_model": nearest_of_paper,
-        "paper_error": off(papers.sel(damping_model=nearest_of_paper)),
-        "safe": percent(cell["false_safe_rate"]),
-        "safe_of_change": percent(cell["sensitivity_false_safe_rate"]),
-        "collapse": percent(cell["false_collapse_rate"]),
-        "collapse_of_change": percent(cell["sensitivity_false_collapse_rate"]),
+        "certainty": [
+            (words, over_e(cell[name], show), over_e(whole[changed], show)) for words, name, changed, show in CERTAINTY
+        ],
+        "within": [
+            all(float(cell[name][e]) <= float(whole[changed][e]) for _, name, changed, _ in CERTAINTY)
+            for e in range(whole.sizes["restitution"])
+        ],
+        "large": plain(whole["near_collapse_start"]),
+        "large_error": over_e(cell["near_collapse_log_error"], off),
         "force": number(whole["crossing_force"]),
         "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
         "before": off(whole["before_impact_log_error"]),
+        "pulse_e": plain(whole["pulse_restitution"]),
         "slow": off(cell["slow_pulse_log_error"]),
         "quick": off(cell["quick_pulse_log_error"]),
         "found": plain(enough) if np.isfinite(enough) else None,
         "agrees": enough == RECOMMENDED_ORDER,
-        "order": RECOMMENDED_ORDER,
+        "programs": by_program(data),
     }
 
 
-def of_change(name: str) -> str:
-    """Return the name of the same size of the difference that a change of e makes."""
-    return f"sensitivity_to_restitution{name.removeprefix('log_error')}"
+def over_e(values: xr.DataArray, show: Any) -> list[str]:
+    """Write a value at each e of the study."""
+    return [show(value) for value in values.values]
 
 
-def ratios(damping_ratio: xr.DataArray) -> list[dict[str, Any]]:
-    """Return each damper with its ratio at one e, the recommended one first."""
-    exact = interactive.exact_dampers()
-    models = [RECOMMENDED, *(model for model in reversed(VISCOUS_MODELS) if model != RECOMMENDED)]
-    return [
-        {
-            "model": model,
-            "title": kinds()[model].title,
-            "exact": model in exact,
-            "ratio": f"{100 * float(damping_ratio.sel(damping_model=model)):.2f}",
-        }
-        for model in models
+def ratios(data: Datasets, a1: float) -> dict[str, Any] | None:
+    """Return the damping ratios of least Err of each damper over e, None where ``equivalence`` has not this a1. [-]"""
+    if "equivalence" not in data:
+        return None
+    studied = data["equivalence"]["damping_ratio"]
+    if studied.sizes["yield_displacement_ratio"] > 1:
+        ratio = studied.interp(yield_displacement_ratio=a1)
+    else:
+        ratio = studied.isel(yield_displacement_ratio=0).where(np.isclose(studied["yield_displacement_ratio"][0], a1))
+    ratio = ratio.dropna("restitution", how="all")
+    if ratio.sizes["restitution"] < 2:
+        return None
+    return {
+        "e": [round(float(e), 6) for e in ratio["restitution"].values],
+        "ratio": {
+            model: [round(float(value), 6) for value in ratio.sel(damping_model=model)]
+            for model in OFFERS
+            if bool(np.isfinite(ratio.sel(damping_model=model)).all())
+        },
+    }
+
+
+def shown_ratio(ratios: dict[str, Any] | None, model: str, e: str) -> str:
+    """Write a damping ratio between those of the neighbouring e, as the page's script does; a dash if none. [%]"""
+    if ratios is None or model not in ratios["ratio"]:
+        return DASH
+    ratio = np.interp(float(e), ratios["e"], ratios["ratio"][model], left=np.nan, right=np.nan)
+    return f"{100 * ratio:.2f}" if np.isfinite(ratio) else DASH
+
+
+def by_program(data: Datasets) -> list[dict[str, Any]]:
+    """Return the rows of the table of dampers by what a program takes, by their error at the middle e."""
+    leading = data["recommendation"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    rows = [
+        _row(offer, model, refers_to(model), leading["log_error"], leading["false_safe_rate"])
+        for model, offer in OFFERS.items()
     ]
+    local = data.get("local_damping")
+    if local is not None and LOCAL in local["damping_model"].values:
+        studied = xr.DataArray(np.isclose(leading["restitution"], local["restitution"]), dims="restitution")
+        costs = local.drop_vars("restitution").where(studied)
+        rows.append(
+            _row(
+                OFFER_OF_LOCAL,
+                LOCAL,
+                "net force of each body",
+                costs["record_log_error"],
+                costs["record_false_safe_rate"],
+            )
+        )
+    middle = leading.sizes["restitution"] // 2
+    return sorted(rows, key=lambda row: float(row["log_error"][middle]))
+
+
+def _row(offer: str, model: str, refers: str, log_error: xr.DataArray, false_safe: xr.DataArray) -> dict[str, Any]:
+    error, missed = (cost.sel(damping_model=model) for cost in (log_error, false_safe))
+    return {
+        "offer": offer,
+        "model": model,
+        "title": kinds()[model].title,
+        "refers_to": refers,
+        "log_error": error.values,
+        "error": over_e(error, off),
+        "missed": over_e(missed, percent),
+    }

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from rockdamp.text import listed, percent, plain, span
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER
+from rockdamp.mechanics.damping import Damping
+from rockdamp.text import listed, number, percent, plain, span
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 NONE = "none"
 VERDICTS = {1: "enough", 0: "undecided", -1: "exceeds"}
@@ -45,6 +47,61 @@ def sizes(compared: xr.Dataset, cell: xr.Dataset) -> list[tuple[str, list[tuple[
         ]
         rows.append(("all" if band == 0 else ends, at_band))
     return rows
+
+
+# --- which damping ratio ----------------------------------------------------------------------------------------------
+
+CLOSED_FORM = "closed form"
+
+
+def by_source(compared: xr.Dataset, walls: xr.Dataset, models: list[str], names: Mapping[str, str]) -> dict[str, Any]:
+    """Return errors and missed collapses of each damper by the source of its ratio, and why one source leads."""
+    others = [str(source) for source in compared["damping_ratio_source"].values if source != RECOMMENDED_SOURCE]
+    order = [RECOMMENDED_SOURCE, *reversed(others)]
+    error, missed = (compared[name].sel(damping_ratio_source=order) for name in ("log_error", "false_safe_rate"))
+    error = error.isel(band=0)
+
+    def cells(model: str) -> list[tuple[str, str]]:
+        errors, shares = (one.sel(damping_model=model).transpose("restitution", ...).values for one in (error, missed))
+        return [
+            ("; ".join(number(value, 2) for value in at_e), "; ".join(map(percent, shares_at_e)))
+            for at_e, shares_at_e in zip(errors, shares, strict=True)
+        ]
+
+    return {
+        "leading": names[RECOMMENDED_SOURCE],
+        "source_order": [names.get(source, source) for source in order],
+        "by_source": [(model, cells(model)) for model in models],
+        "reason": _reason(error.sel(damping_model=models), missed, walls),
+    }
+
+
+def _reason(error: xr.DataArray, missed: xr.DataArray, walls: xr.Dataset) -> dict[str, Any] | None:
+    """Compare the errors of the leading source with those of the closed form: the largest gain, the largest loss."""
+    sources = (RECOMMENDED_SOURCE, CLOSED_FORM)
+    leading, closed = (error.sel(damping_ratio_source=source, drop=True) for source in sources)
+    more = closed / leading - 1
+    middle = more.isel(restitution=more.sizes["restitution"] // 2)
+    if not np.isfinite(more).all():
+        return None
+    worst = str(middle["damping_model"].values[int(np.argmax(middle.values))])
+    at = {"damping_model": worst, "restitution": middle["restitution"]}
+    rates = [float(missed.sel(at).sel(damping_ratio_source=source)) for source in sources]
+    exact = [model for model in Damping.exact_models() if model in error["damping_model"].values]
+    ratio = walls["damping_ratio"]
+    apart = abs(ratio.sel(damping_ratio_source=sources[0]) / ratio.sel(damping_ratio_source=sources[1]) - 1)
+    return {
+        "model": worst,
+        "e": plain(middle["restitution"]),
+        "leading": number(leading.sel(at), 2),
+        "closed": number(closed.sel(at), 2),
+        "loss": percent(max(0.0, -float(more.min()))),
+        "missed": percent(rates[0]),
+        "missed_closed": percent(rates[1]),
+        "missed_more": rates[0] > rates[1],
+        "exact": listed(exact),
+        "apart": listed(percent(apart.sel(damping_model=model).max()) for model in exact),
+    }
 
 
 # --- which order ------------------------------------------------------------------------------------------------------

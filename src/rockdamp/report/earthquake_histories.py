@@ -43,9 +43,9 @@ CHECKS = {
     "population/check": "Histories of the population, which has one step, a longer one, solved again event by event",
 }
 STRATA = {
-    "far": "stands, peak below 0.5 u_ins",
-    "near": "stands, 0.5 to 0.8 u_ins",
-    "edge": "stands, 0.8 u_ins and more",
+    "far": "survives, peak below 0.5 u_ins",
+    "near": "survives, 0.5 to 0.8 u_ins",
+    "edge": "survives, 0.8 u_ins and more",
     "just collapsed": "collapses, and not at the next lower intensity",
     "unsettled": "outcome depends on the step",
 }

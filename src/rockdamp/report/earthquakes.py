@@ -15,13 +15,12 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.figures.style import dampers
-from rockdamp.mechanics.damping import Damping
 from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import earthquake_histories as histories
 from rockdamp.storage.dataset import Datasets
-from rockdamp.studies.recommendation import EXACT_SOURCE, MULTIPLE, TOLERANCE
+from rockdamp.studies.recommendation import MULTIPLE, TOLERANCE
 from rockdamp.text import listed, number, percent, plain, span
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}
@@ -54,6 +53,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         "exceptions": histories.exceptions(data.get("earthquakes"), SOURCES),
         **_sensitivity(compared, advice, change),
         **_recommendation(compared, advice),
+        **criterion.by_source(compared, walls, dampers(compared), SOURCES),
         **_orders(data.get("earthquakes/orders"), advice),
         **_walls(compared, walls),
         "change": change,
@@ -121,7 +121,7 @@ def grouped(choices: Sequence[Choice]) -> str:
 def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     """Return the table of one e, and which damper errs least there."""
     least, near = (marked(advice, name) for name in ("least_error", "not_told_apart"))
-    marks = dict.fromkeys(near, "not told apart") | dict.fromkeys(least, "least")
+    marks = dict.fromkeys(near, "not significantly more") | dict.fromkeys(least, "least")
     rows = []
     for choice in _choices(at_e):
         cell, whole = _cell(at_e, choice), _cell(at_e, choice).isel(band=0)
@@ -147,7 +147,7 @@ def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     return table
 
 
-# --- CR's own sensitivity ---------------------------------------------------------------------------------------------
+# --- the small-change error of CR -------------------------------------------------------------------------------------
 
 
 def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[str, Any]:
@@ -188,19 +188,17 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     if recommendation is None:
         return {"use": None}
     first, others = recommendation
-    cell, sensitivity = _cell(compared, first), advice["sensitivity"]
+    same = [choice.source for choice in (first, *others) if choice.model == first.model]
+    leading = Choice(first.model, RECOMMENDED_SOURCE)
+    cell, sensitivity = _cell(compared, leading), advice["sensitivity"]
     at_e = range(compared.sizes["restitution"])
-    well = _cell(advice, first)["holds"]
+    well = _cell(advice, leading)["holds"]
     amplitudes = [_amplitude(cell, sensitivity, well, band) for band in range(1, compared.sizes["band"])]
     over = (cell["log_error"] / sensitivity).isel(band=0)
-    same = [choice.source for choice in (first, *others) if choice.model == first.model]
     return {
         "use": first.model,
-        "source": SOURCES.get(first.source, first.source),
-        "from_fit": first.source == "polynomial",
-        "others": grouped(others),
-        "closed_form": EXACT_SOURCE in same,
-        "exact": first.source == EXACT_SOURCE and first.model in Damping.exact_models(),
+        "as_good": " or the ".join(SOURCES.get(source, source) for source in same),
+        "others": grouped([choice for choice in others if choice.model != first.model]),
         "times": span(over),
         "within": bool((over <= MULTIPLE).all()),
         "amplitudes": amplitudes,
@@ -217,7 +215,7 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "false_answers": [_false_answers(*(each.isel(restitution=index) for each in (cell, advice))) for index in at_e],
         "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
         "refused": _refused(compared, advice),
-        "odd_walls": _odd_walls(compared, first),
+        "odd_walls": _odd_walls(compared, leading),
     }
 
 
@@ -298,7 +296,7 @@ def _refused(compared: xr.Dataset, advice: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _odd_walls(compared: xr.Dataset, choice: Choice) -> str:
-    """Name the walls and e where the damper's median of collapse is told apart from that of CR."""
+    """Name the walls and e where the damper's median of collapse differs significantly from that of CR."""
     bounds = _cell(compared, choice)["wall_median_intensity_ratio_interval"]
     outside = (bounds.sel(bound="lower") > 1) | (bounds.sel(bound="upper") < 1)
     return listed(

@@ -1,18 +1,28 @@
 "use strict";
-// The ratios of the first card by its slider, chips that show the claims of one verdict, and links that open what they point to.
+// The first screen by its slider, chips that show the claims of one verdict, and links that open what they point to.
 
 (function () {
   const data = JSON.parse(document.getElementById("explorer-data").textContent);
   const slider = document.getElementById("answer-e");
 
+  // The damping ratio of least Err at e, between those of the neighbouring e of the study.
+  function leastError(model, e) {
+    const ratio = data.least.ratio[model];
+    if (!ratio) return "–";
+    const above = Math.max(1, data.least.e.findIndex((one) => one >= e));
+    const [low, high] = [data.least.e[above - 1], data.least.e[above]];
+    return (100 * (ratio[above - 1] + ((ratio[above] - ratio[above - 1]) * (e - low)) / (high - low))).toFixed(2);
+  }
+
+  // ξ of the slider's e, and what the study of earthquakes has at its e nearest to that.
   function tell() {
-    const form = closedForm(data.constants);
-    const curve = form.curve(data.start);
+    const e = Number(slider.value);
     document.getElementById("answer-shown").textContent = slider.value;
-    for (const cell of document.querySelectorAll("#answer [data-model]")) {
-      const ratio = form.dampingRatio(curve, cell.dataset.model, Number(slider.value), data.start.x0);
-      cell.textContent = Number.isFinite(ratio) ? (100 * ratio).toFixed(2) : "–";
-    }
+    for (const cell of document.querySelectorAll("#answer [data-model]")) cell.textContent = leastError(cell.dataset.model, e);
+    for (const cell of document.querySelectorAll("#answer [data-local]")) cell.textContent = `α = ${Math.tanh(-Math.log(e)).toPrecision(3)}`;
+    const off = JSON.parse(document.getElementById("answer").dataset.e).map((studied) => Math.abs(Number(studied) - e));
+    const nearest = off.indexOf(Math.min(...off));
+    for (const part of document.querySelectorAll("[data-by-e]")) part.textContent = JSON.parse(part.dataset.byE)[nearest];
   }
 
   if (slider) slider.addEventListener("input", tell);

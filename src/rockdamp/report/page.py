@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
@@ -23,12 +24,11 @@ from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.report import earthquakes, interactive, measurement, tables
-from rockdamp.report.answer import answer
-from rockdamp.report.programs import by_offer
+from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import percent
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+from rockdamp.text import number, percent
+from rockdamp.vocabulary import LOCAL, RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
@@ -49,6 +49,7 @@ class Content:
     citation: str  # CITATION.cff
     config: Mapping[str, Any]
     code_version: str  # version and digest of the modules that the report depends on
+    documents: str = "../docs"  # the folder of the documents, from that of the page
 
 
 def build(content: Content) -> str:
@@ -59,11 +60,12 @@ def build(content: Content) -> str:
     environment.filters["inline"] = tables.inline
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
+    short = answer(content.datasets, float(content.config["curve"]["yield_displacement_ratio"]))
     accuracy, curve = content.datasets.get("accuracy"), make_curve(content.config["curve"])
     return template.render(
         style=Markup(_text(STYLE)),
         scripts=[_script(text) for text in (interactive.formulas(), *map(_text, SCRIPTS))],
-        explorer=_explorer(content, curve),
+        explorer=_explorer(content, curve, short),
         controls=interactive.CONTROLS,
         table_error=f"{100 * LARGEST_ERROR:g}",
         exact=list(interactive.exact_dampers()),
@@ -78,8 +80,11 @@ def build(content: Content) -> str:
         rocking=pictures.pop(measurement.FIGURE, None),
         measurement=measurement.section(content.datasets),
         figures=list(pictures.values()),
-        answer=answer(content.datasets),
-        programs=by_offer(content.datasets),
+        answer=short,
+        shown_ratio=shown_ratio,
+        alpha=lambda e: number(np.tanh(-np.log(float(e)))),
+        local=LOCAL,
+        documents=content.documents,
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],
@@ -108,7 +113,7 @@ def _script(text: str) -> Markup:
     return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
 
 
-def _explorer(content: Content, curve: TrilinearCurve) -> Markup:
+def _explorer(content: Content, curve: TrilinearCurve, short: Mapping[str, Any] | None) -> Markup:
     loops, config = content.datasets["damping_force"], content.config
     explorer = interactive.data(
         curve,
@@ -118,6 +123,7 @@ def _explorer(content: Content, curve: TrilinearCurve) -> Markup:
         float(loops["restitution"]),
         float(loops["release_amplitude"]),
     )
+    explorer["least"] = short and short["ratios"]
     return Markup(json.dumps(explorer, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 

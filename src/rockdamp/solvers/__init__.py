@@ -10,17 +10,22 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rockdamp.mechanics.damping import Damping
 
+LOADED = 0.5  # s of processor time, in which a compiled loop is read from the cache and run; compiling takes longer
+
 
 def compile_all(processes: int = 1) -> None:
     """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
 
     A short run of each damper by each scheme, of ECD by each order that is compiled for itself and by one that is not,
-    and of each law by the event-driven solver. Numba compiles one function at a time in a process.
+    of each law by the event-driven solver, and of a linear oscillator. Numba compiles one function at a time in a
+    process: from the first loop on that is not in the cache, further processes help.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial
     from multiprocessing import get_context
+    from time import process_time
 
+    import rockdamp.solvers.event_driven  # noqa: F401 - before the clock runs
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.damping.ecd import MULTIPLIED_ORDERS
     from rockdamp.solvers.newmark import SCHEMES
@@ -31,13 +36,15 @@ def compile_all(processes: int = 1) -> None:
     runs = [partial(_run_exactly, damping) for damping in dampers]
     runs += [partial(_run, damping, scheme) for damping in dampers for scheme in SCHEMES]
     runs += [partial(_run, damping, "newmark") for damping in (Damping.power(1.3, 0.05), *orders)]
-    if processes == 1:
-        for run in runs:
-            run()
-    else:
-        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-            for done in [pool.submit(run) for run in runs]:
-                done.result()
+    runs.append(partial(_run_oscillator))
+    for count, run in enumerate(runs, 1):
+        start = process_time()
+        run()
+        if processes > 1 and process_time() - start > LOADED:
+            with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+                for done in [pool.submit(run) for run in runs[count:]]:
+                    done.result()
+            break
 
 
 def _run(damping: Damping, scheme: str) -> None:
@@ -45,6 +52,14 @@ def _run(damping: Damping, scheme: str) -> None:
     from rockdamp.solvers.newmark import solve
 
     solve(TrilinearCurve(0.04, 0.85), damping, release_amplitude=0.5, step=0.01, steps=1, scheme=scheme)
+
+
+def _run_oscillator() -> None:
+    import numpy as np
+
+    from rockdamp.solvers.oscillator import Ramps
+
+    Ramps.of(np.array([0.0, 1.0]), 0.01, 1).lag(1.0, 0.05)
 
 
 def _run_exactly(damping: Damping) -> None:

@@ -1,9 +1,10 @@
 """Compilation of both solvers' loops: one for each damper, and a cache that notices every edit.
 
 Numba keeps machine code under the name of the function, its file and that file's content. It does not notice an edit of
-a function in another file. So the name of each loop ends with a digest of all compiled sources and of Numba's version:
-edited sources find no old code, and two versions never write one file. The files lie where Numba puts them, beside the
-source or in NUMBA_CACHE_DIR; `make clean` removes them.
+a function in another file. So the name of each loop ends with a digest of Numba's version and of the compiled sources:
+those that all dampers share, and the file of its own damper's formula, which calls no other. Edited sources find no old
+code, a new damper leaves that of the others, and two versions never write one file. The files lie where Numba puts
+them, beside the source or in NUMBA_CACHE_DIR; `make clean` removes them.
 """
 
 from __future__ import annotations
@@ -24,20 +25,25 @@ from numba.extending import register_jitable
 from rockdamp.errors import InputError, InputWarning
 
 PACKAGE = Path(__file__).parents[1]
-SOURCES = ("mechanics/trilinear.py", "mechanics/damping/*.py", "solvers/*_kernel.py")
+SHARED, DAMPERS = ("mechanics/trilinear.py", "solvers/*_kernel.py"), "mechanics/damping/*.py"
 # The errors by which a file of the cache shows that it is cut, empty or something else.
 DAMAGED = (AttributeError, EOFError, ImportError, IndexError, KeyError, ValueError, pickle.UnpicklingError)
 
 
+def _read(*patterns: str) -> dict[str, bytes]:
+    return {str(path): path.read_bytes() for pattern in patterns for path in sorted(PACKAGE.glob(pattern))}
+
+
+# As of the import of this module: an edit while the process runs changes nothing here.
+SHARED_SOURCES, DAMPER_SOURCES = _read(*SHARED), _read(DAMPERS)
+
+
 @cache
-def digest(*further: str) -> str:
-    """Return a digest of all compiled sources, of further files and of Numba's version, as of the first call."""
-    files = [*(path for pattern in SOURCES for path in sorted(PACKAGE.glob(pattern))), *map(Path, further)]
-    content = b"\0".join([numba.__version__.encode(), *(path.read_bytes() for path in files if path.is_file())])
+def digest(file: str) -> str:
+    """Return a digest of Numba's version, of the shared sources and of a file, which may lie outside the package."""
+    read = DAMPER_SOURCES.get(file) or (Path(file).read_bytes() if Path(file).is_file() else b"")
+    content = b"\0".join([numba.__version__.encode(), *SHARED_SOURCES.values(), read])
     return hashlib.sha256(content).hexdigest()[:12]
-
-
-digest()  # when this module is imported: an edit while the process runs changes nothing here
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Compiled closed form of the event-driven solver: a linear oscillator under a load that is linear in time."""
+"""Compiled closed forms of a linear oscillator, under a load that is linear in time and under a sampled motion."""
 
 import math
 
@@ -86,3 +86,17 @@ def closed_turn(x, v, c, k, q, slope, duration):
         if stop >= duration:
             return duration, duration, False
         start, v_start, zero = stop, v_stop, zero + spacing
+
+
+# --- sampled motions --------------------------------------------------------------------------------------------------
+
+
+def recursion(values, first, second, last, last_but_one):
+    """Return y_n = first x_n + second x_(n-1) + last y_(n-1) - last_but_one y_(n-2), which starts at rest."""
+    sums = np.empty_like(values)
+    carried = kept = 0.0
+    for n in range(values.size):
+        sums[n] = y = carried + first * values[n]
+        carried = kept + second * values[n] + last * y
+        kept = -last_but_one * y
+    return sums

@@ -7,7 +7,8 @@ with both, so histories come in pairs. These numbers describe the pairs:
 - log error: root mean square of the logarithm of that ratio; log dispersion: its standard deviation; its typical size
   and its tail: the median of the logarithm's size, its 90 % quantile, and the part of the squares that comes from the
   largest hundredth of the pairs;
-- false safe and false collapse: collapses that only restitution, or only the alternative, has;
+- false safe and false collapse, "collapses missed" and "added" in the documents: collapses that only restitution, or
+  only the alternative, has;
 - median intensity ratio: the intensity that collapses half of the walls over that under restitution.
 
 `of_pairs` counts all pairs alike. The other functions know the record of each pair and bootstrap over records:

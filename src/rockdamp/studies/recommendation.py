@@ -1,8 +1,8 @@
 """Recommend a damper in place of restitution, from the studies of earthquakes, orders, pulses and decays.
 
-The damper to use is the one that errs least from restitution under earthquakes, or whose error is not told apart from
-the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical difference
-and the tail beside those that another e makes, what it misses, and how far it is off under single pulses.
+The damper to use is the one that errs least from restitution under earthquakes, or whose error is not significantly
+larger than the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical
+error and the tail beside those that another e makes, what it misses, and its error under single pulses.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from rockdamp.config.settings import RecommendationSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
 from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, REFERENCE
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, REFERENCE
 
 EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
 
 # ASSUME: a damper holds where its error is no more than twice what CR's own answer moves after a small change of e or
 # of the analysis, or where it is a tenth.
-MULTIPLE = 2.0  # of CR's own sensitivity
+MULTIPLE = 2.0  # of the small-change error of CR
 TOLERANCE = 0.10
 
 CHOICES = ("damping_model", "damping_ratio_source")
@@ -98,10 +98,11 @@ def _of_change(name: str) -> str:
 
 
 def judge(whole: xr.Dataset) -> xr.Dataset:
-    """Mark at each e the least error and those not told apart from it, and over all e what to use.
+    """Mark at each e the least error and those not significantly larger, and over all e what to use.
 
-    Told apart is where the interval of the difference of both errors, over the same histories, lies above zero. That
-    the intervals of both errors overlap says nothing: the dampers share the records. `whole` is over all amplitudes.
+    Significantly larger is where the interval of the difference of both errors, over the same histories, is above zero.
+    That the intervals of both errors overlap says nothing: the dampers share the records. `whole` is over all
+    amplitudes.
     """
     ordered = whole.transpose("restitution", *CHOICES, ...)
     is_damper = (whole["damping_model"] != REFERENCE).values[:, None]
@@ -138,7 +139,7 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
 
 
 def holds(error: xr.DataArray, own: xr.DataArray) -> xr.DataArray:
-    """Tell where an error is within the multiple of CR's own sensitivity, or the tolerance; an unknown one is not."""
+    """Tell where an error is within the multiple of CR's small-change error, or the tolerance; unknown is not."""
     return error <= np.maximum(MULTIPLE * own, TOLERANCE)
 
 
@@ -156,7 +157,9 @@ def _crossing_force(by_order: xr.Dataset) -> float:
 
 def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
     """Errors of each damper under the slowest and the quickest pulses, at the middle e of these."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=EXACT_SOURCE, drop=True)
+    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(
+        damping_ratio_source=RECOMMENDED_SOURCE, drop=True
+    )
     stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
     ratio = (at_e["peak_ratio"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
     error = of_pairs(ratio, ["pulse", "load_ratio"])["log_error"].reindex(damping_model=models)

@@ -27,9 +27,10 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.motions.intensity import intensity_measures, spectral_acceleration
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
+from rockdamp.solvers.oscillator import spectral_acceleration
 
 SUPPORTS = ("ground", "storey")
 METHODS = ("5 %", "equivalent")

@@ -5,12 +5,24 @@ import pytest
 from report_browser import By, complaints, message, preset, put, ratios, shown, soften, value
 
 import rockdamp
+from rockdamp.config.walls import make_wall
 from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import normalisation
 from rockdamp.mechanics.wall import Wall
-from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.report import answer
+from rockdamp.report.earthquake_criterion import off
+from rockdamp.report.interactive import LENGTH
+from rockdamp.vocabulary import (
+    DEFAULT_RESPONSE_LENGTH,
+    PAPER_MODELS,
+    RECOMMENDED,
+    RECOMMENDED_ORDER,
+    RECOMMENDED_SOURCE,
+    VISCOUS_MODELS,
+)
 
 SETTINGS = [
     {"e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper", "x0": 0.5},
@@ -131,8 +143,10 @@ def test_the_ratio_of_least_err_is_the_tables_or_refused_with_its_reason(browser
 
 
 @pytest.mark.peers
-def test_the_first_cards_slider_tells_the_ratios_of_the_package(browser):
-    for e in (0.6, 0.8, 0.95):
+def test_the_first_screen_follows_its_slider_with_the_ratio_and_the_errors_of_its_e(browser, content):
+    advice = content.datasets["recommendation"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    least = answer.ratios(content.datasets, 0.04)
+    for e, nearest in ((0.805, 0.8), (0.885, 0.9), (0.95, 0.95)):
         browser.execute_script(
             "const slider = document.getElementById('answer-e'); slider.value = arguments[0];"
             "slider.dispatchEvent(new Event('input'))",
@@ -140,5 +154,59 @@ def test_the_first_cards_slider_tells_the_ratios_of_the_package(browser):
         )
         for model in VISCOUS_MODELS:
             told = float(browser.find_element(By.ID, f"answer-{model}").text)
-            ratio = damping_ratio_energy(TrilinearCurve(0.04, 0.85), model, e, 0.5)
-            assert told == pytest.approx(100 * float(ratio), abs=0.5001e-2)
+            assert told == pytest.approx(float(answer.shown_ratio(least, model, e)), abs=0.0101)
+        card = browser.find_element(By.ID, "certain").text.replace("\u00a0", " ")
+        error = advice["log_error_median"].sel(damping_model=RECOMMENDED, restitution=nearest)
+        assert f"at e = {nearest:g}" in card and f"{off(error)} median peak error".replace("\u00a0", " ") in card
+
+
+POINTS = """
+const pairs = (path) => path.match(/-?[\\d.]+ -?[\\d.]+/g).map((pair) => pair.split(" ").map(Number));
+const lines = [...document.querySelectorAll(`#${arguments[0]} path.line`)];
+const points = lines.map((line) => pairs(line.getAttribute("d")));
+const span = document.querySelector(`#${arguments[0]} line.span`);
+return [points, span && Number(span.getAttribute("x1"))];
+"""  # of each line of a plot in pixels, and where its dotted line stands
+
+
+@pytest.mark.peers
+def test_one_unit_of_tau_is_that_of_the_wall_and_err_is_summed_up_to_the_dotted_line(browser, content):
+    preset(browser, "study")
+    p = float(make_wall(content.config["wall"]).frequency_parameter)
+    assert f"one unit of τ is {1 / p:.3g} s" in browser.find_element(By.ID, "explorer-size").text
+    (reference, *_), span = browser.execute_script(POINTS, "plot-decays")
+    start, end = reference[0][0], reference[-1][0]
+    assert (span - start) / (end - start) == pytest.approx(DEFAULT_RESPONSE_LENGTH / LENGTH, abs=0.002)
+
+
+@pytest.mark.peers
+def test_the_moving_wall_is_where_the_decay_is_at_its_time(browser, content):
+    preset(browser, "study")
+    p, seconds = float(make_wall(content.config["wall"]).frequency_parameter), 0.5
+    last, corner = browser.execute_script(
+        "const time = document.getElementById('wall-time'); time.value = arguments[0];"
+        "time.dispatchEvent(new Event('input'));"
+        "const outline = document.querySelector('.wall-reference').getAttribute('d');"
+        "return [Number(time.max), Number(outline.match(/H[\\d.]+L(-?[\\d.]+)/)[1])]",
+        seconds,
+    )
+    assert last == pytest.approx(LENGTH / p, abs=0.011)
+    decay = rockdamp.free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.85), release_amplitude=0.5)
+    u = float(decay["displacement"].interp(tau=seconds * p).squeeze())
+    assert corner == pytest.approx((230 + 44) / 2 + 44 * u, abs=0.5)  # the middle and the thickness in pixels
+
+
+@pytest.mark.peers
+def test_a_law_is_drawn_at_the_speeds_of_the_decay(browser, content):
+    """ECD16 takes nothing at the release, where the wall is at rest, and at the crossing N_m times what ECD takes."""
+    preset(browser, "study")
+    lines, _ = browser.execute_script(POINTS, "plot-laws")
+    drawn = dict(zip(VISCOUS_MODELS, lines, strict=True))
+    nothing = max(y for _, y in drawn[RECOMMENDED])
+    at_release = next(y for x, y in drawn[RECOMMENDED] if x >= (drawn["CDC"][0][0] + drawn["CDC"][-1][0]) / 2)
+    assert at_release == pytest.approx(nothing, abs=0.11)
+    constant = nothing - drawn["CDC"][0][1]
+    curve = TrilinearCurve(0.04, 0.85)
+    of_ecd, of_cdc = (float(damping_ratio_energy(curve, model, 0.85, 0.5)) for model in (RECOMMENDED, "CDC"))
+    largest = nothing - min(y for _, y in drawn[RECOMMENDED])
+    assert largest / constant == pytest.approx(normalisation(RECOMMENDED_ORDER) * of_ecd / of_cdc, rel=0.05)

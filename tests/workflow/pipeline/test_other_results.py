@@ -36,20 +36,6 @@ def another_dataset(path):
     other.to_netcdf(path)
 
 
-def test_a_file_that_was_changed_is_named_and_built_again_once_it_is_deleted(kept):
-    before, name = kept.digests(RESULTS), "coefficients.csv"
-    path = kept.place / RESULTS / name
-    path.write_text(path.read_text().replace("0.", "nan", 1))
-    told = verified(kept)
-    assert told.returncode == 1
-    assert told.stdout == f"{RESULTS}/{name} is not what the last complete build wrote, by its checksum\n"
-    path.unlink()
-    run = kept.snakemake()
-    assert run.returncode == 0, run.stderr
-    assert kept.digests(RESULTS) == before
-    assert verified(kept).returncode == 0
-
-
 def test_a_job_that_would_read_a_dataset_of_another_config_ends_in_a_line(kept):
     another_dataset(kept.place / RESULTS / "equivalence.nc")
     run = kept.snakemake("coefficients")

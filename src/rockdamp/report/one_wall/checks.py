@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rockdamp.assessment.checks import Check
+from rockdamp.mechanics.building import Building
 from rockdamp.text import number, percent
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -19,11 +20,12 @@ class Placement:
 
     checks: tuple[Check, ...] = ()
     place: str = ""
-    building: Mapping[str, Any] | None = None
+    values: Mapping[str, Any] | None = None
+    building: Building | None = None
 
 
-def section(placement: Placement) -> dict[str, Any] | None:
-    """Return what the page says of the highest intensity; None where there is no check."""
+def section(placement: Placement, instability_displacement: float) -> dict[str, Any] | None:
+    """Return what the page says of the highest intensity, for a wall of u_ins [m]; None where there is no check."""
     if not placement.checks:
         return None
     check = placement.checks[-1]
@@ -49,16 +51,25 @@ def section(placement: Placement) -> dict[str, Any] | None:
         )
     return {
         "rows": rows,
+        "capacity": number(check.capacity / instability_displacement, 2),
         "place": placement.place,
         "margin": number(check.margin) if np.isfinite(check.margin) else None,
-        "left_out": percent(placement.building["left_out"]) if placement.building else "",
-        "periods": _periods(placement.building),
+        "left_out": percent(placement.values["left_out"]) if placement.values else "",
+        "shape": _shape(placement.building) if placement.building else "",
+        "periods": _periods(placement.values),
     }
 
 
-def _periods(building: Mapping[str, Any] | None) -> list[dict[str, str]]:
+def _shape(building: Building) -> str:
+    """Return how a building deforms."""
+    by_name = {np.inf: "in shear", 0.0: "in flexure"}
+    alpha = building.shear_ratio
+    return by_name.get(alpha, f"in shear and flexure, with a shear ratio of {number(alpha)}")
+
+
+def _periods(values: Mapping[str, Any] | None) -> list[dict[str, str]]:
     """Return the answer for each period of the building, where there are several."""
-    rows = building["periods"] if building else []
+    rows = values["periods"] if values else []
     return [
         {
             "period": f"{row['building_period']:g} s",

@@ -22,7 +22,7 @@ from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STRIPES, UNITS
 from rockdamp.assessment.one_wall import REPLICATES, beside_each_other, missing
 from rockdamp.assessment.sensitivity import sensitivity
-from rockdamp.equivalence.programs import advice, frequencies, typed_in
+from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
@@ -35,7 +35,7 @@ from rockdamp.plausibility import as_meant
 from rockdamp.report.one_wall.checks import Placement, section
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, counted, number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE, STANDARD_GRAVITY
+from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -85,7 +85,8 @@ def build(subject: Subject) -> str:
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
         dampers=_dampers(subject),
-        advice=advice(float(answer["restitution"])),
+        studied_e=plain(false_safe(float(answer["restitution"]))[0]),
+        order=RECOMMENDED_ORDER,
         constants=_constants(subject),
         moved=_moved(subject),
         missing=_missing(answer),
@@ -94,7 +95,7 @@ def build(subject: Subject) -> str:
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
         fragility=_fragility(answer, subject.about.units),
         headline=_headline(answer, subject.about.units),
-        checked=section(subject.placement),
+        checked=section(subject.placement, float(subject.wall.instability_displacement)),
         measure=answer.attrs["intensity_measure"],
         unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
         records=_records(subject.motions),
@@ -168,6 +169,11 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
         ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
+    if (building := subject.placement.building) is not None:
+        rows += [
+            ("period of the building", "", building.period, "s"),
+            ("damping ratio of the building", "", building.damping_ratio, "-"),
+        ]
     imperial = subject.about.units == "imperial"
     return [_line(*row, units=subject.about.units, show=_four if imperial else plain) for row in rows]
 
@@ -216,19 +222,23 @@ def _line(
 
 
 def _dampers(subject: Subject) -> list[dict[str, Any]]:
-    """Return the damping of each viscous model for e: of least error first, of the closed form beside it."""
+    """Return the damping of each viscous model for e, the model of least error under earthquakes first."""
     unit, size = _in_units("N s m⁻¹", subject.about.units)
+    rows = typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
+    typed = {row["damping_model"]: row for row in rows}
     return [
         {
-            "model": row["damping_model"],
-            "title": kinds()[row["damping_model"]].title,
+            "offer": offer,
+            "model": model,
+            "title": kinds()[model].title,
             "ratio": percent(row["damping_ratio"], 3) if row["rms_error"] is not None else None,
             "energy": percent(row["damping_ratio_energy"], 3),
-            "error": percent(row["rms_error"]) if row["rms_error"] is not None else None,
             "refers_to": row["refers_to"],
             "coefficient": f"{number(c / size)} {unit}" if (c := row["damping_coefficient"]) else None,
+            "missed": percent(row["false_safe_rate"]),
         }
-        for row in typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
+        for model, offer in OFFERS.items()
+        for row in (typed[model],)
     ]
 
 
@@ -251,6 +261,7 @@ def _moved(subject: Subject) -> list[dict[str, str]]:
         measure,
         asked,
         float(answer["tail"]),
+        subject.placement.building,
     )
     return [
         {

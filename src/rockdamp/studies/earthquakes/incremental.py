@@ -22,9 +22,10 @@ from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import IntensityMeasures, intensity_measures, spectral_acceleration
+from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
+from rockdamp.solvers.oscillator import spectral_acceleration
 from rockdamp.studies.earthquakes.wall_under_record import SOURCES, VARIATIONS, Case, by_damper
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS

@@ -3,7 +3,7 @@
 The record of the test (SIN-03-00, test #2.4) is not public. This one is labelled synthetic in its header. Its response
 comes from the event-driven solver, not from the one under test, and its curve and e are not those of Fig. 8.
 
-``python -m rockdamp.synthetic.experimental_style PATH`` writes it.
+``.venv/bin/python tools/experimental_style.py PATH`` writes it.
 """
 
 from __future__ import annotations
@@ -138,5 +138,5 @@ def _header(seed: int, noise: float, *, source: str, **made_by: str) -> dict[str
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m rockdamp.synthetic.experimental_style PATH")
+        sys.exit("usage: python tools/experimental_style.py PATH")
     write_record(sys.argv[1], synthetic_record())

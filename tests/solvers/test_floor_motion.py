@@ -7,8 +7,8 @@ from scipy.linalg import eigh
 
 from rockdamp import Record
 from rockdamp.mechanics.building import contributions, frequency_ratios
-from rockdamp.motions.floor_motion import LEFT, floor_response
-from rockdamp.motions.oscillator import Ramps
+from rockdamp.solvers.floor_motion import LEFT, floor_response
+from rockdamp.solvers.oscillator import Ramps
 
 STEP, XI = 0.01, 0.05
 

@@ -3,7 +3,7 @@
 Four walls go through it. One loses energy at impacts, two by viscous dampers, and one at impacts while its curve
 degrades: parameters that fit the records of one need not fit another's. All are labelled synthetic in their headers.
 
-``python -m rockdamp.synthetic.series FOLDER`` makes the records that the folder's ``test_series.yaml`` describes.
+``.venv/bin/python tools/experimental_series.py FOLDER`` makes the records that ``test_series.yaml`` there describes.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
 
 from rockdamp.arrays import Array
 from rockdamp.errors import require
@@ -25,7 +26,6 @@ from rockdamp.motions.pulse_shapes import wavelet
 from rockdamp.motions.records import Record, write_record
 from rockdamp.solvers import event_driven
 from rockdamp.storage import yaml_file
-from rockdamp.synthetic.experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 DURATION = 2.5  # [s]
@@ -122,7 +122,7 @@ def record(settings: dict[str, Any], wall: str, level: str, seed: int) -> Record
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m rockdamp.synthetic.series FOLDER")
+        sys.exit("usage: python tools/experimental_series.py FOLDER")
     folder = Path(sys.argv[1])
     for name, made in records(yaml_file.load((folder / SETTINGS).read_text(encoding="utf-8"))):
         write_record(folder / f"{name}.csv", made)

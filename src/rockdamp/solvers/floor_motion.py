@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rockdamp.arrays import Array
-from rockdamp.motions.oscillator import Ramps
 from rockdamp.motions.records import Record
+from rockdamp.solvers.oscillator import Ramps
 
 POINTS = 10  # in the shortest period, at least: then lines between them lose 3 % of that mode's acceleration
 # ASSUME: the free vibration of the building after the record is followed down to this part of itself.

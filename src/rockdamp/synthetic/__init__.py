@@ -1,1 +1,0 @@
-"""Records that are computed in place of measured ones: a wall's exact response, and the noise of instruments."""
