@@ -72,10 +72,8 @@ class Fit:
         instance("wall", wall, Wall, Parapet)
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
         require(number("step", step) > 0, "step", step, "greater than 0")
-        a3, softening = (
-            number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio),
-            one_of("softening", softening, SOFTENING),
-        )
+        a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
+        softening = one_of("softening", softening, SOFTENING)
         require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
         measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
         return cls(record, wall, candidate, a3, softening, step, np.empty(0)).with_motion(record.ground_acceleration)
@@ -102,7 +100,7 @@ class Fit:
     @cached_property
     def resting(self) -> Array:
         """The sensor's noise: the displacement in two thirds of the rest, less its zero and drift. [m]"""
-        # A drift would pass for noise, and so would the wall's first motion, while the ground's is within noise.
+        # ASSUME: a drift would pass for noise, and so would the wall's motion while the ground's is within noise.
         measured = self.measured[: 2 * rest_samples(self.record) // 3]
         basis = np.linalg.qr(self.trend[: measured.size, :2])[0]
         return np.asarray(measured - basis @ (basis.T @ measured))
