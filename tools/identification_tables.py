@@ -17,6 +17,7 @@ RANDOM_TESTS = Path(__file__).with_name("random-tests.csv")  # columns of what c
 JUDGED, BEFORE = 8, 7  # seeds: of the tests that judge the code, and of those before less of the noise was neglected
 LEVELS = (0.5, 0.9)
 FREE_ROCKING = Path(__file__).with_name("free-rocking-check.csv")
+SLIPS = Path(__file__).with_name("slips-check.csv")
 PARAMETERS = {
     "yield_displacement_ratio": "a1",
     "strength_ratio": "b1",
@@ -121,3 +122,22 @@ def free_rocking(_: Data) -> str:
         "Share of specimens whose tests exclude a damper, by what made them:\n\n"
         f"{table(['made by', 'specimens', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
     )
+
+
+def slips(_: Data) -> str:
+    """How `calibrate` ends with honest records of each maker, and with records that have a slip: the stored check."""
+    rows = pd.read_csv(SLIPS)
+    honest = rows["slip"] == "none"
+    kinds = pd.concat(["honest, made by " + rows.loc[honest, "maker"], rows.loc[~honest, "slip"]])
+    ends = pd.crosstab(kinds, rows["ended"]).reindex(columns=["answered", "warned", "refused"], fill_value=0)
+    shown = [[kind, *map(str, ends.loc[kind])] for kind in kinds.drop_duplicates()]
+    reasons = rows.loc[honest & (rows["ended"] == "refused"), "reason"]
+    causes = {
+        "the record begins within the motion": reasons.str.contains("samples at rest").sum(),
+        "b1 at an end of its range": reasons.str.contains("the best fit has strength_ratio").sum(),
+        "the misfit": reasons.str.contains("the best fit leaves").sum(),
+    }
+    causes["another reason"] = len(reasons) - sum(causes.values())
+    why = "; ".join(f"{words}: {int(count)}" for words, count in causes.items())
+    head = ["record", "answered", "with a warning", "refused"]
+    return f"{table(head, shown)}\n\nWhy honest records were refused: {why}."

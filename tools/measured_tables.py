@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
-from identification_tables import IDENTIFICATION, coverage, free_rocking, random_tests, support
+from identification_tables import IDENTIFICATION, coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
 from order_tables import by_band, orders
 from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
@@ -338,6 +338,7 @@ _LAST = (
     response_length,
     coverage,
     random_tests,
+    slips,
     support,
     free_rocking,
     *_ROCKING,

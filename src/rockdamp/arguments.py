@@ -52,8 +52,8 @@ def real(name: str, value: Any) -> Array:
 
 def numbers(name: str, value: Any) -> Array:
     """Return real, finite numbers as a read-only copy; an xarray.DataArray loses the names of its dimensions."""
-    array = np.array(real(name, value))
-    if not (math.isfinite(array) if array.ndim == 0 else holds(np.isfinite(array))):
+    array = np.array(value if type(value) is float else real(name, value))
+    if not (math.isfinite(array.item()) if array.size == 1 else holds(np.isfinite(array))):
         require(np.isfinite(array), name, array, "a finite number")
     return kept(array)
 
@@ -107,8 +107,9 @@ def together(**values: Quantity) -> list[Any]:
     Arrays with and without names are not mixed, and two that share a dimension must agree on its values.
     """
     plain = {name: numbers(name, value) for name, value in values.items()}
-    if not any(is_named(value) for value in values.values()):
-        broadcast(**plain)
+    if not any(map(is_named, values.values())):
+        if len(plain) > 1:
+            broadcast(**plain)
         return list(plain.values())
     import xarray as xr  # slow to load, so only where such an array is passed
 
@@ -125,17 +126,16 @@ def together(**values: Quantity) -> list[Any]:
 
 def broadcast(**values: Any) -> tuple[int, ...]:
     """Return the shape that arrays, or objects with a `shape`, broadcast to."""
-    shapes: dict[str, tuple[int, ...]] = {
-        name: value.shape if hasattr(value, "shape") else np.shape(value) for name, value in values.items()
-    }
-    unlike = {shape for shape in shapes.values() if shape}  # NumPy is slow at scalars and at shapes that are alike
+    shapes = [value.shape if hasattr(value, "shape") else np.shape(value) for value in values.values()]
+    unlike = {*shapes} - {()}  # NumPy is slow at scalars and at shapes that are alike
     try:
         shape = np.broadcast_shapes(*unlike) if len(unlike) > 1 else unlike.pop() if unlike else ()
     except ValueError:
-        raise InputError(f"shapes do not broadcast against each other: {_stated(shapes)}") from None
+        stated = _stated(dict(zip(values, shapes, strict=True)))
+        raise InputError(f"shapes do not broadcast against each other: {stated}") from None
     if math.prod(shape) > MOST_ELEMENTS:
         most = f"there must be at most {MOST_ELEMENTS:,} elements"
-        raise InputError(f"shapes broadcast to {shape}: {_stated(shapes)}; {most}")
+        raise InputError(f"shapes broadcast to {shape}: {_stated(dict(zip(values, shapes, strict=True)))}; {most}")
     return shape
 
 

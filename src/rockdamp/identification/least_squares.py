@@ -105,7 +105,7 @@ class Fit:
     @cached_property
     def resting(self) -> Array:
         """The sensor's noise: the displacement in two thirds of the rest, less its zero and drift. [m]"""
-        # A drift would pass for noise, and so would the wall's first motion, while the ground's is within noise.
+        # ASSUME: a drift would pass for noise, and so would the wall's motion while the ground's is within noise.
         measured = self.measured[: 2 * rest_samples(self.record) // 3]
         basis = np.linalg.qr(self.trend[: measured.size, :2])[0]
         return np.asarray(measured - basis @ (basis.T @ measured))

@@ -7,16 +7,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from rockdamp.arguments import MOST_ELEMENTS
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.response import Reference
 
 CACHE_LINE = 8  # doubles
 OBSERVED = (kernel.ALIVE, kernel.END, kernel.PEAK, kernel.PEAK_AT, kernel.CROSSINGS)
+KINDS: tuple[np.dtype[Any], ...] = tuple(map(np.dtype, (np.int8, float, float, float, np.int64)))
+ENDED = dict(zip(("outcome", "outcome_tau", "peak", "peak_tau", "impacts"), KINDS, strict=True))
+# As a short history alone takes no longer than what prepares it, nothing is made anew that nothing is written to.
+NO_HISTORIES = np.empty((0, 0, 0))
+NO_COMPARISON = (np.empty((0, 0)), np.empty((0, 0), dtype=np.int64), np.zeros(1, dtype=np.int64), NO_HISTORIES)
 
 
 class Batch:
@@ -40,6 +45,12 @@ class Batch:
                 f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernel.ROWS:,} lanes"
             )
 
+    def plain(self, *values: Quantity) -> tuple[Quantity, ...]:
+        """Return numbers for arrays where there is one lane, as Python computes faster with these."""
+        if self.lanes != 1:
+            return values
+        return tuple([value.item() if hasattr(value, "item") else value for value in values])
+
     def _lay(self, rows: NDArray[Any], blocks: NDArray[Any]) -> None:
         """Lay rows of some values in the batch's shape out in blocks, shape (blocks, rows, width or more)."""
         rows = rows.reshape(len(rows), self.lanes)
@@ -50,11 +61,12 @@ class Batch:
             blocks[full, :, :rest] = rows[:, full * self.width :]
             blocks[full, :, rest : self.width] = rows[:, -1:]
 
-    def pack(self, rows: Mapping[int, ArrayLike]) -> Array:
+    def pack(self, rows: Mapping[int, Quantity]) -> Array:
         """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); other rows are zero."""
-        if self.lanes == 1:  # quickly, as a short history alone takes no longer than what prepares it
-            block = _aligned_zeros(kernel.ROWS * kernel.LANES)
-            block[[*rows]] = [np.asarray(value).item() for value in rows.values()]
+        if self.lanes == 1:
+            block = np.zeros(kernel.ROWS * kernel.LANES)
+            for row, value in rows.items():
+                block[row] = value
             return block[None]
         laid = np.zeros((kernel.ROWS, *self.shape))
         for row, value in rows.items():
@@ -83,6 +95,11 @@ class Batch:
 
     def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
         """Return what `Response` holds: how each lane ended, and its peak."""
+        if self.lanes == 1:
+            alive, end, peak, peak_at, crossings = work[0, OBSERVED[0] : OBSERVED[-1] + 1 : kernel.LANES].tolist()
+            values = (alive == 0.0, end * step, peak, peak_at * step, crossings)
+            kinds = zip(ENDED.items(), values, strict=True)
+            return {name: np.array(value, kind, ndmin=len(self.shape)) for (name, kind), value in kinds}
         alive, end, peak, peak_at, crossings = self.unpack(work, OBSERVED)
         return {
             "outcome": (alive == 0.0).astype(np.int8),
@@ -96,9 +113,9 @@ class Batch:
         self, reference: Reference | None, steps: int
     ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
         """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
-        case_of_lane = np.zeros((self.blocks, 1, self.width), dtype=np.int64)
         if reference is None:
-            return np.empty((0, 0)), case_of_lane[:, 0], np.zeros(1, dtype=np.int64), np.empty((0, 0, 0))
+            return NO_COMPARISON
+        case_of_lane = np.zeros((self.blocks, 1, self.width), dtype=np.int64)
         # The kernel is compiled for arrays that can be written.
         checkpoints, compared, case = reference.checkpoints.copy(), reference.displacement, reference.case
         within = (checkpoints >= 1) & (checkpoints <= steps)
@@ -122,7 +139,9 @@ class Batch:
 
     def histories(self, stored: int) -> Array:
         """Return room for `stored` values of each lane, NaN until they are reached."""
-        room = np.empty((self.blocks if stored else 0, self.width, stored))
+        if not stored:
+            return NO_HISTORIES
+        room = np.empty((self.blocks, self.width, stored))
         room.fill(np.nan)
         return room
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import pairwise
 from threading import Event
@@ -12,9 +12,10 @@ from typing import Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import broadcast, instance, numbers, one_of, whole
-from rockdamp.arrays import Array, is_named
+from rockdamp.arguments import broadcast, instance, numbers, one_of, real, whole
+from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, holds, require
+from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
@@ -169,7 +170,7 @@ def solve(
     """
     instance("curve", curve, TrilinearCurve)
     instance("damping", damping, Damping)
-    scheme = one_of("scheme", scheme, SCHEMES)
+    scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.constant_branches == BRANCHES
     march = kernel.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
     given = {
@@ -185,20 +186,20 @@ def solve(
     steps, substeps = whole("steps", steps, 1, MOST_STEPS), whole("substeps", substeps, 1, MOST_STEPS)
     every = 1 if store_every is None else whole("store_every", store_every, 1, MOST_STEPS)
     threads = None if threads is None else whole("threads", threads, 1)
-    # The kernel is compiled for arrays that can be written, so this is a copy of the copy.
-    ground = np.array(numbers("ground_acceleration", ground_acceleration), order="C")
-    ground = _check_record(ground, steps, substeps, scheme)
-    h, x0, v0 = _check_start(curve, step, release_amplitude, release_velocity)
+    ground = _check_record(ground_acceleration, steps, substeps, scheme)
+    starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}
+    arrays = {name: numbers(name, value) for name, value in starts.items()}
     factors = _factors(load_factor, len(ground))
-    load = _load_at_start(factors, ground)
-    g = factors[0] if len(factors) == 1 else load
-    case = 0 if reference is None else instance("reference", reference, Reference).case
-    lanes = {"step": h, "release_amplitude": x0, "release_velocity": v0, "load_factor": g, "case": case}
-    batch = Batch(broadcast(curve=curve, damping=damping, **lanes))
+    cases = {} if reference is None else {"case": instance("reference", reference, Reference).case}
+    batch = Batch(broadcast(curve=curve, damping=damping, **arrays, load_factor=factors[0], **cases))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
-    of_curve = zip(kernel.CURVE, curve.parameters(), strict=True)
-    of_damper = zip(kernel.DAMPER, damping.formula_parameters(curve), strict=False)
+    h, x0, v0 = batch.plain(*arrays.values())
+    described = batch.plain(*curve.parameters())
+    _check_start(h, x0, 2.0 / batch.plain(curve.initial_frequency)[0], described[-1])
+    scales = batch.plain(*factors)
+    load, acceleration = _balance(curve, described, damping, x0, v0, scales, ground)
+    g = scales[0] if len(scales) == 1 else load
     work = batch.pack(
         {
             kernel.X: x0,
@@ -206,11 +207,11 @@ def solve(
             kernel.H: h,
             kernel.G: g,
             kernel.G_BEFORE: g,
-            kernel.A: _start_acceleration(curve, damping, x0, v0, load),
+            kernel.A: batch.plain(acceleration)[0],
             kernel.ALIVE: 1.0,
-            kernel.PEAK: np.abs(x0),
-            **dict(of_curve),
-            **dict(of_damper),
+            kernel.PEAK: abs(x0),
+            **dict(zip(kernel.CURVE, described, strict=True)),
+            **dict(zip(kernel.DAMPER, batch.plain(*damping.formula_parameters(curve)), strict=False)),
         }
     )
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
@@ -262,8 +263,12 @@ def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
         raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
 
 
-def _check_record(ground: Array, steps: int, substeps: int, scheme: str) -> Array:
+def _check_record(ground_acceleration: ArrayLike, steps: int, substeps: int, scheme: str) -> Array:
     """Return the motions, shape (motions, samples)."""
+    # A copy, and not a read-only one: the kernel is compiled for arrays that can be written.
+    ground = np.array(real("ground_acceleration", ground_acceleration), order="C")
+    if not holds(np.isfinite(ground)):
+        require(np.isfinite(ground), "ground_acceleration", ground, "a finite number")
     require(ground.ndim in (1, 2), "the number of dimensions of ground_acceleration", ground.ndim, "1 or 2")
     if ground.size and steps > (ground.shape[-1] - 1) * substeps:
         raise InputError(
@@ -285,53 +290,43 @@ def _factors(load_factor: ArrayLike, motions: int) -> Array:
     return factors
 
 
-def _load_at_start(factors: Array, ground: Array) -> Array:
-    """Return the load of each lane at the start, of all motions. [-]"""
-    if not ground.size:
-        return np.zeros(())
-    with np.errstate(over="ignore", invalid="ignore"):
-        if len(factors) == 1:
-            return np.asarray(factors[0] * ground[0, 0] + 0.0)
-        return np.asarray(np.einsum("m...,m->...", factors, ground[:, 0]))
-
-
-def _check_start(
-    curve: TrilinearCurve, step: ArrayLike, amplitude: ArrayLike, velocity: ArrayLike
-) -> tuple[Array, Array, Array]:
-    """Return step, displacement and velocity as arrays."""
-    given = {"step": step, "release_amplitude": amplitude, "release_velocity": velocity}
-    h, x0, v0 = (numbers(name, value) for name, value in given.items())
+def _check_start(h: Quantity, x0: Quantity, limit: Quantity, a3: Quantity) -> None:
+    """Raise `InputError` for a step beyond its limits, and for a release beyond the collapse."""
     if not holds(h >= SHORTEST):
         require(h > 0, "step", h, "greater than 0")
         require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
-    limit = stable_step(curve)
-    broadcast(step=h, release_amplitude=x0, curve=curve)
-    stable = h < limit
-    if not holds(stable):
+    if not holds(h < limit):
+        stable = np.asarray(h < limit)
         beyond = np.broadcast_to(limit, stable.shape)[~stable]
         require(stable, "step", h, f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)")
-    require(
-        np.abs(x0) < curve.ultimate_displacement_ratio,
-        "release_amplitude",
-        x0,
-        "less than a3, where the wall collapses",
-    )
-    return h, x0, v0
+    require(abs(x0) < a3, "release_amplitude", x0, "less than a3, where the wall collapses")
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _start_acceleration(curve: TrilinearCurve, damping: Damping, x0: Array, v0: Array, load: Array) -> Array:
-    """Balance the forces at the start; it refuses numbers that are finite one by one and out of all scale together."""
-    net = np.asarray(load - curve.force(x0))
+def _balance(
+    curve: TrilinearCurve,
+    described: Sequence[Quantity],
+    damping: Damping,
+    x0: Quantity,
+    v0: Quantity,
+    factors: Sequence[Quantity],
+    ground: Array,
+) -> tuple[Quantity, Quantity]:
+    """Return the load at the start and the acceleration that balances the forces there; refuse what is out of scale."""
+    load: Quantity = 0.0
+    if ground.size:
+        alone = len(factors) == 1
+        load = factors[0] * ground.item(0) + 0.0 if alone else np.einsum("m...,m->...", factors, ground[:, 0])
+    k1, b1, ks, _, _, a3 = described
+    net = load if holds(x0 == 0) else load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3)
+    start = net
     if damping.on_net_force:
         (alpha,) = damping.formula_parameters(curve)
-        start = np.asarray(net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0)))
-    elif np.any(v0):
-        start = np.asarray(net - damping.unchecked_coefficient(curve, x0, v0) * v0)
-    else:
-        start = net
+        start = net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0))
+    elif not holds(v0 == 0):
+        start = net - damping.unchecked_coefficient(curve, x0, v0) * v0
     require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
-    return start
+    return load, start
 
 
 def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:

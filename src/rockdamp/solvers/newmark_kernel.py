@@ -12,9 +12,11 @@ not depend on its neighbours, on the number of lanes or on the number of threads
 Everything here is dimensionless: x = u/u_ins, tau = p t, unit mass, so f = F/(K0 u_ins). Symbols are the paper's:
 a1, b1, a3 shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's (positive).
 
-The loop is compiled once for each damper and scheme: `formula` and `advance` below only hold the places of the damper's
-formula and of the scheme's step. So a step pays for what its damper needs, a damper that is added leaves the machine
-code of the others as it is, and who uses one damper waits for no other.
+A lane alone keeps its state in the processor's registers, where a block would write and read each number at each step.
+
+The loops are compiled once for each damper and scheme: `formula` and `stepped` below only hold the places of the
+damper's formula and of the scheme's step. So a step pays for what its damper needs, a damper that is added leaves the
+machine code of the others as it is, and who uses one damper waits for no other.
 """
 
 from functools import cache
@@ -40,6 +42,8 @@ CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
 DAMPER = (P0, P1, P2)
 
 PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
+# Products may be fused with sums, and nothing may be ordered anew: a lane alone has the bits that it has in a block.
+FASTMATH = {"nnan", "ninf", "nsz", "contract"}
 
 force = register_jitable(trilinear.force)
 tangent = register_jitable(trilinear.tangent)
@@ -106,19 +110,21 @@ def settle(w, i, x, v, a, step):
     w[A + i] = a if alive else w[A + i]
 
 
-# --- force and coefficient of lane i of a block ---------------------------------------------------------------------
+# --- one step of a lane: its state, its load at both ends, and its curve (k1, b1, ks, a1, a2, a3) and damper ----------
 
 
 @register_jitable
-def force_at(w, i, z):
+def force_at(z, curve):
     """Return the force at z = |x|."""
-    return force(z, w[K1 + i], w[B1 + i], w[KS + i], w[A3 + i])
+    k1, b1, ks, _, _, a3 = curve
+    return force(z, k1, b1, ks, a3)
 
 
 @register_jitable
-def tangent_at(w, i, z):
+def tangent_at(z, curve):
     """Return the slope of the force."""
-    return tangent(z, w[K1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
+    k1, _, ks, a1, a2, a3 = curve
+    return tangent(z, k1, ks, a1, a2, a3)
 
 
 def formula(z, f, double_v, v, parameters):
@@ -126,75 +132,61 @@ def formula(z, f, double_v, v, parameters):
     raise NotImplementedError
 
 
-def damped_at(w, i, z, v):
+def damped_at(z, v, curve, parameters):
     """Return the force and the damper's coefficient. What its formula does not use, the compiler drops."""
     z = np.maximum(z, TINY)  # the formula may divide by it, or by the energy there
-    f = force_at(w, i, z)
-    double_v = double_energy(z, w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i])
-    return f, formula(z, f, double_v, v, (w[P0 + i], w[P1 + i], w[P2 + i]))
+    f = force_at(z, curve)
+    return f, formula(z, f, double_energy(z, *curve), v, parameters)
 
 
-def constantly_damped_at(w, i, z, v):
+def constantly_damped_at(z, v, curve, parameters):
     """Return the same of a damper whose coefficient is constant; the maximum would cost it a tenth of its time."""
-    return force_at(w, i, z), formula(0.0, 0.0, 0.0, 0.0, (w[P0 + i], w[P1 + i], w[P2 + i]))
+    return force_at(z, curve), formula(0.0, 0.0, 0.0, 0.0, parameters)
 
 
-# --- one step of a block of lanes -----------------------------------------------------------------------------------
-
-
-def restitution_located(w, width, p0, p1, step):
+def restitution_located(x, v, a, h, start, end, curve, damper):
     """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
-    for i in range(width):
-        x, v, a, h = w[X + i], w[V + i], w[A + i], w[H + i]
-        start, end = w[G_BEFORE + i] * p0, w[G + i] * p1
-        ahead = x + h * (v + 0.5 * h * a)
-        hit = crossed(x, ahead)
-        s = impact_within(x, v, a, h) if hit else 0.0
-        # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
-        load = start + (end - start) * (s / h)
-        v = w[P0 + i] * (v + 0.5 * s * (a + load)) if hit else v
-        a = load if hit else a
-        h -= s
-        x = (0.0 if hit else x) + product(h, v + 0.5 * h * a)
-        f = force_at(w, i, np.abs(x))
-        v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
-        settle(w, i, x, v, a, step)
+    ahead = x + h * (v + 0.5 * h * a)
+    hit = crossed(x, ahead)
+    s = impact_within(x, v, a, h) if hit else 0.0
+    # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
+    load = start + (end - start) * (s / h)
+    v = damper[0] * (v + 0.5 * s * (a + load)) if hit else v
+    a = load if hit else a
+    h -= s
+    x = (0.0 if hit else x) + product(h, v + 0.5 * h * a)
+    f = force_at(np.abs(x), curve)
+    v, a = newmark_end(v, a, h, end, odd(x, f), 0.0)
+    return x, v, a
 
 
-def restitution_printed(w, width, p0, p1, step):
+def restitution_printed(x, v, a, h, start, end, curve, damper):
     """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
     # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
-    for i in range(width):
-        k = tangent_at(w, i, np.abs(w[X + i]))
-        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), k, 0.0)
-        x, v = w[X + i] + dx, w[V + i] + dv
-        v = w[P0 + i] * v if crossed(w[X + i], x) else v
-        f = force_at(w, i, np.abs(x))
-        settle(w, i, x, v, w[G + i] * p1 - odd(x, f), step)
+    dx, dv = linear_acceleration(v, a, h, end - start, tangent_at(np.abs(x), curve), 0.0)
+    before, x, v = x, x + dx, v + dv
+    v = damper[0] * v if crossed(before, x) else v
+    return x, v, end - odd(x, force_at(np.abs(x), curve))
 
 
-def viscous_newmark(w, width, p0, p1, step):
+def viscous_newmark(x, v, a, h, start, end, curve, damper):
     """Viscous damping by explicit Newmark.
 
     C is taken at the displacement at the end of the step and at the velocity v + h a that is expected there.
     """
-    for i in range(width):
-        v, a, h = w[V + i], w[A + i], w[H + i]
-        x = w[X + i] + h * (v + 0.5 * h * a)
-        f, c = damped_at(w, i, np.abs(x), v + h * a)
-        v, a = newmark_end(v, a, h, w[G + i] * p1, odd(x, f), c)
-        settle(w, i, x, v, a, step)
+    x = x + h * (v + 0.5 * h * a)
+    f, c = damped_at(np.abs(x), v + h * a, curve, damper)
+    v, a = newmark_end(v, a, h, end, odd(x, f), c)
+    return x, v, a
 
 
-def viscous_printed(w, width, p0, p1, step):
+def viscous_printed(x, v, a, h, start, end, curve, damper):
     """Viscous damping as printed: C and the tangent frozen at the step's start, balance restored at its end."""
-    for i in range(width):
-        z = np.abs(w[X + i])
-        _, c = damped_at(w, i, z, w[V + i])
-        dx, dv = linear_acceleration(w[V + i], w[A + i], w[H + i], w[G + i] * (p1 - p0), tangent_at(w, i, z), c)
-        x, v = w[X + i] + dx, w[V + i] + dv
-        f, c = damped_at(w, i, np.abs(x), v)
-        settle(w, i, x, v, w[G + i] * p1 - odd(x, f) - c * v, step)
+    _, c = damped_at(np.abs(x), v, curve, damper)
+    dx, dv = linear_acceleration(v, a, h, end - start, tangent_at(np.abs(x), curve), c)
+    x, v = x + dx, v + dv
+    f, c = damped_at(np.abs(x), v, curve, damper)
+    return x, v, end - odd(x, f) - c * v
 
 
 @register_jitable
@@ -203,34 +195,54 @@ def reduced(g, alpha, v):
     return g * (1.0 + alpha) if g * v < 0.0 else g * (1.0 - alpha)
 
 
-def local_located(w, width, p0, p1, step):
+def local_located(x, v, a, h, start, end, curve, damper):
     """Local damping by explicit Newmark, the turn located inside the step, where the acceleration jumps."""
-    for i in range(width):
-        x, v, a, h, alpha = w[X + i], w[V + i], w[A + i], w[H + i], w[P0 + i]
-        start, end = w[G_BEFORE + i] * p0, w[G + i] * p1
-        turns = crossed(v, v + h * a)
-        s = np.minimum(np.abs(v) / np.maximum(np.abs(a), TINY), h) if turns else 0.0
-        x += product(s, v + 0.5 * s * a)
-        v = 0.0 if turns else v
-        g = start + (end - start) * (s / h) - odd(x, force_at(w, i, np.abs(x)))
-        a = reduced(g, alpha, 0.0) if turns else a
-        h -= s
-        x += product(h, v + 0.5 * h * a)
-        g = end - odd(x, force_at(w, i, np.abs(x)))
-        ahead = v if v != 0.0 else a
-        after = v + 0.5 * h * (a + reduced(g, alpha, ahead))
-        settle(w, i, x, after, reduced(g, alpha, after if after != 0.0 else ahead), step)
+    alpha = damper[0]
+    turns = crossed(v, v + h * a)
+    s = np.minimum(np.abs(v) / np.maximum(np.abs(a), TINY), h) if turns else 0.0
+    x += product(s, v + 0.5 * s * a)
+    v = 0.0 if turns else v
+    g = start + (end - start) * (s / h) - odd(x, force_at(np.abs(x), curve))
+    a = reduced(g, alpha, 0.0) if turns else a
+    h -= s
+    x += product(h, v + 0.5 * h * a)
+    g = end - odd(x, force_at(np.abs(x), curve))
+    ahead = v if v != 0.0 else a
+    after = v + 0.5 * h * (a + reduced(g, alpha, ahead))
+    return x, after, reduced(g, alpha, after if after != 0.0 else ahead)
 
 
-def local_printed(w, width, p0, p1, step):
+def local_printed(x, v, a, h, start, end, curve, damper):
     """Local damping by linear acceleration, the tangent and the fraction of the force frozen in a step."""
+    alpha, z = damper[0], np.abs(x)
+    share = reduced(1.0, alpha, (start - odd(x, force_at(z, curve))) * v)
+    dx, dv = linear_acceleration(v, a, h, share * (end - start), share * tangent_at(z, curve), 0.0)
+    x, v = x + dx, v + dv
+    return x, v, reduced(end - odd(x, force_at(np.abs(x), curve)), alpha, v)
+
+
+def stepped(x, v, a, h, start, end, curve, damper):
+    """Hold the place of one of these steps; it returns the displacement, velocity and acceleration at its end."""
+    raise NotImplementedError
+
+
+# --- one step of a block of lanes -----------------------------------------------------------------------------------
+
+
+@register_jitable
+def described(w, i):
+    """Return the step of lane i, its curve and its damper's parameters."""
+    curve = w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i]
+    return w[H + i], curve, (w[P0 + i], w[P1 + i], w[P2 + i])
+
+
+def advance(w, width, p0, p1, step):
+    """Advance each lane by a step."""
     for i in range(width):
-        x, v, a, h, alpha = w[X + i], w[V + i], w[A + i], w[H + i], w[P0 + i]
-        z = np.abs(x)
-        share = reduced(1.0, alpha, (w[G + i] * p0 - odd(x, force_at(w, i, z))) * v)
-        dx, dv = linear_acceleration(v, a, h, share * w[G + i] * (p1 - p0), share * tangent_at(w, i, z), 0.0)
-        x, v = x + dx, v + dv
-        settle(w, i, x, v, reduced(w[G + i] * p1 - odd(x, force_at(w, i, np.abs(x))), alpha, v), step)
+        h, curve, damper = described(w, i)
+        start, end = w[G_BEFORE + i] * p0, w[G + i] * p1
+        x, v, a = stepped(w[X + i], w[V + i], w[A + i], h, start, end, curve, damper)
+        settle(w, i, x, v, a, step)
 
 
 @register_jitable
@@ -244,18 +256,33 @@ def compare_with(w, width, reference, row, step):
 # --- the loop -------------------------------------------------------------------------------------------------------
 
 
-@register_jitable
-def any_alive(w, width):
-    """Tell if any lane of a block has not collapsed."""
-    alive = 0.0
-    for i in range(width):
-        alive += w[ALIVE + i]
-    return alive > 0.0
-
-
-def advance(w, width, p0, p1, step):
-    """Hold the place of one of the steps of a block."""
-    raise NotImplementedError
+def march_alone(w, ground, substeps, first, last, every, displacement, velocity):
+    """Do what `march` does with one lane under one motion, in registers, and stop where it collapses."""
+    forced, store = ground.size > 0, displacement.shape[0] > 0
+    x, v, a, g, alive, step = w[X], w[V], w[A], w[G], w[ALIVE], int(w[END])
+    peak, peak_at, crossings, a3 = w[PEAK], w[PEAK_AT], w[CROSSINGS], w[A3]
+    h, curve, damper = described(w, 0)
+    p1 = ground[0, (first - 1) // substeps] if forced else 0.0
+    while alive > 0.0 and step < last:
+        step += 1
+        p0, before = p1, x
+        if forced:
+            sample, part = divmod(step, substeps)
+            p1 = ground[0, sample]
+            if part > 0:
+                p1 += (ground[0, sample + 1] - p1) * part / substeps
+        x, v, a = stepped(x, v, a, h, g * p0, g * p1, curve, damper)
+        z = np.abs(x)
+        if crossed(before, x):
+            crossings += 1.0
+        if z > peak:
+            peak, peak_at = z, float(step)
+        if z > a3:
+            alive = 0.0
+        elif store and step % every == 0:
+            displacement[0, 0, step // every], velocity[0, 0, step // every] = x, v
+    w[X], w[V], w[A], w[ALIVE], w[END] = x, v, a, alive, float(step)
+    w[PEAK], w[PEAK_AT], w[CROSSINGS] = peak, peak_at, crossings
 
 
 def march(
@@ -308,6 +335,9 @@ def march(
         if store and first == 1:
             for i in range(width):
                 displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+        if width == 1 and motions == 1 and not compare:  # as the only block
+            march_alone(w, ground, substeps, first, last, every, displacement, velocity)
+            continue
         for step in range(first, last + 1):
             p0 = p1
             if forced:
@@ -338,7 +368,7 @@ def march(
                     if w[ALIVE + i] > 0.0:
                         displacement[b, i, step // every] = w[X + i]
                         velocity[b, i, step // every] = w[V + i]
-            if step % PATIENCE == 0 and not any_alive(w, width):
+            if step % PATIENCE == 0 and not w[ALIVE : ALIVE + width].any():
                 break
 
 
@@ -356,11 +386,11 @@ def plain_march(scheme, formula, kind, is_constant):
     name = f"{step.__name__}_{formula.__qualname__}"
     at = constantly_damped_at if is_constant else damped_at
     (force_and_coefficient,) = specialised((at,), name, formula=formula).values()
-    (advance,) = specialised((step,), name, damped_at=force_and_coefficient).values()
-    return specialised((march,), name, advance=advance)["march"]
+    (one_step,) = specialised((step,), name, damped_at=force_and_coefficient).values()
+    return specialised((advance, march_alone, march), name, stepped=one_step)["march"]
 
 
 @cache
 def compiled_march(scheme, formula, kind, is_constant):
     """Return the same loop, which is compiled when it is first called."""
-    return compiled(plain_march(scheme, formula, kind, is_constant), formula, fastmath=True)
+    return compiled(plain_march(scheme, formula, kind, is_constant), formula, fastmath=FASTMATH)

@@ -139,7 +139,7 @@ class Damping(ByValue):
         required = [name for name in self.names if name not in self.defaults]
         given = {**self.defaults, **dict(zip(required, values, strict=False)), **named}
         others = ["another value"] * (len(values) - len(required))
-        if others or set(given) != set(self.names):
+        if others or given.keys() != {*self.names}:
             raise InputError(
                 f"{self.model} takes {', '.join(self.names)} and nothing else;"
                 f" it was given {', '.join([*given, *others]) or 'no value'}"
@@ -147,7 +147,7 @@ class Damping(ByValue):
         arrays = together(**{RANGES[name][0]: given[name] for name in self.names})
         for name, array in zip(self.names, arrays, strict=True):
             text, within, allowed = RANGES[name]
-            if not holds(within(array)):
+            if not holds(within(array.item() if array.size == 1 else array)):  # NumPy is slow at one number
                 require(within(array), text, array, f"{allowed}{plausibility.per_cent(array, within)}")
             self.__dict__[name] = array
 
@@ -277,7 +277,8 @@ class Damping(ByValue):
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        return broadcast(**self.parameters)
+        first, *others = self._parts()
+        return broadcast(**self.parameters) if others else first.shape
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         """Return what `formula` reads besides the state, at most three values that broadcast with the curve's.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -72,21 +72,25 @@ class EnergyConsistent(Damping):
     same_loss_at_any_amplitude = True
     javascript = "((2 * size * f) / Math.sqrt(doubleV)) * ((v * v) / (v * v + doubleV)) ** m"
 
+    @cached_property
+    def _one_order(self) -> float | None:
+        """The order, where it is the same for all."""
+        orders = np.ravel(self.order)
+        return orders.item(0) if orders.size and holds(orders == orders[0]) else None
+
     @property
     def formula(self) -> Callable[..., Any]:
-        orders = np.ravel(self.order)
-        if orders.size == 0 or not holds(orders == orders[0]):
-            return of_any_order
-        if orders[0] == 0:
+        order = self._one_order
+        if order == 0:
             return of_order_0
-        return of_order(int(orders[0])) if orders[0] in MULTIPLIED_ORDERS else of_any_order
+        return of_order(int(order)) if order in MULTIPLIED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return 2 * self.damping_ratio * half_cycle_loss.normalisation(self.order), self.order
 
     @property
     def constant_branches(self) -> int:
-        return 1 if np.all(self.order == 0) else 0
+        return 1 if self._one_order == 0 else 0
 
     law = staticmethod(energy_law)
 
