@@ -50,6 +50,16 @@ def test_several_releases_of_one_specimen_are_one_estimate(fitted):
     assert float(fitted["restitution_unlike_releases"]) > 0.01
 
 
+@pytest.mark.parametrize(("release", "seed", "sign"), [(1, 1, 1.0), (3, 3, -1.0)])
+def test_the_measured_history_is_the_record_without_the_sensor_s_zero_and_drift(fitted, release, seed, sign):
+    samples = fitted.isel(sample=fitted["sample_release"].values == release)
+    elapsed, sensor = samples["sample_elapsed"].values, fitted.isel(release=release - 1)
+    shown = decay(seed=seed, sign=sign)[np.rint(elapsed / 0.002).astype(int)]
+    drift = float(sensor["sensor_drift"]) * (elapsed - (elapsed[0] + elapsed[-1]) / 2)
+    assert np.ptp(drift) > 1e-7
+    np.testing.assert_allclose(shown - samples["measured"], float(sensor["sensor_zero"]) + drift, atol=1e-12)
+
+
 def test_impacts_have_the_e_that_made_them_within_the_intervals_of_the_noise(fitted):
     low, high = fitted["impact_restitution_interval"].values
     assert 0.75 < np.mean((low < E) & (high > E)) <= 1

@@ -23,8 +23,11 @@ def installed(tmp_path_factory):
     )
     (wheel,) = folder.glob("rockdamp-*.whl")
     subprocess.run([*PIP, "install", *OFFLINE, "--target", folder / "site", wheel], check=True, capture_output=True)
-    for compiled in (ROOT / "src/rockdamp/__pycache__").glob("*.nb[ic]"):  # used where the sources are the same
-        shutil.copy(compiled, folder / "site/rockdamp/__pycache__")
+    ours, solvers = ROOT / "src/rockdamp/solvers", folder / "site/rockdamp/solvers"
+    for compiled in (ours / "__pycache__").glob("*.nb[ic]"):  # Numba takes it where the sources have the same date
+        shutil.copy(compiled, solvers / "__pycache__")
+    for kernel in solvers.glob("*_kernel.py"):
+        shutil.copystat(ours / kernel.name, kernel)
     return folder / "site"
 
 

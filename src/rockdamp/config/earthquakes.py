@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Any
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Ascending, Settings, each, geometric, made_of, members, number, section, whole
+from rockdamp.config.parsing import (
+    Ascending,
+    Section,
+    Settings,
+    each,
+    geometric,
+    made_of,
+    members,
+    number,
+    section,
+    whole,
+)
 from rockdamp.config.settings import DampingForce, Matching, Pulses, Solver
 from rockdamp.config.walls import Curve, NamedWall, make_named_wall
 from rockdamp.mechanics.building import Building
@@ -27,14 +37,12 @@ PARAMETERS = (
 NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
 
 
-@dataclass(frozen=True)
-class Bootstrap:
+class Bootstrap(Section):
     replicates: int
     seed: int
 
 
-@dataclass(frozen=True)
-class Splits:
+class Splits(Section):
     count: int
     seed: int
 
@@ -57,7 +65,6 @@ def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
 # --- walls under records ---------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
 class EarthquakeWallSettings(Settings):
     solver: Solver
     walls: Annotated[NamedWalls, "earthquakes.walls"]
@@ -66,7 +73,6 @@ class EarthquakeWallSettings(Settings):
     matching: Matching
 
 
-@dataclass(frozen=True)
 class RecordSettings(Settings):
     """The records that shake the walls, and how."""
 
@@ -78,18 +84,15 @@ class RecordSettings(Settings):
     records_per_job: Annotated[int, "earthquakes.records_per_job"]
 
 
-@dataclass(frozen=True)
 class EarthquakeRecordSettings(RecordSettings):
     step: Annotated[float, "earthquakes.step"]
 
 
-@dataclass(frozen=True)
 class ComparisonSettings(Settings):
     bands: Annotated[Ascending, "earthquakes.bands"]
     bootstrap: Annotated[Bootstrap, "earthquakes.bootstrap"]
 
 
-@dataclass(frozen=True)
 class OrderRecordSettings(RecordSettings):
     restitution: Annotated[Ascending, "earthquakes.orders.restitution"]
     order: Annotated[Ascending, "earthquakes.orders.order"]
@@ -98,7 +101,6 @@ class OrderRecordSettings(RecordSettings):
     test_spread: Annotated[float, "earthquakes.orders.test_spread"]
 
 
-@dataclass(frozen=True)
 class OrderComparisonSettings(ComparisonSettings):
     restitution_change: Annotated[float, "earthquakes.restitution_change"]
     loss_change: Annotated[float, "earthquakes.orders.loss_change"]
@@ -106,7 +108,6 @@ class OrderComparisonSettings(ComparisonSettings):
     splits: Annotated[Splits, "earthquakes.orders.splits"]
 
 
-@dataclass(frozen=True)
 class LocalDampingSettings(ComparisonSettings):
     """The pulses on the reference curve, and the records that shake the walls."""
 
@@ -130,7 +131,6 @@ def make_building(value: Any, key: str = "spectrum_method.building") -> Building
         return Building(**parsed)
 
 
-@dataclass(frozen=True)
 class SpectrumMethodSettings(Settings):
     records: tuple[str, ...]
     walls: Annotated[NamedWalls, "earthquakes.walls"]
@@ -142,7 +142,6 @@ class SpectrumMethodSettings(Settings):
     building: Annotated[Building, "spectrum_method.building", make_building]
 
 
-@dataclass(frozen=True)
 class EventDrivenCheckSettings(Settings):
     records: tuple[str, ...]
     walls: Annotated[NamedWalls, "earthquakes.walls"]
@@ -154,7 +153,6 @@ class EventDrivenCheckSettings(Settings):
 # --- population ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
 class PopulationWallSettings(Settings):
     count: Annotated[int, "population.walls"]
     seed: Annotated[int, "population.seed"]
@@ -164,7 +162,6 @@ class PopulationWallSettings(Settings):
     release_amplitude: float
 
 
-@dataclass(frozen=True)
 class PopulationShareSettings(Settings):
     walls_per_job: Annotated[int, "population.walls_per_job"]
     records: Annotated[tuple[str, ...], "population.records"]
@@ -173,7 +170,6 @@ class PopulationShareSettings(Settings):
     tail: Annotated[float, "population.tail"]
 
 
-@dataclass(frozen=True)
 class PopulationCheckSettings(Settings):
     records: Annotated[tuple[str, ...], "population.records"]
     tail: Annotated[float, "population.tail"]
@@ -181,6 +177,5 @@ class PopulationCheckSettings(Settings):
     seed: Annotated[int, "population.check.seed"]
 
 
-@dataclass(frozen=True)
 class PopulationSettings(Settings):
     bootstrap: Annotated[Bootstrap, "population.bootstrap"]

@@ -1,4 +1,4 @@
-"""Parse values of the config into the fields of a frozen dataclass: a field's type says what its value must be.
+"""Parse values of the config into the fields of a `Section`, a frozen dataclass: a field says what its value must be.
 
 An annotation may add the dotted key of the value, ``Annotated[float, "response_lengths.stop"]``, and a function that
 parses it, ``Annotated[Array, geometric]``. A field without the first is named after its key.
@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from types import NoneType
-from typing import Annotated, Any, Self, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Self, dataclass_transform, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -47,8 +48,16 @@ def made_of(key: str, names: Iterable[str]) -> Iterator[None]:
         raise ConfigError(key, f"cannot be used: {error}") from None
 
 
-class Settings:
-    """Base of what a stage depends on: a frozen dataclass whose fields name keys of the config."""
+@dataclass_transform(frozen_default=True)
+class Section:
+    """Base of a section of the config: a frozen dataclass whose fields name its keys."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True)(cls)
+
+
+class Settings(Section):
+    """Base of what a stage depends on, whose fields may name keys of any section."""
 
     @classmethod
     def of(cls, config: Config) -> Self:

@@ -7,11 +7,10 @@ and range of each key stand in workflow/schemas/config.schema.yaml.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from rockdamp.arrays import Array
-from rockdamp.config.parsing import Ascending, Settings, arithmetic, geometric, number
+from rockdamp.config.parsing import Ascending, Section, Settings, arithmetic, geometric, number
 from rockdamp.config.walls import Curve, PlateauBeyond, Strip, StudySettings
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -28,21 +27,18 @@ def _response_length(value: Any, key: str) -> float:
 ResponseLength = Annotated[float, _response_length]  # in tau; "default" is the package's own
 
 
-@dataclass(frozen=True)
-class Solver:
+class Solver(Section):
     scheme: str
     step: float
 
 
-@dataclass(frozen=True)
-class Matching:
+class Matching(Section):
     response_length: ResponseLength
     refinement: int
     scan: Scan
 
 
-@dataclass(frozen=True)
-class RigidWall:
+class RigidWall(Section):
     thickness: float
     height: float
     hinge_ratio: float
@@ -63,21 +59,18 @@ class RigidWall:
         return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
 
 
-@dataclass(frozen=True)
-class DampingForce:
+class DampingForce(Section):
     restitution: float
     response_length: float
     rigid: RigidWall
 
 
-@dataclass(frozen=True)
-class CurveMap:
+class CurveMap(Section):
     yield_displacement_ratio: Ascending
     strength_ratio: Ascending
 
 
-@dataclass(frozen=True)
-class AmplitudeDependence:
+class AmplitudeDependence(Section):
     release_share: Ascending
     restitution: Ascending
     yield_displacement_ratio: Array
@@ -86,8 +79,7 @@ class AmplitudeDependence:
     map: CurveMap
 
 
-@dataclass(frozen=True)
-class Pulses:
+class Pulses(Section):
     frequency: Annotated[Array, geometric]
     load: Annotated[Array, geometric]
     restitution: Ascending
@@ -96,16 +88,14 @@ class Pulses:
     bands: Ascending
 
 
-@dataclass(frozen=True)
-class OrderPulses:
+class OrderPulses(Section):
     frequency: Annotated[Array, geometric]
     load: Annotated[Array, geometric]
     step: float
     tail: float
 
 
-@dataclass(frozen=True)
-class DamperOrder:
+class DamperOrder(Section):
     order: Ascending
     restitution: Ascending
     restitution_change: float
@@ -113,20 +103,17 @@ class DamperOrder:
     pulses: OrderPulses
 
 
-@dataclass(frozen=True)
-class Resampling:
+class Resampling(Section):
     replicates: int
     seed: int
 
 
-@dataclass(frozen=True)
-class SimulatedTrials:
+class SimulatedTrials(Section):
     draws: int
     seed: int
 
 
-@dataclass(frozen=True)
-class MeasuredRocking:
+class MeasuredRocking(Section):
     trials: str
     impacts_used: Ascending
     shown_impacts: int
@@ -141,8 +128,7 @@ class MeasuredRocking:
     simulated: SimulatedTrials
 
 
-@dataclass(frozen=True)
-class Convergence:
+class Convergence(Section):
     seed: int
     lanes: int
     length: float
@@ -150,16 +136,14 @@ class Convergence:
     halvings: int
 
 
-@dataclass(frozen=True)
-class RigidRocking:
+class RigidRocking(Section):
     slenderness: Array
     hinge_ratio: Array
     release_amplitude: Array
     peaks: int
 
 
-@dataclass(frozen=True)
-class Accuracy:
+class Accuracy(Section):
     seed: int
     restitutions: int
     doublings: int
@@ -172,7 +156,6 @@ class Accuracy:
 # --- stages -----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
 class DecaySettings(StudySettings):
     solver: Solver
     restitution: Annotated[Array, arithmetic]
@@ -180,27 +163,23 @@ class DecaySettings(StudySettings):
     longest: Annotated[float, "response_lengths.stop"]
 
 
-@dataclass(frozen=True)
 class MatchSettings(StudySettings):
     solver: Solver
     matching: Matching
 
 
-@dataclass(frozen=True)
 class ResponseLengthSettings(StudySettings):
     solver: Solver
     scan: Annotated[Scan, "matching.scan"]
     response_lengths: Annotated[Array, arithmetic]
 
 
-@dataclass(frozen=True)
 class PolynomialSettings(Settings):
     strength_ratio: Annotated[float, "curve.strength_ratio"]
     ultimate_displacement_ratio: Annotated[float, "curve.ultimate_displacement_ratio"]
     release_amplitude: float
 
 
-@dataclass(frozen=True)
 class MatchedSettings(Settings):
     """The reference curve, and how damping ratios are matched on it."""
 
@@ -210,19 +189,16 @@ class MatchedSettings(Settings):
     matching: Matching
 
 
-@dataclass(frozen=True)
 class DampingForceSettings(MatchedSettings):
     damping_force: DampingForce
 
 
-@dataclass(frozen=True)
 class ForceCurveSettings(Settings):
     wall: Strip
     curve: Curve
     tested_wall: Annotated[Strip, "validation.wall"]
 
 
-@dataclass(frozen=True)
 class BilinearSettings(Settings):
     wall: Strip
     curve: Curve
@@ -234,7 +210,6 @@ class BilinearSettings(Settings):
     tail: Annotated[float, "earthquakes.tail"]
 
 
-@dataclass(frozen=True)
 class AmplitudeDependenceSettings(Settings):
     solver: Solver
     strength_ratio: Annotated[float, "curve.strength_ratio"]
@@ -243,7 +218,6 @@ class AmplitudeDependenceSettings(Settings):
     amplitude_dependence: AmplitudeDependence
 
 
-@dataclass(frozen=True)
 class DamperOrderSettings(MatchedSettings):
     """The reference curve, those of the amplitude dependence, and the wall and record of a test."""
 
@@ -257,28 +231,23 @@ class DamperOrderSettings(MatchedSettings):
     tested_step: Annotated[float, "validation.step"]
 
 
-@dataclass(frozen=True)
 class PulseSettings(MatchedSettings):
     pulses: Pulses
 
 
-@dataclass(frozen=True)
 class RecommendationSettings(Settings):
     curve: Curve
     release_amplitude: float
 
 
-@dataclass(frozen=True)
 class MeasuredRockingSettings(Settings):
     measured_rocking: MeasuredRocking
 
 
-@dataclass(frozen=True)
 class ConvergenceSettings(Settings):
     convergence: Convergence
 
 
-@dataclass(frozen=True)
 class ValidationSettings(Settings):
     wall: Annotated[Strip, "validation.wall"]
     curve: Annotated[Curve, "validation.curve"]
@@ -287,7 +256,6 @@ class ValidationSettings(Settings):
     step: Annotated[float, "validation.step"]
 
 
-@dataclass(frozen=True)
 class CalibrationSettings(Settings):
     wall: Annotated[Strip, "validation.wall"]
     ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
@@ -295,7 +263,6 @@ class CalibrationSettings(Settings):
     step: Annotated[float, "validation.step"]
 
 
-@dataclass(frozen=True)
 class AccuracySettings(StudySettings):
     solver: Solver
     matching: Matching

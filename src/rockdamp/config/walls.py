@@ -119,7 +119,6 @@ class Study:
     of_wall: bool
 
 
-@dataclass(frozen=True)
 class StudySettings(Settings):
     """The reference wall and what studies vary of it, on which every stage depends that looks at a study's walls."""
 

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import pandas as pd
-
-from rockdamp.arguments import instance, real
+from rockdamp.arguments import instance
 from rockdamp.arguments import path as file_path
-from rockdamp.arrays import Array, ByValue
+from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.motions import record_files
 from rockdamp.motions.record_files import ROCKING_COLUMNS
-from rockdamp.motions.records import ANSWERS, checked_header, header_lines
-from rockdamp.motions.sampling import check_finite, check_time, step_of
-from rockdamp.storage import input_file
-from rockdamp.storage.atomic import replacing
+from rockdamp.motions.records import Sampled, read_lines, write_columns
 
 TIME = "elapsed_s"
 
 
 @dataclass(frozen=True, eq=False)
-class FreeRocking(ByValue):
+class FreeRocking(Sampled):
     """A free-rocking test, sampled uniformly in time: one or more releases, without a motion of the ground.
 
     Parameters
@@ -34,7 +29,7 @@ class FreeRocking(ByValue):
         Horizontal displacement at the hinge, or at the top of a parapet; the sensor's zero need not be the wall's. [m]
     rotation : ndarray, shape (samples,), optional
         Rotation of the lower body, or of a parapet, in place of the displacement. [rad]
-    header : dict of str
+    header : mapping of str
         What the file says of itself: specimen, source, licence, units, synthetic (yes or no), and more.
     digest : str, optional
         SHA-256 of the file that it was read from.
@@ -55,35 +50,14 @@ class FreeRocking(ByValue):
     elapsed: Array
     displacement: Array | None = None
     rotation: Array | None = None
-    header: dict[str, str] = field(default_factory=dict)
+    header: Mapping[str, str] = field(default_factory=dict)
     digest: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if (self.displacement is None) == (self.rotation is None):
             raise InputError(f"a free-rocking test must have one of {' and '.join(ROCKING_COLUMNS)}")
-        for name, column in zip(("elapsed", "displacement", "rotation"), (TIME, *ROCKING_COLUMNS), strict=True):
-            if (values := getattr(self, name)) is None and name != "elapsed":
-                continue
-            values = real(column, values).copy()
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
-            if values.ndim != 1 or values.shape != self.elapsed.shape:
-                raise InputError(
-                    f"{column} has shape {values.shape}; it must be {self.elapsed.shape[:1]}, that of time"
-                )
-            check_finite(values, column, lambda index: f"at sample {index}")
-        check_time(self.elapsed, lambda index: f"at sample {index}")
-        object.__setattr__(self, "header", checked_header(self.header))
-
-    @property
-    def step(self) -> float:
-        """Time between samples. [s]"""
-        return step_of(self.elapsed)
-
-    @property
-    def synthetic(self) -> bool:
-        """True if the header says that the test was computed; without such a statement it was measured."""
-        return ANSWERS[self.header.get("synthetic", "no")]
+        names = ("elapsed", "displacement", "rotation")
+        self._keep(dict(zip(names, (TIME, *ROCKING_COLUMNS), strict=True)), optional=names[1:])
 
     @property
     def column(self) -> str:
@@ -120,16 +94,12 @@ def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
     ...     rd.read_free_rocking(path).rotation
     array([0.05, 0.05])
     """
-    path = file_path("path", path)
-    read = input_file.content(path, "a free-rocking test as CSV")
-    text = input_file.text(read, path).rstrip()
-    try:
-        if not text:
-            raise InputError("is empty; it must be a free-rocking test as CSV")
-        elapsed, values, header = record_files.rocking_csv(text.split("\n"))
-        return FreeRocking(elapsed, *values, header, hashlib.sha256(read).hexdigest())
-    except InputError as error:
-        raise InputError(f"{os.fspath(path)}: {error}") from None
+
+    def test(lines: Sequence[str], digest: str) -> FreeRocking:
+        elapsed, values, header = record_files.rocking_csv(lines)
+        return FreeRocking(elapsed, *values, header, digest)
+
+    return read_lines(file_path("path", path), "a free-rocking test as CSV", test)
 
 
 def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
@@ -161,10 +131,4 @@ def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
     0.002,0.05
     """
     path, test = file_path("path", path), instance("test", test, FreeRocking)
-    frame = pd.DataFrame({TIME: test.elapsed, test.column: test.measured})
-    text = header_lines(test.header) + frame.to_csv(index=False, lineterminator="\n")
-    try:
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})") from None
+    write_columns(path, test.header, {TIME: test.elapsed, test.column: test.measured})

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -21,13 +22,52 @@ from rockdamp.motions.record_files import COLUMNS
 from rockdamp.motions.sampling import check_finite, check_time, step_of
 from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
+from rockdamp.storage.tables import Column
 
+S = TypeVar("S", bound="Sampled")
 ANSWERS = {"yes": True, "no": False}
 OTHER_SERIES = {".vt2": "velocities", ".dt2": "displacements"}  # that PEER puts beside the accelerations
 
 
+class Sampled(ByValue):
+    """Base of what is sampled uniformly in time and has a header: a record, or a free-rocking test."""
+
+    elapsed: Array
+    header: Mapping[str, str]
+
+    def _keep(self, columns: Mapping[str, str], optional: Sequence[str]) -> None:
+        """Check header and columns, by the names of their fields, and make all of it read-only."""
+        for name, column in columns.items():
+            if getattr(self, name) is None and name in optional:
+                continue
+            values = kept(real(column, getattr(self, name)).copy())
+            object.__setattr__(self, name, values)
+            samples = self.elapsed.shape[:1]
+            if values.shape != samples or not samples:
+                raise InputError(
+                    f"{column} has shape {values.shape}; it must be {samples or '(samples,)'}, that of time"
+                )
+            check_finite(values, column, lambda index: f"at sample {index}")
+        check_time(self.elapsed, lambda index: f"at sample {index}")
+        object.__setattr__(self, "header", MappingProxyType(checked_header(self.header)))
+
+    def __reduce__(self) -> tuple[Any, ...]:  # a copy and a pickle are checked anew, and can be changed as little
+        parts = {each.name: getattr(self, each.name) for each in fields(self)} | {"header": dict(self.header)}  # type: ignore[arg-type]
+        return type(self), tuple(parts.values())
+
+    @property
+    def step(self) -> float:
+        """Time between samples. [s]"""
+        return step_of(self.elapsed)
+
+    @property
+    def synthetic(self) -> bool:
+        """True if the header says that it was computed; without such a statement it was measured."""
+        return ANSWERS[self.header.get("synthetic", "no")]
+
+
 @dataclass(frozen=True, eq=False)
-class Record(ByValue):
+class Record(Sampled):
     """A ground motion sampled uniformly in time, and the wall's displacement where it was measured.
 
     Parameters
@@ -68,36 +108,10 @@ class Record(ByValue):
     unit_of_file: str = field(default="m s-2", compare=False)
 
     def __post_init__(self) -> None:
-        for name, column in zip(("elapsed", "ground_acceleration", "displacement"), COLUMNS, strict=True):
-            values = getattr(self, name)
-            if values is None and name == "displacement":
-                continue
-            values = kept(real(column, values).copy())
-            object.__setattr__(self, name, values)
-            samples = self.elapsed.shape[:1]
-            if values.shape != samples or not samples:
-                raise InputError(
-                    f"{column} has shape {values.shape}; it must be {samples or '(samples,)'}, that of time"
-                )
-            check_finite(values, column, lambda index: f"at sample {index}")
-        check_time(self.elapsed, lambda index: f"at sample {index}")
-        object.__setattr__(self, "header", MappingProxyType(checked_header(self.header)))
+        names = ("elapsed", "ground_acceleration", "displacement")
+        self._keep(dict(zip(names, COLUMNS, strict=True)), optional=names[2:])
         if "units" in self.header:
             record_files.require_stated(self.header["units"], "m s-2", "they must be converted")
-
-    def __reduce__(self) -> tuple[Any, ...]:  # a copy and a pickle are checked anew, and can be changed as little
-        parts = {each.name: getattr(self, each.name) for each in fields(self)} | {"header": dict(self.header)}
-        return type(self), tuple(parts.values())
-
-    @property
-    def step(self) -> float:
-        """Time between samples. [s]"""
-        return step_of(self.elapsed)
-
-    @property
-    def synthetic(self) -> bool:
-        """True if the header says that the record was computed; without such a statement it was measured."""
-        return ANSWERS[self.header.get("synthetic", "no")]
 
 
 def checked_header(stated: Mapping[str, str]) -> dict[str, str]:
@@ -142,7 +156,7 @@ def has_displacement(path: str | os.PathLike[str]) -> bool:
     return COLUMNS[2] in names
 
 
-def read_record(path: str | os.PathLike[str]) -> Record:
+def read_record(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> Record:
     """Read a record: PEER AT2 where the name ends in .AT2 (in either case), this project's CSV otherwise.
 
     Parameters
@@ -152,6 +166,9 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         ``# key: value``, then names its columns: ``elapsed_s``, one of ``ground_acceleration_m_s2``,
         ``ground_acceleration_g`` and ``ground_acceleration_cm_s2``, and where measured ``displacement_m``, in any
         order. An AT2 file is in g unless its header states another unit.
+    columns : mapping of Column, optional
+        Columns of a CSV that are called otherwise, and their units, by what they hold: ``elapsed``,
+        ``ground_acceleration`` and ``displacement``.
 
     Returns
     -------
@@ -176,14 +193,22 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     path = file_path("path", path)
     if (other := OTHER_SERIES.get(path.suffix.lower())) is not None:
         raise InputError(f"{os.fspath(path)}: has PEER's suffix for {other}; the accelerations are in the file .AT2")
-    read = input_file.content(path, "a record as CSV or PEER AT2")
+
+    def record(lines: Sequence[str], digest: str) -> Record:
+        parts = record_files.at2(lines) if path.suffix.lower() == ".at2" else record_files.csv(lines, columns)
+        return Record(*parts[:4], unit_of_file=parts.unit, digest=digest)
+
+    return read_lines(path, "a record as CSV or PEER AT2", record)
+
+
+def read_lines(path: Path, kind: str, make: Callable[[Sequence[str], str], S]) -> S:
+    """Make what a file holds from its lines and its digest; an error names the file."""
+    read = input_file.content(path, kind)
     text = input_file.text(read, path).rstrip()
-    parse = record_files.at2 if path.suffix.lower() == ".at2" else record_files.csv
     try:
         if not text:
-            raise InputError("is empty; it must be a record as CSV or PEER AT2")
-        parts = parse(text.split("\n"))
-        return Record(*parts[:4], unit_of_file=parts.unit, digest=hashlib.sha256(read).hexdigest())
+            raise InputError(f"is empty; it must be {kind}")
+        return make(text.split("\n"), hashlib.sha256(read).hexdigest())
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
@@ -218,9 +243,14 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     0.02,0.0
     """
     path, record = file_path("path", path), instance("record", record, Record)
-    columns = zip(COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True)
-    frame = pd.DataFrame({name: values for name, values in columns if values is not None})
-    text = header_lines(record.header) + frame.to_csv(index=False, lineterminator="\n")
+    columns = (record.elapsed, record.ground_acceleration, record.displacement)
+    write_columns(path, record.header, dict(zip(COLUMNS, columns, strict=True)))
+
+
+def write_columns(path: Path, header: Mapping[str, str], columns: Mapping[str, Array | None]) -> None:
+    """Write a header and those columns that are there as CSV, whole or not at all."""
+    frame = pd.DataFrame({name: values for name, values in columns.items() if values is not None})
+    text = header_lines(header) + frame.to_csv(index=False, lineterminator="\n")
     try:
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8", newline="\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 from zlib import crc32
 
@@ -26,7 +26,6 @@ from rockdamp.progress import track, without_bars
 NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
 
 
-@dataclass(frozen=True)
 class IdentificationSettings(Settings):
     """The wall of the tests, the prior, and what is simulated: new records, and the test_series's with more noise."""
 
@@ -79,10 +78,7 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
 def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
     """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
 
-    Raises
-    ------
-    InputError
-        If a record is not synthetic, or does not say with what noise it was made.
+    It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
     """
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
