@@ -128,7 +128,7 @@ def by_program(data: Datasets) -> list[dict[str, Any]]:
             )
         )
     middle = leading.sizes["restitution"] // 2
-    return sorted(rows, key=lambda row: float(row["log_error"][middle]))
+    return sorted(rows, key=lambda row: float(np.nan_to_num(row["log_error"][middle], nan=np.inf)))
 
 
 def _row(offer: str, model: str, refers: str, log_error: xr.DataArray, false_safe: xr.DataArray) -> dict[str, Any]:
