@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -22,12 +22,20 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 # is likelier than the wall or the motion.
 THICKEST, HIGHEST = 2.0, 30.0  # [m]
 THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
+SLENDEREST = 40.0  # h/t; tests went to 28
+LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
+LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
+WIDEST = 100.0  # [m]
+LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
 MOST_DAMPED = 0.5  # damping ratio [-]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
+STRONGEST_ASKED = 2.0  # PGA that a wall is assessed at, in g; maps and codes stay below
+SHORTEST_STEP, LONGEST_STEP = 2e-5, 0.1  # between samples of a record; usual are 0.0001 to 0.02 [s]
 LIGHTEST, HEAVIEST = 300.0, 3500.0  # aerated concrete and dense stone [kg m-3]
 MOST_LOADED = 10.0  # O/W; the paper's tested wall, a thin leaf under the storeys of a building, has 6.2
 LEAST_LOADED = 0.05  # what a guess must lead to
+LIGHTEST_LOAD = 0.01  # O/W of a load: no floor or roof weighs less
 LEAST_PER_CENT = 5.0  # a fraction above 1 and below it is likelier a slip of a digit
 
 LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}  # [m]
@@ -88,10 +96,14 @@ def require_rocking(
 
 
 def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
-    """Return a doubt where sizes [m] are larger than those of masonry walls; of arrays the largest counts."""
-    t, h = _largest(thickness), _largest(height)
+    """Return a doubt where sizes [m], or h/t, are larger than those of masonry walls; of arrays the largest counts."""
+    t, h, slenderness = _largest(thickness), _largest(height), _largest(np.divide(height, thickness))
     sizes = (("thickness", t, THICKEST), ("height", h, HIGHEST))
     large = [(f"{name} {size:g} m", f"{most:g} m") for name, size, most in sizes if size > most]
+    if not large and slenderness > SLENDEREST:
+        feet = LENGTHS["feet"] * h
+        slip = f"; was the height in feet ({feet:.3g} m)?" if _usual(t, feet) and feet <= SLENDEREST * t else ""
+        return [f"height over thickness is {slenderness:.3g}, more than {SLENDEREST:g}{slip}"]
     if not large:
         return []
     stated, limits = (" and ".join(texts) for texts in zip(*large, strict=True))
@@ -147,6 +159,46 @@ def of_overburden(overburden_ratio: ArrayLike, weight: ArrayLike) -> list[str]:
     return [f"{stated}{_question(likely)}"]
 
 
+def of_load(ratio: float) -> list[str]:
+    """Return a doubt where a load that was stated as a force is none beside the wall's weight: O/W is `ratio`."""
+    if not 0 < ratio < LIGHTEST_LOAD:
+        return []
+    likely = [f"kN (O/W {1000 * ratio:.3g})"] if LEAST_LOADED <= 1000 * ratio <= MOST_LOADED else []
+    return [f"overburden is {ratio:.2g} times the wall's weight, less than {LIGHTEST_LOAD:g}{_question(likely)}"]
+
+
+def of_stated(wall: Any) -> list[str]:
+    """Return the doubts about one wall, or parapet, as a user states it: a hinge, or an eccentricity of no load."""
+    doubts, hinge, eccentricity = [], float(getattr(wall, "hinge_ratio", 0.7)), float(wall.eccentricity)
+    if not LOWEST_HINGE <= hinge <= HIGHEST_HINGE:
+        doubts.append(f"hinge_ratio is {hinge:g} of the height; tests found 0.5 to 0.7")
+    if eccentricity and not wall.overburden_ratio:
+        doubts.append(f"eccentricity is {eccentricity:g} m and has no effect: there is no overburden")
+    return doubts
+
+
+def of_curve(yield_displacement_ratio: float) -> list[str]:
+    """Return a doubt where the first branch of a curve is longer than that of any wall."""
+    a1 = float(yield_displacement_ratio)
+    if a1 <= LARGEST_YIELD:
+        return []
+    return [f"yield_displacement_ratio (a1) is {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
+
+
+def of_width(width: ArrayLike) -> list[str]:
+    """Return a doubt where a strip of wall is wider than buildings [m]; of an array the largest counts."""
+    widest = _largest(width)
+    return [f"width is {widest:g} m, more than {WIDEST:g}; was it in millimetres?"] if widest > WIDEST else []
+
+
+def of_onset(onset: ArrayLike) -> list[str]:
+    """Return a doubt where no earthquake makes a wall rock."""
+    value = float(np.min(onset))
+    if value <= STRONGEST * STANDARD_GRAVITY:
+        return []
+    return [f"the wall begins to rock at {in_g(value)}, beyond all earthquakes; is the overburden right?"]
+
+
 def per_cent(value: ArrayLike, within: Callable[[Any], Any]) -> str:
     """Return a question to end an error with, where the first value out of its range is within it as a percentage."""
     values = np.ravel(np.asarray(value, dtype=float))
@@ -169,7 +221,31 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
     if xi <= MOST_DAMPED:
         return []
     slip = f"; was it in per cent ({xi / 100:g})?" if xi / 100 <= MOST_DAMPED else ""
+    slip = "; was it a coefficient of restitution (e)?" if xi < 1 else slip
     return [f"damping_ratio (xi) is {xi:g}, more than {MOST_DAMPED:g}{slip}"]
+
+
+def of_dampings(dampings: Iterable[Any]) -> list[str]:
+    """Return the doubts about the parameters of dampers."""
+    parameters = [damping.parameters for damping in dampings]
+    doubts = of_damping([_largest(each.get("damping_ratio", 0.0)) for each in parameters])
+    return doubts + of_restitution([_least(each.get("restitution", 1.0)) for each in parameters])
+
+
+def of_release(release_amplitude: float, yield_displacement_ratio: float) -> list[str]:
+    """Return a doubt where a wall that is released does not rock."""
+    if release_amplitude > yield_displacement_ratio:
+        return []
+    stated = f"release_amplitude is {release_amplitude:g} of u_ins, and a1 is {yield_displacement_ratio:g}"
+    return [f"{stated}: the wall stays on its first branch and does not rock"]
+
+
+def of_restitution(restitution: ArrayLike) -> list[str]:
+    """Return a doubt where a coefficient of restitution is less than that of any wall; of an array the least counts."""
+    e = _least(restitution)
+    if e >= LEAST_ELASTIC:
+        return []
+    return [f"restitution (e) is {e:g}, less than {LEAST_ELASTIC:g}; was it a damping ratio (xi)?"]
 
 
 def of_velocity(pgv: ArrayLike) -> list[str]:
@@ -177,8 +253,29 @@ def of_velocity(pgv: ArrayLike) -> list[str]:
     largest = _largest(pgv)
     if largest <= FASTEST:
         return []
-    slip = f"; was it in cm s-1 ({largest / 100:g})?" if largest / 100 <= FASTEST else ""
-    return [f"PGV is {largest:g} m s-1, more than {FASTEST:g}{slip}"]
+    units = {"cm s-1": largest / 100, "mm s-1": largest / 1000}
+    likely = [f"{unit} ({value:g} m s-1)" for unit, value in units.items() if 0.1 <= value <= FASTEST]
+    return [f"PGV is {largest:g} m s-1, more than {FASTEST:g}{_question(likely)}"]
+
+
+def of_supports(acceleration: ArrayLike) -> list[str]:
+    """Return a doubt where the supports of a wall in a building shake more than any earthquake makes them [m s-2]."""
+    strongest = _largest(acceleration)
+    if strongest <= STRONGEST * STANDARD_GRAVITY:
+        return []
+    return [f"the supports peak at {in_g(strongest)} (median): the intensity must be that of the ground, not the floor"]
+
+
+def of_asked(pga: float) -> list[str]:
+    """Return a doubt where the PGA that a wall is assessed at [m s-2] is in another unit, likely."""
+    if pga <= STRONGEST_ASKED * STANDARD_GRAVITY:
+        return of_motion(pga)
+    meant = {"per cent of g": pga * STANDARD_GRAVITY / 100, "cm s-2": pga / 100}
+    if not _typed(pga):  # but in g
+        meant = {"m s-2": pga / STANDARD_GRAVITY}
+    least, most = 0.05 * STANDARD_GRAVITY, STRONGEST_ASKED * STANDARD_GRAVITY
+    likely = [f"{unit} ({value / STANDARD_GRAVITY:.3g} g)" for unit, value in meant.items() if least <= value <= most]
+    return [f"PGA is {in_g(pga)}, more than {STRONGEST_ASKED:g} g{_question(likely)}"]
 
 
 def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float = 1.0) -> list[str]:
@@ -205,23 +302,32 @@ def of_response(peak_ratio: ArrayLike, yield_displacement_ratio: float, pga: flo
     """
     if _largest(peak_ratio) >= yield_displacement_ratio or pga == 0:
         return []
-    stated = f"PGA is {in_g(pga)}, where {in_g(onset)} makes it rock{was_g(pga, onset)}"
+    question = was_g(pga, onset) if pga < onset else ""
+    stated = f"PGA is {in_g(pga)}, where {in_g(onset)} makes it rock{question}"
     return [f"the wall does not rock: it stays below u1, a1 = {yield_displacement_ratio:g} of u_ins; {stated}"]
 
 
-def of_level(pga: ArrayLike, onset: float, level: str = "", walls: str = "the wall") -> list[str]:
-    """Return a doubt where no intensity asked for reaches the onset of rocking.
+def of_level(strongest: float, onset: float, measure: str, asked: float, walls: str = "the wall") -> list[str]:
+    """Return a doubt where the intensity asked for, in PGA [m s-2] or PGV [m s-1], does not reach the onset of rocking.
 
-    `pga` holds the strongest record's at each intensity, and `onset` is the acceleration whose static load makes the
-    wall rock [m s-2]. `level` describes the intensity where that is no PGA: "PGV is 0.02 m s-1, and".
+    `strongest` is the largest PGA of the supports at that intensity, and `onset` the acceleration whose static load
+    makes the wall rock. [m s-2]
     """
-    strongest = _largest(pga)
     if strongest >= onset:
         return []
-    # A number that was typed in g is no round one in m s-2.
-    typed = bool(np.isclose(strongest, float(f"{strongest:.3g}"), rtol=1e-9))
-    question = was_g(strongest, onset) if typed and not level else ""
-    return [f"{level} PGA is {in_g(strongest)}; {walls} begins to rock at {in_g(onset)}{question}".strip()]
+    level, question = f"PGA is {in_g(strongest)}", ""
+    if measure == "PGV":
+        level = f"PGV is {asked:g} m s-1, and the strongest record's {level}"
+    else:
+        if not np.isclose(asked, strongest, rtol=1e-3):  # in a building
+            level = f"PGA is {in_g(asked)}, and at the supports at most {in_g(strongest)}"
+        question = was_g(asked, onset * asked / strongest) if _typed(asked) else ""
+    return [f"{level}; {walls} begins to rock at {in_g(onset)}{question}"]
+
+
+def _typed(number: float) -> bool:
+    """Return True for a round number, in the unit in which it was typed."""
+    return bool(np.isclose(number, float(f"{number:.3g}"), rtol=1e-9))
 
 
 def in_g(acceleration: float) -> str:
@@ -233,6 +339,29 @@ def was_g(pga: float, onset: float) -> str:
     """Ask whether a number taken in m s-2 was meant in g, where that would make the wall rock."""
     meant = pga * STANDARD_GRAVITY
     return f"; was it in g ({pga:.3g} g)?" if meant >= onset and _shakes(meant) else ""
+
+
+def of_step(step: float) -> list[str]:
+    """Return a doubt where the time between samples of a record [s] is none that loggers have."""
+    if SHORTEST_STEP <= step <= LONGEST_STEP:
+        return []
+    meant = {"milliseconds": step / 1000, "seconds": 1000 * step}
+    likely = [f"{unit} ({value:.3g} s)" for unit, value in meant.items() if SHORTEST_STEP <= value <= LONGEST_STEP]
+    slip = f"; were the times in {likely[0]}?" if likely else ""
+    return [f"the time between samples is {step:.3g} s, beyond {SHORTEST_STEP:g} to {LONGEST_STEP:g} s{slip}"]
+
+
+def of_displacement(displacement: ArrayLike) -> list[str]:
+    """Return a doubt where a measured displacement [m] is larger than any wall's that stands."""
+    peak = _largest(np.abs(displacement))
+    if peak <= THICKEST:
+        return []
+    slip = f"; was it in millimetres ({peak:.3g} mm)?" if peak / 1000 <= THICKEST else ""
+    return [f"the largest displacement is {peak:.3g} m, more than walls are thick{slip}"]
+
+
+def _least(values: ArrayLike) -> float:
+    return float(np.min(np.asarray(values), initial=np.inf))
 
 
 def _largest(values: ArrayLike) -> float:

@@ -137,7 +137,7 @@ def test_what_is_returned_is_what_the_registry_says(answer, tmp_path):
 
 
 def test_an_intensity_that_no_earthquake_has_is_warned_of(wall, curve, motions):
-    with pytest.warns(rd.InputWarning, match=r"PGV is 40 m s-1, more than 4; was it in cm s-1 \(0.4\)\?"):
+    with pytest.warns(rd.InputWarning, match=r"PGV is 40 m s-1, more than 4; was it in cm s-1 \(0.4 m s-1\)\?"):
         rd.assess(wall, curve, motions[0], restitution=0.85, pgv=40)
 
 

@@ -3,9 +3,10 @@
 import pytest
 
 import rockdamp as rd
-from rockdamp.assessment.table import BadRow, Column, read_walls, row_of
-from rockdamp.errors import InputError
+from rockdamp.assessment.table import COLUMNS, BadRow, read_walls, row_of
+from rockdamp.errors import InputError, InputWarning
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
+from rockdamp.storage.tables import Column
 from rockdamp.vocabulary import PRESETS
 
 TABLE = """id,thickness,height,overburden_ratio,hinge_ratio,parapet,a1,b1,a3,softening,preset,restitution
@@ -96,8 +97,9 @@ NAMED = ["id=Wall", "thickness=Thickness [mm]:mm", "density=Density:kN/m3", "ove
 def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
     """A spreadsheet's semicolons and decimal commas, and a column of feet and inches; what is not named is left out."""
     text = OTHER.replace(";Storeys", ";Storeys;Height").replace(";2\n", ";2;9ft 10.5in\n").replace(";1\n", ";1;3\n")
-    columns = dict(map(Column.of, [*NAMED, "height=Height"]))
-    made, bad = read_walls(table("\ufeff" + text.replace(";", mark)), columns)
+    columns = dict(Column.of(each, COLUMNS) for each in [*NAMED, "height=Height"])
+    with pytest.warns(InputWarning, match="columns that are not read: Storeys"):
+        made, bad = read_walls(table("\ufeff" + text.replace(";", mark)), columns)
     height, density = 118.5 * 0.0254, 18000 / 9.80665
     assert [float(made.wall.thickness), float(made.wall.height)] == pytest.approx([0.25, height], rel=1e-12)
     assert float(made.wall.density) == pytest.approx(density, rel=1e-12)
@@ -115,7 +117,7 @@ def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
 )
 def test_a_column_that_cannot_be_is_refused(text, said, table):
     with pytest.raises(InputError, match=said):
-        read_walls(table(TABLE), dict([Column.of(text)]))
+        read_walls(table(TABLE), dict([Column.of(text, COLUMNS)]))
 
 
 def test_a_load_must_have_its_unit_and_stand_alone(table):

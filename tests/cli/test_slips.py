@@ -131,3 +131,113 @@ def test_what_python_alone_takes_for_a_number_is_none(text):
     ):
         result = run(*command)
         assert result.exit_code == 2 and text in result.stderr.splitlines()[-1], command
+
+
+SMALL = ("--thickness", "0.3", "--height", "3")
+PULSE = ("respond", *WALL, "--restitution", 0.85, "--record")
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (("wall", "--thickness", "0.3", "--height", "13"), "was the height in feet (3.96 m)?"),
+        (("wall", *SMALL, "--overburden", "12N/m"), "was it in kN (O/W 0.755)?"),
+        (("wall", *SMALL, "--eccentricity", "0.05"), "has no effect: there is no overburden"),
+        (("wall", *SMALL, "--hinge-ratio", "0.07"), "hinge_ratio is 0.07 of the height; tests found 0.5 to 0.7"),
+        (("wall", *SMALL, "--width", "1000"), "width is 1000 m, more than 100; was it in millimetres?"),
+        (("wall", *SMALL, "--overburden-ratio", "9"), "beyond all earthquakes; is the overburden right?"),
+        (("equivalent", "--restitution", 0.85, "--a1", 0.72, "--b1", 0.06), "were a1 and b1 swapped?"),
+        (("equivalent", "--restitution", 0.85, "--a1", 0.1, "--b1", 0.6, "--release", 0.1), "and does not rock"),
+        (("equivalent", "--restitution", 0.05, "--a1", 0.04, "--b1", 0.85), "was it a damping ratio (xi)?"),
+        (("decay", *WALL, "--restitution", 0.05), "was it a damping ratio (xi)?"),
+        (
+            ("decay", *WALL, "--damping-model", "CDR", "--damping-ratio", 0.85),
+            "was it a coefficient of restitution (e)?",
+        ),
+    ],
+)
+def test_a_likely_slip_is_warned_of_and_said(command, said):
+    result = run(*command)
+    (line,) = [line for line in result.stderr.splitlines() if said in line]
+    assert result.exit_code == 0 and line.startswith("warning: ")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--a1", 6, "--b1", 0.72), "was it in per cent (0.06)?"),
+        (("--a1", 0.06, "--b1", 72), "was it in per cent (0.72)?"),
+        (("--a1", 0.06, "--b1", 0.72, "--a3", 80), "was it in per cent (0.8)?"),
+        (("--a1", 0.06, "--b1", 0.72, "--release", 50), "was it in per cent (0.5)?"),
+    ],
+)
+def test_a_ratio_in_per_cent_is_refused_with_that_question(options, said):
+    result = run("equivalent", "--restitution", 0.85, *options)
+    assert result.exit_code == 2 and said in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("intensity", "said"),
+    [
+        (("--pga", "25"), "was it in per cent of g (0.25 g)?"),
+        (("--pga", "250"), "was it in cm s-2 (0.255 g)?"),
+        (("--pga", "2.5g"), "was it in m s-2 (0.255 g)?"),
+        (("--pgv", "400"), "or mm s-1 (0.4 m s-1)?"),
+        (
+            ("--pga", "0.25", "--building-period", "0.25s", "--storeys", 3, "--storey", 3),
+            "PGA is 0.25 m s-2 (0.0255 g), and at the supports at most",
+        ),
+        (
+            ("--pga", "1.9g", "--building-period", "0.25s", "--storeys", 3, "--storey", 3),
+            "the intensity must be that of the ground, not the floor",
+        ),
+        (
+            ("--pga", "0.5g", "--building-period", "0.25s", "--storeys", 30, "--storey", 3),
+            "0.25 s with 30 storeys, less than 0.02 s for each storey",
+        ),
+    ],
+)
+def test_an_intensity_in_another_unit_is_questioned(record, intensity, said):
+    result = run("assess", *WALL, "--records", record, *intensity)
+    assert result.exit_code == 0 and said in result.stderr
+    assert "0.25" not in intensity or "was it in g (0.25 g)?" in result.stderr
+
+
+def test_a_motion_that_would_rock_the_wall_without_its_damper_is_not_asked_to_be_in_g(record):
+    stiff = run("respond", *WALL, "--record", record, "--damping-model", "CDR", "--damping-ratio", 5)
+    assert "the wall does not rock" in stiff.stderr and "in g" not in stiff.stderr
+
+
+def test_a_record_whose_columns_have_other_names_is_read_by_them(record, tmp_path):
+    """The same motion in milliseconds and g, beside a column of text that is not read."""
+    read = rd.read_record(record)
+    rows = [
+        f"{1000 * t};{a / 9.80665};{'ok' if t < 1 else ''}"
+        for t, a in zip(read.elapsed, read.ground_acceleration, strict=True)
+    ]
+    other = tmp_path / "other.csv"
+    other.write_text("\n".join(["Time [ms];a [g];remark", *rows]).replace(".", ","))
+    named = ("--column", "elapsed=Time [ms]:ms", "--column", "ground_acceleration=a [g]:g")
+    for name in ("peak_displacement", "pga", "duration"):
+        assert printed(*PULSE, other, *named)[name] == pytest.approx(printed(*PULSE, record)[name], rel=1e-9)
+    answers = [
+        printed("assess", *WALL, "--records", *file, "--pga", "0.3g")["models"] for file in ((record,), (other, *named))
+    ]
+    assert answers[0][0]["collapses"] == answers[1][0]["collapses"]
+    for wrong, said in (
+        (("--column", "elapsed=Time [ms]:ms"), "no column is named for ground_acceleration"),
+        ((*named[:3], "ground_acceleration=acc:g"), "has 0 columns 'acc'"),
+        ((*named[:3], "ground_acceleration=a [g]:mm"), "has the unit 'mm', which is none of m s-2"),
+        (("--column", "time=t"), "NAME is elapsed, ground_acceleration, displacement"),
+    ):
+        result = run(*PULSE, other, *wrong)
+        assert result.exit_code == 2 and said in result.stderr
+    assert "--column names others" in run(*PULSE, other).stderr
+
+
+def test_a_modelling_dispersion_that_is_none_is_refused_before_anything_is_written(record, tmp_path):
+    written = (tmp_path / "a.csv", tmp_path / "a.xml")
+    given = ("--pgv", 1, "--output", written[0], "--nrml", written[1], "--modelling-dispersion", 30)
+    result = run("batch", EXAMPLE, "--records", record, *given)
+    assert result.exit_code == 2 and "was it in per cent (0.3)?" in result.stderr
+    assert not any(path.exists() for path in written)

@@ -42,6 +42,7 @@ def test_several_restitutions_come_in_ascending_order():
     assert rows[count:] == alone
 
 
+@pytest.mark.filterwarnings("ignore:release_amplitude is 0.15 of u_ins")
 def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
     """From far out CDC needs less than on the first branch, by as much as the closed form says, to a fifth."""
     curve = rd.TrilinearCurve(0.2, 0.6)

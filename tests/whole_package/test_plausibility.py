@@ -67,7 +67,7 @@ def test_sizes_beyond_what_is_built_are_warned_of_where_they_were_written(thickn
     assert caught[0].filename == __file__
 
 
-@pytest.mark.parametrize("sizes", [(2.0, 30.0), (0.1, 0.1 * 30), (np.array([0.3, 2.0]), 30.0)])
+@pytest.mark.parametrize("sizes", [(2.0, 30.0), (0.1, 0.1 * 30), (np.array([0.8, 2.0]), 30.0)])
 def test_sizes_within_what_is_built_are_not_warned_of(sizes):
     rd.Wall(*sizes)  # a warning is an error here
 
@@ -168,3 +168,19 @@ def test_the_warning_does_not_change_how_others_are_shown():
     shown = warnings.showwarning
     CliRunner().invoke(main, "wall --thickness 240 --height 3000".split())
     assert warnings.showwarning is shown
+
+
+@pytest.mark.parametrize(
+    ("doubts", "said"),
+    [
+        (plausibility.of_step(3.90625), "were the times in milliseconds (0.00391 s)?"),
+        (plausibility.of_step(3.90625e-6), "were the times in seconds (0.00391 s)?"),
+        (plausibility.of_displacement([0.0, -41.0]), "was it in millimetres (41 mm)?"),
+    ],
+)
+def test_channels_in_another_unit_are_questioned(doubts, said):
+    assert len(doubts) == 1 and doubts[0].endswith(said)
+
+
+def test_channels_of_a_test_are_not_questioned():
+    assert not plausibility.of_step(1 / 256) and not plausibility.of_displacement([0.3, -0.3])

@@ -12,7 +12,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, TAIL, collapses
-from rockdamp.assessment.one_wall import beside_each_other, last_halving, level_of, lognormal, no_fragility
+from rockdamp.assessment.one_wall import beside_each_other, last_halving, lognormal, no_fragility
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -118,7 +118,7 @@ def below_onset(results: Iterable[Answer | BadRow], measure: str, intensity: flo
     do = "does" if len(still) == 1 else "do"
     several = f"{len(still)} of {len(good)} walls {do} not rock: the easiest of them"
     walls = several if len(good) > 1 else "the wall"
-    return of_level(still[0].strongest, easiest, level_of(measure, np.array([intensity])), walls)
+    return of_level(max(one.strongest for one in still), easiest, measure, intensity, walls)
 
 
 def _alike(rows: Sequence[Row]) -> Iterator[list[Row]]:

@@ -108,7 +108,7 @@ def assess(
     dampings = beside_each_other(e)
     counted = collapses(wall, curve, dampings, motions, measure, intensity, step=step, tail=tail)
     groups, onset = [motion.group for motion in motions], float(wall.rocking_onset(curve.strength_ratio))
-    plausibility.warn(plausibility.of_level(counted.strongest, onset, level_of(measure, intensity)))
+    plausibility.warn(plausibility.of_level(float(np.max(counted.strongest)), onset, measure, float(intensity[-1])))
     answer = _dataset(counted, dampings, groups).assign(
         rocking_onset=onset, restitution=float(e), records=len(motions), tail=tail
     )
@@ -140,14 +140,9 @@ def asked(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
     require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
     if values.ndim != 1 or not values.size:
         raise InputError(f"{name} must be a number or some numbers")
-    doubts = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_motion(float(values[-1]))
+    doubts = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_asked(float(values[-1]))
     plausibility.warn(doubts)
     return measure, values
-
-
-def level_of(measure: str, intensity: Array) -> str:
-    """Return what a warning says of the largest intensity, where that is no acceleration itself."""
-    return "" if measure == "PGA" else f"PGV is {intensity[-1]:g} m s-1, and the strongest record's"
 
 
 def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
@@ -155,7 +150,9 @@ def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
     if isinstance(restitution, str):
         e, reason = by_rule(wall, restitution)
         return float(e), reason
-    return float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
+    stated_e = float(Damping.cr(number("restitution (e)", restitution)).restitution)
+    plausibility.warn(plausibility.of_restitution(stated_e))
+    return stated_e, "as given"
 
 
 def ground_motions(records: Records) -> list[GroundMotion]:

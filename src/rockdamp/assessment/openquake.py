@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.special import ndtr
 
 from rockdamp.errors import require
-from rockdamp.plausibility import warn
+from rockdamp.plausibility import per_cent, warn
 from rockdamp.storage.nrml import Collapse
 
 WIDEST = 2.0  # of a modelling dispersion
@@ -22,13 +22,19 @@ def description(modelling: float) -> str:
     return f"Collapse of rocking walls, by rockdamp. Dispersions are record to record{also}."
 
 
+def require_modelling(modelling: float) -> None:
+    """Raise `InputError` for a modelling dispersion that is none."""
+    slip = per_cent(modelling, lambda each: (each >= 0) & (each <= WIDEST))
+    require(0 <= modelling <= WIDEST, "modelling_dispersion", modelling, f"between 0 and {WIDEST:g}{slip}")
+
+
 def with_modelling(collapses: Iterable[Collapse], modelling: float) -> Iterator[Collapse]:
     """Yield fragilities with a modelling dispersion besides that of the records: the root of the sum of squares.
 
     The shares at the stripes become those of the wider function. A fragility without a function keeps its stripes, and
     is warned of.
     """
-    require(0 <= modelling <= WIDEST, "modelling_dispersion", modelling, f"between 0 and {WIDEST:g}")
+    require_modelling(modelling)
     for collapse in collapses:
         if not modelling or not np.isfinite(collapse.dispersion):
             if modelling:

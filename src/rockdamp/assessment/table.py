@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rockdamp import units
+from rockdamp import plausibility
 from rockdamp.assessment.one_wall import stated
 from rockdamp.assessment.restitution import DEFAULT_RULE, RULES
 from rockdamp.errors import InputError
@@ -20,6 +20,7 @@ from rockdamp.mechanics import written_sizes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import WEAKEST, Parapet, Wall
 from rockdamp.storage import input_file, tables
+from rockdamp.storage.tables import Column
 from rockdamp.units import UnitError
 from rockdamp.units import number as text_number
 
@@ -50,23 +51,6 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Column:
-    """A column of the file that holds one of `COLUMNS`, and the unit of its numbers; none is SI, or none is needed."""
-
-    name: str
-    unit: str = ""
-
-    @classmethod
-    def of(cls, text: str) -> tuple[str, Column]:
-        """Parse ``thickness=Thickness [mm]:mm``; the unit may be left out. Return what the column holds, and it."""
-        holds, equals, column = (part.strip() for part in text.partition("="))
-        if not equals or holds not in COLUMNS or not column:
-            raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(COLUMNS)}")
-        name, colon, unit = column.rpartition(":")
-        return (holds, cls(name.strip(), unit.strip())) if colon and units.parse(unit) else (holds, cls(column))
-
-
-@dataclass(frozen=True)
 class BadRow:
     """A row that makes no wall, and why."""
 
@@ -88,8 +72,12 @@ def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | Non
     mark = tables.divider(text.partition("\n")[0]) or ","
     reader = csv.reader(io.StringIO(text), strict=True, delimiter=mark)
     try:
-        names = _renamed([name.strip() for name in next(reader, [])], columns, path)
+        stated_names = [name.strip() for name in next(reader, [])]
+        names = _renamed(stated_names, columns, path)
         _check_columns(names, path)
+        others = [name for name, content in zip(stated_names, names, strict=True) if name and not content]
+        if others:
+            plausibility.warn([f"{path}: columns that are not read: {', '.join(others)}"])
         named = {name: column.unit for name, column in columns.items() if column.unit}
         return list(_rows(reader, names, mark, named))
     except csv.Error as error:
@@ -165,6 +153,9 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         wall, curve = _wall(filled), _curve(filled)
+        plausibility.warn(
+            [*plausibility.of_stated(wall), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
+        )
         e, reason = stated(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
     return Row(line, filled["id"], wall, curve, e, reason, doubts, filled.get("taxonomy", filled["id"]))
@@ -196,7 +187,9 @@ def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:
         load = written_sizes.overburden(filled["overburden"])
     except UnitError as error:
         raise InputError(f"overburden: {error}; it must be a load with its unit, as 12kN/m or 12kN") from None
-    return written_sizes.overburden_ratio(*load, float(wall.weight), float(wall.width))
+    ratio = written_sizes.overburden_ratio(*load, float(wall.weight), float(wall.width))
+    plausibility.warn(plausibility.of_load(ratio))
+    return ratio
 
 
 def _curve(filled: Mapping[str, str]) -> TrilinearCurve:

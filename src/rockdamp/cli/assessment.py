@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,11 +22,11 @@ from rockdamp.cli.options import (
     CURVE,
     WALL,
     column_option,
+    columns_of_both,
     curve_options,
     json_option,
     make_curve,
     make_wall,
-    named_columns,
     refuse_unused,
     units_option,
     wall_options,
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
+    from rockdamp.storage.tables import Column
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 
@@ -149,21 +150,28 @@ def assess_command(
     if options["nrml"] is None:
         refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
-    wall, curve, e, reason = _wall(walls, identifier, options)
+    from rockdamp.assessment.openquake import require_modelling
+
+    require_modelling(options["modelling_dispersion"])
+    of_walls, of_records = columns_of_both(options["columns"])
+    wall, curve, e, reason = _wall(walls, identifier, of_walls, options)
     buildings = make_buildings(options)
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.assessment.one_wall import assess
     from rockdamp.equivalence.programs import frequencies, typed_in
     from rockdamp.motions.catalogue import load_records
+    from rockdamp.plausibility import of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
 
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
-    placed = place(buildings, load_records(records), wall, run)
+    placed = place(buildings, load_records(records, of_records), wall, run)
     answer, motions = placed.answer, placed.motions
     checked = checks(answer, wall, motions, capacity)
+    if buildings:
+        warn(of_supports([check.support_acceleration for check in checked]))
     if reason:
         answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:
@@ -225,13 +233,14 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modellin
 
 
 def _wall(
-    table: Path | None, identifier: str | None, options: dict[str, Any]
+    table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
 ) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str]:
     """Return the wall of the options or of a row of the table, its curve, e or its rule, and a row's reason for e."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE
+    from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 
     if table is None:
-        refuse_unused(("columns",), "--walls")
+        if columns:
+            refuse_unused(("columns",), "--walls")
         if identifier is not None:
             raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
         if options["thickness"] is None or options["height"] is None:
@@ -244,7 +253,9 @@ def _wall(
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
-    row = row_of(table, identifier, named_columns(options["columns"]))
+    row = row_of(table, identifier, columns)
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
+    if row.reason == by_rule(row.wall)[1]:  # then e has a spread, over which the share is averaged
+        return row.wall, row.curve, DEFAULT_RULE, ""
     return row.wall, row.curve, row.restitution, row.reason

@@ -20,7 +20,14 @@ from rockdamp.cli.assessment import (
 )
 from rockdamp.cli.building import building_options, make_buildings
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, write_dataset, write_table
-from rockdamp.cli.options import column_option, json_option, refuse_unused, strict_option, table_of_walls
+from rockdamp.cli.options import (
+    column_option,
+    columns_of_both,
+    json_option,
+    refuse_unused,
+    strict_option,
+    table_of_walls,
+)
 from rockdamp.cli.types import OutputFile
 
 MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
@@ -72,6 +79,7 @@ def batch(
     from rockdamp.assessment.in_buildings import in_buildings
     from rockdamp.assessment.many_walls import COLUMNS, below_onset, dataset, fragilities, lines
     from rockdamp.assessment.one_wall import asked
+    from rockdamp.assessment.openquake import require_modelling
     from rockdamp.assessment.table import BadRow
     from rockdamp.errors import InputError
     from rockdamp.motions.catalogue import load_records
@@ -80,12 +88,14 @@ def batch(
     require_one(pgv, pga)
     if nrml is None:
         refuse_unused(("modelling_dispersion",), "--nrml")
+    require_modelling(modelling_dispersion)
     measure, intensity = asked(pgv, pga)
     if intensity.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
     buildings = make_buildings(building)
-    rows = table_of_walls(walls, columns)
-    motions = load_records(records)
+    of_walls, of_records = columns_of_both(columns)
+    rows = table_of_walls(walls, of_walls)
+    motions = load_records(records, of_records)
     answered = in_buildings(rows, motions, buildings, measure, float(intensity[0]), tail)
     bad = [one for one in answered if isinstance(one, BadRow)]
     if len(bad) == len(answered):

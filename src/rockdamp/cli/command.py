@@ -25,6 +25,16 @@ if TYPE_CHECKING:
 RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
 SOME_FAILED = 3  # of a table's rows, with --strict
+FEW = 20  # options that a help shows without headings
+HEADINGS = {
+    "Wall": "thickness height width density hinge_ratio overburden_ratio overburden eccentricity parapet".split(),
+    "Curve": "a1 b1 preset a3 softening".split(),
+    "Losses": "restitution damping_model damping_ratio local_damping order compare".split(),
+    "Tables": "walls identifier columns".split(),
+    "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),
+    "Building": "building_period storeys storey building_damping shape".split(),
+    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date animation table".split(),
+}
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
 
@@ -46,6 +56,17 @@ class Command(click.Command):
             if error.option_name not in RENAMED:
                 raise
             raise click.UsageError(f"{error.option_name} is now called {RENAMED[error.option_name]}", ctx) from None
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options under headings, where there are many."""
+        named = [(param.name, record) for param in self.get_params(ctx) if (record := param.get_help_record(ctx))]
+        rest = [record for name, record in named if not any(name in names for names in HEADINGS.values())]
+        for heading, names in HEADINGS.items() if len(named) > FEW else ():
+            if records := [record for name, record in named if name in names]:
+                with formatter.section(heading):
+                    formatter.write_dl(records)
+        with formatter.section("Options"):
+            formatter.write_dl(rest if len(named) > FEW else [record for _, record in named])
 
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np

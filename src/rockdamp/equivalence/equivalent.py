@@ -16,6 +16,7 @@ from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.plausibility import of_curve, of_release, of_restitution, per_cent, warn
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 
 PARAMETERS = ("yield_displacement_ratio (a1)", "strength_ratio (b1)", "ultimate_displacement_ratio (a3)")
@@ -114,8 +115,9 @@ def equivalent(
         bool(0 < release_amplitude < curve.ultimate_displacement_ratio),
         "release_amplitude",
         release_amplitude,
-        "greater than 0 and less than a3",
+        f"greater than 0 and less than a3{per_cent(release_amplitude, lambda x0: x0 < a3)}",
     )
+    warn([*of_restitution(e), *of_curve(a1), *of_release(release_amplitude, a1)])
     require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
     step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
     _require_affordable(response_length, step, e.size, float(curve.yield_displacement_ratio))

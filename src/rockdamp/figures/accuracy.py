@@ -18,9 +18,9 @@ from rockdamp.figures.style import (
     ModelStyle,
     by_model,
     line_of,
+    marks_of,
     new_figure,
     numbers,
-    style_of,
     styled,
 )
 from rockdamp.text import at_most, number, percent, plain
@@ -59,14 +59,7 @@ def _errors(axes: Axes, errors: xr.Dataset) -> None:
         curve = errors.sel(damping_model=model)
         label = f"{model}: {float(curve['order']):.2f}"
         axes.plot(step, curve["median_solver_error"], label=label, **line_of(model))
-        axes.plot(
-            step,
-            curve["largest_solver_error"],
-            linestyle="none",
-            marker=style_of(model).marker,
-            color=style_of(model).colour,
-            markerfacecolor="none",
-        )
+        axes.plot(step, curve["largest_solver_error"], markerfacecolor="none", **marks_of(model))
     for name in ("solver_step", "published_step"):
         axes.axvline(float(errors[name]), color=PALE, linewidth=0.6, zorder=0)
     axes.set_xscale("log")
@@ -99,20 +92,11 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
     """Draw the true errors of the sample against their uncertainties; on the line both are equal."""
     axes.plot([LEAST, LARGEST], [LEAST, LARGEST], color=GREY, linewidth=0.8, zorder=0)
     for model in map(str, accuracy["viscous_model"].values):
-        of_model, style = accuracy.sel(viscous_model=model), style_of(model)
+        of_model = accuracy.sel(viscous_model=model)
         bound, error = (
             np.maximum(np.abs(of_model[name].values), LEAST) for name in ("sample_bound", "sample_difference")
         )
-        axes.plot(
-            bound,
-            error,
-            linestyle="none",
-            marker=style.marker,
-            color=style.colour,
-            markerfacecolor="none",
-            label=model,
-            clip_on=False,
-        )
+        axes.plot(bound, error, markerfacecolor="none", label=model, clip_on=False, **marks_of(model))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(LEAST, LARGEST)

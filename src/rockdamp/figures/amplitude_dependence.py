@@ -10,7 +10,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from rockdamp.figures.style import (
     DOUBLE_COLUMN,
@@ -20,9 +19,11 @@ from rockdamp.figures.style import (
     at_nearest,
     dampers,
     few_ticks,
+    marks_of,
     nearest,
     new_figure,
     numbers,
+    one_two_five,
     ramp,
     style_of,
     styled,
@@ -113,7 +114,7 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
         values, style = spread.sel(damping_model=model).values, style_of(model)
         axes.barh(row, values.max(), height=0.62, color=style.colour, alpha=0.25, linewidth=0)
         axes.plot(values, np.full(values.size, row), "|", color=style.colour, markersize=9)
-        axes.plot(values[reference], row, marker=style.marker, color=style.colour, markersize=5, linestyle="none")
+        axes.plot(values[reference], row, markersize=5, **marks_of(model))
         text = "0" if values.max() < 0.05 else f"{values.min():.1f} to {values.max():.1f} %"
         axes.annotate(
             text,
@@ -211,9 +212,7 @@ def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> N
         line = spreads.sel(map_softening="none").isel(map_strength_ratio=plain)
         axes.plot(a1, line, color=style.colour, linestyle=style.linestyle, marker=style.marker, label=name_of(model))
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    one_two_five(axes.yaxis)
     axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
     b1 = numbers(amplitude_dependence, "map_strength_ratio")
     shown = f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; {', '.join(exact)}: 0"

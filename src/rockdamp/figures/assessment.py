@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.special import ndtr
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
+from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, one_two_five, style_of, styled
 from rockdamp.vocabulary import REFERENCE
 
 AXES = {"pgv": "PGV [m s$^{-1}$]", "pga": "PGA [m s$^{-2}$]"}
@@ -49,9 +48,7 @@ def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
             axes.plot([], [], style.marker, color=style.colour, label=f"{model}: no lognormal curve")
     _draw_asked(axes, answer, measure)
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    one_two_five(axes.xaxis)
     axes.set_xlim(stripes[0], stripes[-1])
     axes.set_ylim(-0.03, 1.03)
     axes.set_xlabel(AXES[measure])

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpecBase, SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
@@ -29,6 +28,7 @@ from rockdamp.figures.style import (
     line_of,
     literal,
     new_figure,
+    one_two_five,
     scaling,
     style_of,
     styled,
@@ -113,9 +113,7 @@ def _velocities(axes: Axes, side: Any, unit: float) -> Any:
     second: Any = (axes.secondary_xaxis if side == "top" else axes.secondary_yaxis)(side, functions=scaling(unit))
     axis: Axis = second.xaxis if side == "top" else second.yaxis
     axis.set_tick_params(labelsize=TICKS)
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    one_two_five(axis)
     axes.spines[side].set_visible(True)
     return second
 
@@ -247,13 +245,8 @@ def _forest(axes: Axes, at_e: xr.Dataset) -> None:
             y = row + 0.24 * (shift - (len(sources) - 1) / 2)
             ends = cell["median_intensity_ratio_interval"].values
             axes.plot(ends, [y, y], color=style_of(model).colour, linewidth=1.1)
-            axes.plot(
-                float(cell["median_intensity_ratio"]),
-                y,
-                marker=SOURCE_MARKS.get(source, "o"),
-                markersize=3.6,
-                color=style_of(model).colour,
-            )
+            mark = {"marker": SOURCE_MARKS.get(source, "o"), "color": style_of(model).colour}
+            axes.plot(float(cell["median_intensity_ratio"]), y, markersize=3.6, **mark)
     axes.axvline(1.0, color="black", linewidth=0.6)
     for row in range(1, len(models)):
         axes.axhline(row - 0.5, color=PALE, linewidth=0.4)

@@ -24,6 +24,7 @@ from rockdamp.figures.style import (
     dampers,
     grid_of,
     line_of,
+    marks_of,
     new_figure,
     ramp,
     style_of,
@@ -237,15 +238,7 @@ def _by_band(axes: Axes, statistics: xr.Dataset, name: str) -> None:
             color=style_of(model).colour,
             linewidth=1.0,
         )
-        axes.plot(
-            x,
-            values[name],
-            linestyle="none",
-            marker=style_of(model).marker,
-            color=style_of(model).colour,
-            markersize=3.2,
-            label=model,
-        )
+        axes.plot(x, values[name], markersize=3.2, label=model, **marks_of(model))
     axes.axvline(0.5, color=PALE, linewidth=0.6)
     edges = zip(statistics["band_start"].values, statistics["band_end"].values, strict=True)
     axes.set_xticks(place, ["all", *(f"{low:g}–\n{high:g}" for low, high in list(edges)[1:])])
@@ -256,16 +249,8 @@ def _by_band(axes: Axes, statistics: xr.Dataset, name: str) -> None:
 
 def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
     for model in dampers(statistics):
-        style = style_of(model)
-        axes.plot(
-            statistics["velocity_ratio"],
-            statistics["median_decay_misfit"].sel(damping_model=model),
-            color=style.colour,
-            linestyle=style.linestyle,
-            marker=style.marker,
-            markersize=2.2,
-            label=model,
-        )
+        misfit, marker = statistics["median_decay_misfit"].sel(damping_model=model), style_of(model).marker
+        axes.plot(statistics["velocity_ratio"], misfit, marker=marker, markersize=2.2, label=model, **line_of(model))
     share = axes.twinx()
     share.plot(
         statistics["velocity_ratio"], 100 * standing(statistics), color=GREY, linewidth=0.8, linestyle=(0, (1, 1))

@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from rockdamp.figures.single import TIME, record_title
-from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, styled
+from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, one_two_five, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
 from rockdamp.text import number
@@ -102,9 +101,7 @@ def _restitution(axes: Axes, fitted: xr.Dataset) -> None:
         expected = rocking["expected_restitution"].sel(damping_model=model).values[order]
         axes.plot(amplitude[order], expected, linewidth=0.9, label=model, **line_of(model))
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    one_two_five(axes.xaxis)
     axes.margins(x=0.04)
     axes.set_xlabel(f"peak before the impact, {DISPLACEMENT}")
     axes.set_ylabel("$e$ [-]")

@@ -18,6 +18,7 @@ from rockdamp.figures.style import (
     dampers,
     few_ticks,
     line_of,
+    marks_of,
     new_figure,
     numbers,
     papers,
@@ -38,15 +39,8 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     figure = new_figure(SINGLE_COLUMN, 82.0)
     axes = figure.subplots()
     for model in models:
-        marker = style_of(model).marker
-        axes.plot(
-            e,
-            root.sel(damping_model=model),
-            marker=marker,
-            markevery=every(e),
-            label=model,
-            **line_of(model),
-        )
+        look = {"marker": style_of(model).marker, **line_of(model)}
+        axes.plot(e, root.sel(damping_model=model), markevery=every(e), label=model, **look)
     top = 1.35 * float(root.max())
     axes.set_ylim(0, top)
     axes.axvspan(*PAPER_RANGE, color="#EDEDED", linewidth=0, zorder=0)
@@ -101,8 +95,7 @@ def _lowest(axes: Axes, root: xr.DataArray, height: float) -> None:
     best = with_lowest(root)
     for model in map(str, root["damping_model"].values):
         e = root["restitution"].values[best == model]
-        style = style_of(model)
-        axes.plot(e, np.full(e.size, height), linestyle="none", marker=style.marker, color=style.colour)
+        axes.plot(e, np.full(e.size, height), **marks_of(model))
     names = ", ".join(map(str, root["damping_model"].values))
     axes.text(
         float(root["restitution"][0]), height * 1.02, f" lowest of {names} here:", fontsize=7, ha="left", va="bottom"

@@ -13,7 +13,17 @@ from matplotlib.patches import Patch
 
 from rockdamp.figures.collapse import BAND, SHARES, draw_fragility
 from rockdamp.figures.earthquakes import plain_logarithmic
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, dampers, line_of, new_figure, style_of, styled
+from rockdamp.figures.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    by_damper,
+    dampers,
+    line_of,
+    marks_of,
+    new_figure,
+    style_of,
+    styled,
+)
 from rockdamp.text import number
 from rockdamp.vocabulary import REFERENCE
 
@@ -100,15 +110,8 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
             **look,
         )
     for model in dampers(population):
-        of_model, style = population.sel(damping_model=model), style_of(model)
-        axes.plot(
-            of_model["sensitivity"],
-            rows - 0.5 * HEIGHT,
-            linestyle="none",
-            marker=style.marker,
-            markersize=2.6,
-            color=style.colour,
-        )
+        index = population["sensitivity"].sel(damping_model=model)
+        axes.plot(index, rows - 0.5 * HEIGHT, markersize=2.6, **marks_of(model))
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)

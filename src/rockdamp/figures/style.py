@@ -11,9 +11,10 @@ import matplotlib.style
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from rockdamp.errors import printable
 from rockdamp.mechanics.damping import kinds
@@ -136,6 +137,18 @@ def literal(text: str) -> str:
 def line_of(model: str) -> dict[str, Any]:
     """Return the keyword arguments that draw a model's line."""
     return {"color": style_of(model).colour, "linestyle": style_of(model).linestyle}
+
+
+def marks_of(model: str) -> dict[str, Any]:
+    """Return the keyword arguments that draw a model's markers, without a line."""
+    return {"color": style_of(model).colour, "marker": style_of(model).marker, "linestyle": "none"}
+
+
+def one_two_five(axis: Axis) -> None:
+    """Label a logarithmic axis by plain numbers: 1, 2, 5 and their like."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def shades(model: str, count: int) -> list[Colour]:

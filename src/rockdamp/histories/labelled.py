@@ -202,7 +202,7 @@ class _Batch:
             instance("wall", wall, Wall, Parapet)
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
-        plausibility.warn(plausibility.of_damping(damping.parameters.get("damping_ratio", 0.0)))
+        plausibility.warn(plausibility.of_dampings([damping]))
         others = {name: quantity(name, value) for name, value in others.items()}
         self.parameters = _names(_parameters(wall)) | _names(_parameters(curve))
         self.parameters |= _names(damping.parameters)

@@ -125,7 +125,7 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
 
 def _warn_of(dampings: Sequence[Damping]) -> None:
     """Warn once of damping ratios that no wall has."""
-    plausibility.warn(plausibility.of_damping([damping.parameters.get("damping_ratio", 0.0) for damping in dampings]))
+    plausibility.warn(plausibility.of_dampings(dampings))
 
 
 def _side_by_side(

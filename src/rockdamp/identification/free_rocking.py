@@ -187,12 +187,14 @@ def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Par
     if peak < u3:
         return
     factor, unit = (MILLI, "millimetres") if test.rotation is None else (1 / DEGREE, "degrees")
-    shown = f"{peak:.4g} m" if test.rotation is None else f"{peak / lever(wall):.4g} rad"
+    shown, most = (
+        (f"{peak:.4g} m", f"{u3:.4g} m at the hinge or top")
+        if test.rotation is None
+        else (f"{peak / lever(wall):.4g} rad", f"{u3 / lever(wall):.4g} rad")
+    )
     likely = MANY < peak / u3 < factor
     slip = f"; were they {unit}?" if likely else "; is it the right wall?"
-    raise InputError(
-        f"the largest peak is {shown}; it must be less than {u3:.4g} m at the hinge or top, where the wall falls{slip}"
-    )
+    raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall falls{slip}")
 
 
 def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:

@@ -95,18 +95,8 @@ def zero_of(displacement: Array, noise: float) -> float:
 def releases_of(test: FreeRocking, displacement: Array, least: float | None = None) -> list[Release]:
     """Split a test into its releases, each from where the specimen falls freely to its last clear half cycle.
 
-    Parameters
-    ----------
-    test : FreeRocking
-    displacement : ndarray, shape (samples,)
-        At the hinge or the top. [m]
-    least : float, optional
-        Smallest peak that is used; by default ten standard deviations of the noise. [m]
-
-    Raises
-    ------
-    InputError
-        If there are too few peaks, or the specimen rocks to one side only.
+    The displacement is that at the hinge or the top [m]; `least` is the smallest peak that is used [m], by default ten
+    standard deviations of the noise. Raises `InputError` for too few peaks, or a specimen that rocks to one side only.
     """
     if displacement.size < QUIET_SAMPLES:
         require(False, "the number of samples", displacement.size, f"at least {QUIET_SAMPLES}")
@@ -115,7 +105,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)
     sizes = np.abs(cycles.peak)
     if sizes.size < FEWEST_PEAKS:
-        raise _too_few(sizes.size, noise)
+        raise _too_few(sizes.size, noise, least)
     grown = (sizes[1:] > GROWN * sizes[:-1]) & (sizes[1:] > RELEASE * sizes.max())
     starts = np.concatenate([[0], 1 + np.flatnonzero(grown)])
     ends = np.append(starts[1:], sizes.size)
@@ -124,7 +114,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     if not usable and max(part.peak.size for part in parts) >= FEWEST_PEAKS:
         raise InputError("no release has peaks that fade; after a release the specimen must rock freely")
     if not usable:
-        raise _too_few(max(part.peak.size for part in parts), noise)
+        raise _too_few(max(part.peak.size for part in parts), noise, least)
     found = []
     for part in usable:
         inside = part.start[1:]
@@ -140,8 +130,11 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     return found
 
 
-def _too_few(count: int, noise: float) -> InputError:
+def _too_few(count: int, noise: float, least: float | None = None) -> InputError:
+    clear = f"{1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
+    if least is not None:
+        clear = f"{1000 * least:.3g} mm, the least peak"
     return InputError(
         f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak is"
-        f" clear beyond {1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
+        f" clear beyond {clear}"
     )

@@ -13,10 +13,16 @@ from rockdamp.arguments import broadcast, kept, numbers, one_of, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
 from rockdamp.mechanics import trilinear
+from rockdamp.plausibility import per_cent
 from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
 ROUNDING = 1e-12
+
+
+def _slip(ratio: Quantity) -> str:
+    """Ask whether a ratio that is none was stated in per cent."""
+    return per_cent(ratio, lambda each: (each > 0) & (each <= 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +78,10 @@ class TrilinearCurve(ByValue):
         a1, b1, a3 = together(**given)
         object.__setattr__(self, "softening", one_of("softening", self.softening, SOFTENING))
         require(a1 > 0, "yield_displacement_ratio (a1)", a1, "greater than 0")
-        require((b1 > ROUNDING) & (b1 < 1), "strength_ratio (b1)", b1, "between 0 and 1, both excluded")
-        require((a3 > 0) & (a3 <= 1), "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
+        require((b1 > ROUNDING) & (b1 < 1), "strength_ratio (b1)", b1, f"between 0 and 1, both excluded{_slip(b1)}")
+        require(
+            (a3 > 0) & (a3 <= 1), "ultimate_displacement_ratio (a3)", a3, f"greater than 0 and at most 1{_slip(a3)}"
+        )
         if self.softening == "steeper":
             allowed = "greater than 1 - b1 with steeper softening"
             require(a3 > 1 - b1 + ROUNDING, "ultimate_displacement_ratio (a3)", a3, allowed)
@@ -88,7 +96,7 @@ class TrilinearCurve(ByValue):
             a1 < self.plateau_end - ROUNDING,
             "yield_displacement_ratio (a1)",
             a1,
-            "less than a2, where the plateau ends (1 - b1)",
+            f"less than a2, where the plateau ends (1 - b1){_slip(a1)}",
         )
 
     @classmethod

@@ -20,18 +20,7 @@ def displacement_from_peak(curve: TrilinearCurve, amplitude: ArrayLike, tau: Arr
     It solves :math:`x'' + f(x) = 0` from rest at the amplitude. The zero of the displacement lies a quarter of
     `TrilinearCurve.period` from the peak; beyond it the first branch goes on to the other side.
 
-    Parameters
-    ----------
-    curve : TrilinearCurve
-        Broadcasts.
-    amplitude : float or ndarray
-        x0 = u0/u_ins, in (0, a3), broadcasts. [-]
-    tau : float or ndarray
-        Time from the peak, of either sign, broadcasts. [-]
-
-    Returns
-    -------
-    ndarray, of the shape that the arguments broadcast to
+    The arguments broadcast: the amplitude x0 = u0/u_ins in (0, a3) [-], and the time from the peak, of either sign. [-]
     """
     x0, s = real("amplitude", amplitude), np.abs(real("tau", tau))
     k1, b1, ks, a1, a2, a3 = curve.parameters()

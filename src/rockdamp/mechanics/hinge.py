@@ -23,10 +23,7 @@ def weakest_hinge_ratio(thickness: Quantity, overburden_ratio: Quantity, eccentr
 
     .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad \Psi = \frac{O}{W}
 
-    Parameters
-    ----------
-    thickness, overburden_ratio, eccentricity : float or ndarray
-        As of `Wall`. [m], [-], [m]
+    The sizes are those of `Wall`. [m], [-], [m]
     """
     sizes = {"thickness": thickness, "overburden_ratio (O/W)": overburden_ratio, "eccentricity": eccentricity}
     t, psi, d = (quantity(name, value) for name, value in sizes.items())

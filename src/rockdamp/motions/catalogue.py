@@ -24,6 +24,7 @@ from rockdamp.arrays import ByValue
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, read_record
+from rockdamp.storage.tables import Column
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -147,7 +148,9 @@ def files_of(entries: Iterable[str]) -> list[Path]:
     return [entry.path for entry in listing(entries) if entry.path is not None]
 
 
-def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[GroundMotion]:
+def load_records(
+    records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], columns: Mapping[str, Column] | None = None
+) -> list[GroundMotion]:
     """Read the ground motions that names, paths, patterns or folders stand for.
 
     Parameters
@@ -157,6 +160,8 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
         match as in a shell; or the path of a CSV of this project or of a PEER AT2 file; or a pattern of such paths, in
         which ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it. Of a pattern or a folder,
         AT2 files that PEER names as vertical components (``...-UP``, ``...-V``, ``...DWN``) are left out.
+    columns : mapping of Column, optional
+        Columns of the CSV files that are called otherwise, as for `read_record`.
 
     Returns
     -------
@@ -181,21 +186,21 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     for record in named:
         as_path("a record", record)
     entries = [os.fspath(record) for record in named]
-    motions = [read(entry) for entry in listing(entries)]
+    motions = [read(entry, columns) for entry in listing(entries)]
     warn_of_left_out(entries)
     return motions
 
 
-def read(entry: Entry) -> GroundMotion:
+def read(entry: Entry, columns: Mapping[str, Column] | None = None) -> GroundMotion:
     """Read the series of a ground motion; doubts about it are warned of (`RecordWarning`)."""
     if entry.path is not None:
-        return from_file(entry.path)
+        return from_file(entry.path, columns)
     record = _from_package(entry)
     _warn(plausible(record, entry.name))
     return GroundMotion(entry.name, entry.group, entry.record_set, record, event=entry.event)
 
 
-def from_file(path: str | os.PathLike[str]) -> GroundMotion:
+def from_file(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> GroundMotion:
     """Read a file, CSV or PEER AT2; doubts about it are warned of (`RecordWarning`).
 
     Its header may state `PULSE_PERIOD` [s] and ``event``.
@@ -205,7 +210,7 @@ def from_file(path: str | os.PathLike[str]) -> GroundMotion:
         path.stem.encode("utf-8")
     except UnicodeEncodeError:
         raise InputError(f"{path}: has a name that is not UTF-8, which no result could hold") from None
-    record = read_record(path)
+    record = read_record(path, columns)
     _warn([*plausible(record, str(path), record.unit_of_file), *_vertical_doubts(record, path)])
     period = _pulse_period(record.header, path)
     return GroundMotion(path.stem, _station(path.stem), OWN, record, period, record.header.get("event", ""))

@@ -120,7 +120,7 @@ def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
         _check_motion(record)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
-    doubts = [*_unit_doubts(record, unit), *_baseline_doubts(record)]
+    doubts = [*plausibility.of_step(record.step), *_unit_doubts(record, unit), *_baseline_doubts(record)]
     return [f"{name}: {doubt}" for doubt in doubts]
 
 

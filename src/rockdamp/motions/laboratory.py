@@ -19,7 +19,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import warn
+from rockdamp.plausibility import of_displacement, of_step, warn
 from rockdamp.storage import input_file, tables
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
@@ -185,9 +185,11 @@ def laboratory_record(
     if displacement is not None:
         motion_and_wall["displacement"] = (displacement, "mm", 1000.0)
     warn([doubt for name, channel in motion_and_wall.items() for doubt in _restless(name, *channel, even, rest)])
+    warn(of_step(float(even[1] - even[0])))
     if displacement is not None:
         zero = float(displacement[resting].mean())
         displacement, header["zero_removed_m"] = displacement - zero, f"{zero:.6g}"
+        warn(of_displacement(displacement))
     return Record(even, _baseline(even, motion, resting, baseline, header), displacement, header)
 
 

@@ -20,6 +20,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.motions.sampling import Place, check_finite, check_time
 from rockdamp.storage import tables
+from rockdamp.storage.tables import Column
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
@@ -28,6 +29,7 @@ ACCELERATIONS = {  # the columns that an acceleration may be read from, and thei
     "ground_acceleration_g": ("g", STANDARD_GRAVITY),
     "ground_acceleration_cm_s2": ("cm s-2", 0.01),
 }
+CONTENTS = {"elapsed": "s", "ground_acceleration": "m s-2", "displacement": "m"}  # of columns of any name, and its unit
 ROCKING_COLUMNS = ("displacement_m", "rotation_rad")  # of a free-rocking test: one of them
 KEYS = ("synthetic", "units", "pulse_period")  # of a CSV's header, that change what is done with the record
 SI = "s, m s-2"
@@ -76,9 +78,14 @@ def require_stated(stated: str, acceleration: str, remedy: str) -> None:
 # --- CSV --------------------------------------------------------------------------------------------------------------
 
 
-def csv(lines: Sequence[str]) -> Parts:
-    """Parse this project's CSV; semicolons or tabs may divide it, beside decimal commas."""
+def csv(lines: Sequence[str], columns: Mapping[str, Column] | None = None) -> Parts:
+    """Parse this project's CSV; semicolons or tabs may divide it, beside decimal commas.
+
+    `columns` names those that are called otherwise, by `CONTENTS`, with their units; then no other is read.
+    """
     header, names, lines, start = _names(lines, COLUMNS[:2])
+    if columns:
+        return _renamed(header, names, lines, start + 1, columns)
     _check_columns(names, start + 1)
     (column,) = (name for name in names if name in ACCELERATIONS)
     unit, factor = ACCELERATIONS[column]
@@ -92,6 +99,27 @@ def csv(lines: Sequence[str]) -> Parts:
         acceleration = acceleration * factor
         header["units"] = f"{SI}, m" if COLUMNS[2] in names else SI
     return Parts(values["elapsed_s"], acceleration, values.get(COLUMNS[2]), header, unit)
+
+
+def _renamed(
+    header: dict[str, str], names: Sequence[str], lines: Sequence[str], first: int, columns: Mapping[str, Column]
+) -> Parts:
+    """Return the contents of a CSV whose columns have other names; its row `first` follows the line of names."""
+    for content in CONTENTS:
+        if content not in columns and content != "displacement":
+            raise InputError(f"no column is named for {content}; --column {content}=COLUMN:UNIT names it")
+    values = {}
+    for content, column in columns.items():
+        if names.count(column.name) != 1:
+            raise InputError(f"line {first} has {names.count(column.name)} columns {column.name!r}; it must have one")
+        size = units.size(column.unit, CONTENTS[content]) if column.unit else 1.0
+        if size is None:
+            raise InputError(f"{content} has the unit {column.unit!r}, which is none of {CONTENTS[content]}")
+        values[content] = size * _columns(lines, first, names, [column.name])[column.name]
+    check_time(values["elapsed"], lambda index: f"on line {first + 1 + index}")
+    header["units"] = f"{SI}, m" if "displacement" in values else SI
+    unit = columns["ground_acceleration"].unit or "m s-2"
+    return Parts(values["elapsed"], values["ground_acceleration"], values.get("displacement"), header, unit)
 
 
 def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array | None], dict[str, str]]:
@@ -122,23 +150,28 @@ def _names(lines: Sequence[str], expected: Sequence[str]) -> tuple[dict[str, str
     return header, [name.strip(' "') for name in lines[start].split(",")], lines, start
 
 
-def _columns(lines: Sequence[str], first: int, names: Sequence[str]) -> Mapping[str, Array]:
-    """Return the numbers of each column, of the rows from the line of index `first` on."""
+def _columns(
+    lines: Sequence[str], first: int, names: Sequence[str], wanted: Sequence[str] | None = None
+) -> Mapping[str, Array]:
+    """Return the numbers of each column, or of those `wanted`, of the rows from the line of index `first` on."""
     if first == len(lines):
         raise InputError(f"has no rows; at least 2 must follow the columns on line {first}")
     for number, line in enumerate(lines[first:], first + 1):
         count = line.count(",") + 1 if line.strip() else 0
-        if count != len(names):
+        if count != len(names) and not (wanted and 0 < count < len(names)):  # empty cells at the end are not written
             raise InputError(f"line {number} has {count} values; it must have {len(names)}, one for each column")
     # Read as text and converted below: so a bad cell can be named, and the conversion is exact.
     frame = pd.read_csv(
         io.StringIO("\n".join(lines[first:])),
-        names=list(names),
+        names=[name if name in (wanted or names) else f"column {at}" for at, name in enumerate(names)],
         dtype=str,
         keep_default_na=False,
         quoting=csv_module.QUOTE_NONE,
     )
-    return {name: _numbers(frame[name].tolist(), name, lambda index: f"on line {first + 1 + index}") for name in names}
+    return {
+        name: _numbers(frame[name].fillna("").tolist(), name, lambda index: f"on line {first + 1 + index}")
+        for name in wanted or names
+    }
 
 
 def _header(lines: Sequence[str]) -> dict[str, str]:
@@ -176,7 +209,7 @@ def _check_remark(line: str, text: str, number: int) -> None:
 def _check_columns(names: Sequence[str], line: int) -> None:
     one_of = f"one of {', '.join(ACCELERATIONS)}"
     allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}"
-    allowed += ", divided by commas, semicolons or tabs"
+    allowed += ", divided by commas, semicolons or tabs; --column names others"
     for name in names:
         if name not in (*COLUMNS, *ACCELERATIONS):
             hint = "; the name of a PEER AT2 file must end in .AT2" if "PEER" in name.upper() else ""

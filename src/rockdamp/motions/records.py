@@ -22,6 +22,7 @@ from rockdamp.motions.record_files import COLUMNS
 from rockdamp.motions.sampling import check_finite, check_time, step_of
 from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
+from rockdamp.storage.tables import Column
 
 S = TypeVar("S", bound="Sampled")
 ANSWERS = {"yes": True, "no": False}
@@ -155,7 +156,7 @@ def has_displacement(path: str | os.PathLike[str]) -> bool:
     return COLUMNS[2] in names
 
 
-def read_record(path: str | os.PathLike[str]) -> Record:
+def read_record(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> Record:
     """Read a record: PEER AT2 where the name ends in .AT2 (in either case), this project's CSV otherwise.
 
     Parameters
@@ -165,6 +166,9 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         ``# key: value``, then names its columns: ``elapsed_s``, one of ``ground_acceleration_m_s2``,
         ``ground_acceleration_g`` and ``ground_acceleration_cm_s2``, and where measured ``displacement_m``, in any
         order. An AT2 file is in g unless its header states another unit.
+    columns : mapping of Column, optional
+        Columns of a CSV that are called otherwise, and their units, by what they hold: ``elapsed``,
+        ``ground_acceleration`` and ``displacement``.
 
     Returns
     -------
@@ -189,10 +193,9 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     path = file_path("path", path)
     if (other := OTHER_SERIES.get(path.suffix.lower())) is not None:
         raise InputError(f"{os.fspath(path)}: has PEER's suffix for {other}; the accelerations are in the file .AT2")
-    parse = record_files.at2 if path.suffix.lower() == ".at2" else record_files.csv
 
     def record(lines: Sequence[str], digest: str) -> Record:
-        parts = parse(lines)
+        parts = record_files.at2(lines) if path.suffix.lower() == ".at2" else record_files.csv(lines, columns)
         return Record(*parts[:4], unit_of_file=parts.unit, digest=digest)
 
     return read_lines(path, "a record as CSV or PEER AT2", record)

@@ -35,18 +35,9 @@ KEY = ["group", "trial"]
 class RockingTrials:
     """Trials of free rocking without the duplicates, those with the most impacts first.
 
-    Parameters
-    ----------
-    ratio : ndarray, shape (trials, impacts)
-        Angular velocity after an impact over that before it, NaN after a trial's last impact. [-]
-    geometry : ndarray, shape (trials,)
-        Index of each trial's geometry.
-    thickness, height : ndarray, shape (geometries,)
-        Of the blocks. [m]
-    impacts, trials, duplicates : int
-        Of the file, the duplicates among them.
-    source : str
-        Who measured them, as the file says.
+    `ratio`, shape (trials, impacts), is the angular velocity after an impact over that before it, NaN after a trial's
+    last impact [-]; `geometry` (trials,) the index of each trial's block, `thickness` and `height` (geometries,) the
+    blocks' [m]. `impacts`, `trials` and `duplicates` count those of the file; `source` says who measured them.
     """
 
     ratio: Array
@@ -67,20 +58,9 @@ class RockingTrials:
 def read_rocking_trials(path: str | os.PathLike[str]) -> RockingTrials:
     """Read trials of free rocking: a CSV with a commented header and the columns of `COLUMNS`, a row an impact.
 
-    Parameters
-    ----------
-    path : path-like
-        The impacts of a trial are numbered from 1 on without a gap; its block has one size. A trial that names another
-        of its group in ``duplicate_of_trial`` must equal it, and is left out.
-
-    Returns
-    -------
-    RockingTrials
-
-    Raises
-    ------
-    InputError
-        If the file is not whole: a key of the header, a column, an impact or a number is missing, or two rows disagree.
+    The impacts of a trial are numbered from 1 on without a gap; its block has one size. A trial that names another of
+    its group in ``duplicate_of_trial`` must equal it, and is left out. It raises `InputError` where a key of the
+    header, a column, an impact or a number is missing, or two rows disagree.
     """
     shown = os.fspath(path)
     text = input_file.text(input_file.content(path, "a CSV of rocking trials"), path)

@@ -3,9 +3,34 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from rockdamp import units
+from rockdamp.errors import InputError
 
 DIVIDERS = (";", "\t", ",")
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a file, and the unit of its numbers; none is SI, or none is needed."""
+
+    name: str
+    unit: str = ""
+
+    @classmethod
+    def of(cls, text: str, contents: Collection[str]) -> tuple[str, Column]:
+        """Parse ``thickness=Thickness [mm]:mm``; the unit may be left out. Return what the column holds, and it.
+
+        What it holds is one of `contents`.
+        """
+        holds, equals, column = (part.strip() for part in text.partition("="))
+        if not equals or holds not in contents or not column:
+            raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(contents)}")
+        name, colon, unit = column.rpartition(":")
+        return (holds, cls(name.strip(), unit.strip())) if colon and units.parse(unit) else (holds, cls(column))
 
 
 def divider(line: str) -> str | None:

@@ -78,10 +78,7 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
 def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
     """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
 
-    Raises
-    ------
-    InputError
-        If a record is not synthetic, or does not say with what noise it was made.
+    It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
     """
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):

@@ -42,17 +42,9 @@ DIMS = ("spectrum_damping", "support", "wall", "capacity", "restitution")
 def spectrum_method(config: Config) -> xr.Dataset:
     """Return the demand of each method over the capacity, at the intensity at which each wall reaches the capacity.
 
-    Parameters
-    ----------
-    config : dict
-        Has the keys of `SpectrumMethodSettings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``demand_ratio`` (spectrum_damping, support, wall, capacity, restitution, record), NaN where a wall reaches the
-        capacity at no intensity, or at the lowest already. Over the records ``bias`` is its median, ``scatter`` the
-        standard deviation of its logarithm, and ``unsafe_share`` the part below 1; the same over all walls too.
+    ``demand_ratio`` is NaN where a wall reaches the capacity at no intensity, or at the lowest already. Over the
+    records ``bias`` is its median, ``scatter`` the standard deviation of its logarithm, and ``unsafe_share`` the part
+    below 1; the same over all walls too.
     """
     settings = SpectrumMethodSettings.of(config)
     period = np.array([_secant_period(named, settings.capacity) for named in settings.walls])

@@ -36,12 +36,8 @@ def validate(config: Config, record: Record, test_series: Mapping[str, Record], 
     The records of the test series, by name, are of the same wall. They are compared in place of `record`, unless it is
     measured and one of them is not. Misfits and decrements of the decay are over the half cycles that are free of the
     motion, and NaN where there is none. Histories that are shorter than another's end in NaN.
-
-    Raises
-    ------
-    InputError
-        If a record has no measured displacement, no rest before the motion or no decay after it, the records are not
-        sampled alike, or the polynomials do not reach the config's e or a1.
+    It raises `InputError` if a record has no measured displacement, no rest before the motion or no decay after it, the
+    records are not sampled alike, or the polynomials do not reach the config's e or a1.
     """
     settings = ValidationSettings.of(config)
     ratios = damping_ratios(equivalence, settings.restitution, settings.fit_yield_displacement_ratios)
@@ -62,13 +58,7 @@ def validate(config: Config, record: Record, test_series: Mapping[str, Record], 
 
 
 def compared(record: Record, test_series: Mapping[str, Record]) -> dict[str, Record]:
-    """Return the records that are compared: the test series, or the record alone if only it is measured.
-
-    Raises
-    ------
-    InputError
-        If those of the test series are not sampled alike.
-    """
+    """Return the records that are compared: the test series, or the record alone if only it is measured."""
     if not test_series or (not record.synthetic and any(one.synthetic for one in test_series.values())):
         return {"record": record}
     first = next(iter(test_series.values()))

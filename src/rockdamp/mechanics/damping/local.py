@@ -46,11 +46,5 @@ class LocalDamping(Damping):
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        """Return alpha = tanh(delta), delta = -ln e. [-]
-
-        Parameters
-        ----------
-        restitution : float or ndarray
-            e, in (0, 1]. [-]
-        """
+        """Return alpha = tanh(delta), delta = -ln e, with e in (0, 1]. [-]"""
         return np.tanh(0.0 - np.log(restitution))

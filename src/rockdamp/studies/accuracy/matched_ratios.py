@@ -145,12 +145,7 @@ def exact_minimum(published: Published, response_length: float, bracket: float) 
     """Return the damping ratio with the least integral of (|u_CR| - |u|)^2, within `bracket` of the published one. [-]
 
     The integral is what the sum of Eq. (17) tends to as its step goes to zero, at first order: its last term counts
-    whole where the integral counts half.
-
-    Raises
-    ------
-    InputError
-        If the integral is least at an end of the bracket.
+    whole where the integral counts half. It raises `InputError` if the integral is least at an end of the bracket.
     """
     e, x0 = published.restitution, published.release_amplitude
     squared = Distance(published.curve, published.model, e, x0, response_length)

@@ -52,13 +52,7 @@ ERROR_MODELS = {
 
 
 def measured_rocking(config: Config) -> xr.Dataset:
-    """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `measured_rocking` in storage/variables.yaml.
-    """
+    """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
     settings = MeasuredRockingSettings.of(config).measured_rocking
     measured = read_rocking_trials(settings.trials)
     study = _Study(settings, measured)
