@@ -190,7 +190,7 @@ def summary(path: Path = JUDGED) -> str:
         every = list(csv.DictReader(sample))
     rows = [row for row in every if not row["equivalent"]]
     counted = []
-    for package in (*PACKAGES, "all"):
+    for package in (*sorted({Path(row["file"]).parts[0] for row in rows}), "all"):
         those = [row for row in rows if package in ("all", Path(row["file"]).parts[0])]
         noticed = sum(row["noticed"] != SURVIVED for row in those)
         since = noticed + sum(bool(row["since"]) for row in those)

@@ -258,6 +258,14 @@ def of_velocity(pgv: ArrayLike) -> list[str]:
     return [f"PGV is {largest:g} m s-1, more than {FASTEST:g}{_question(likely)}"]
 
 
+def of_supports(acceleration: ArrayLike) -> list[str]:
+    """Return a doubt where the supports of a wall in a building shake more than any earthquake makes them [m s-2]."""
+    strongest = _largest(acceleration)
+    if strongest <= STRONGEST * STANDARD_GRAVITY:
+        return []
+    return [f"the supports peak at {in_g(strongest)} (median): the intensity must be that of the ground, not the floor"]
+
+
 def of_asked(pga: float) -> list[str]:
     """Return a doubt where the PGA that a wall is assessed at [m s-2] is in another unit, likely."""
     if pga <= STRONGEST_ASKED * STANDARD_GRAVITY:

@@ -124,7 +124,7 @@ def test_the_help_loads_nothing_heavy():
 def test_equivalent_loads_only_what_it_computes_with():
     modules = loaded("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.85)
     assert "numba" in modules
-    assert not {"xarray", "pandas", "matplotlib", "netCDF4", "tqdm"} & modules
+    assert not {"xarray", "pandas", "matplotlib", "netCDF4", "tqdm", "scipy.optimize", "scipy.signal"} & modules
 
 
 def test_the_package_runs_as_a_module():

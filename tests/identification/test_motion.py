@@ -14,7 +14,7 @@ from rockdamp.identification import problem
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.least_squares import Fit
 from rockdamp.identification.motion import MotionNoise, main_directions
-from rockdamp.identification.noise import Noise
+from rockdamp.identification.noise import Noise, correlated
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 from rockdamp.identification.sampler import Draws
@@ -143,3 +143,6 @@ def test_a_short_rest_is_no_measure_of_the_sensors_noise():
     beyond = np.mean([1 / rest.std() > problem._by_chance(rest) for rest in rests])
     assert 0 < beyond < 0.004
     assert problem._by_chance(random.standard_normal(2000)) < 1.1
+    # Neighbours that follow each other tell less: as if all were independent, one of nine would seem beyond chance.
+    following = [correlated(1.0, 0.8, random.standard_normal(100)) for _ in range(1000)]
+    assert np.mean([1 / rest.std() > problem._by_chance(rest) for rest in following]) < 0.03

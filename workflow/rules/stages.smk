@@ -23,6 +23,7 @@ for stage in STAGES.values():
                 f"{RESULTS}/{stage.file}",
             log:
                 f"{LOGS}/{stage.dataset}.log",
+            priority: stage.priority
             threads: stage.threads
             params:
                 function=stage.function,

@@ -50,6 +50,9 @@ def refined(
         walls, levels = np.nonzero(near[..., column])
         if not walls.size:
             continue
+        # Those that fell stand together: the kernel leaves a block that has collapsed.
+        fell_last = np.argsort(collapsed[walls, levels, column], kind="stable")
+        walls, levels = walls[fell_last], levels[fell_last]
         lane, pick = (walls, levels, column), itemgetter(walls)
         lanes = (_lanes(wall, factor.shape[0], walls), curve.map(spread).map(pick), [damping.map(spread).map(pick)])
         for halvings in range(1, HALVINGS + 1):

@@ -160,6 +160,7 @@ def assess_command(
     from rockdamp.assessment.one_wall import assess
     from rockdamp.equivalence.programs import frequencies, typed_in
     from rockdamp.motions.catalogue import load_records
+    from rockdamp.plausibility import of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
 
@@ -169,6 +170,8 @@ def assess_command(
     placed = place(buildings, load_records(records, of_records), wall, run)
     answer, motions = placed.answer, placed.motions
     checked = checks(answer, wall, motions, capacity)
+    if buildings:
+        warn(of_supports([check.support_acceleration for check in checked]))
     if reason:
         answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:

@@ -61,6 +61,14 @@ def quiet_level(record: Record) -> float:
     return max(QUIET * peak, min(NOISY * noise, MOST_NOISY * peak))
 
 
+def motion_noise(record: Record) -> float:
+    """Standard deviation of the accelerometer's noise, by the differences of samples before and after the motion."""
+    acceleration = record.ground_acceleration
+    moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
+    steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
+    return float(np.sqrt(np.mean(steps**2) / 2))
+
+
 def rest_samples(record: Record) -> int:
     """Count the samples before the motion, in which the wall is at rest; refuse fewer than `SHORTEST_REST`."""
     level = quiet_level(record)

@@ -13,10 +13,10 @@ from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from rockdamp.arguments import instance, number, one_of
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.histories.forcing import Forcing
-from rockdamp.histories.measured_test import measured_displacement, quiet_level, rest_samples
+from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
 from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -72,10 +72,8 @@ class Fit:
         instance("wall", wall, Wall, Parapet)
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
         require(number("step", step) > 0, "step", step, "greater than 0")
-        a3, softening = (
-            number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio),
-            one_of("softening", softening, SOFTENING),
-        )
+        a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
+        softening = one_of("softening", softening, SOFTENING)
         require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
         measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
         return cls(record, wall, candidate, a3, softening, step, np.empty(0)).with_motion(record.ground_acceleration)
@@ -86,8 +84,13 @@ class Fit:
 
     def with_motion(self, ground_acceleration: Array) -> Fit:
         """Return the same fit under another motion, sampled as the record is. [m s-2]"""
-        substeps = Forcing.of(self.wall, self.record).substeps(self.step)
-        return replace(self, motion=_at_steps(ground_acceleration, substeps))
+        return replace(self, motion=self.at_steps(ground_acceleration))
+
+    def at_steps(self, motions: Array) -> Array:
+        """Return motions, shape (..., samples), at the solver's steps, by a spline: lines would cut a pulse's peak."""
+        index, substeps = np.arange(motions.shape[-1]), Forcing.of(self.wall, self.record).substeps(self.step)
+        at = np.arange(index[-1] * substeps + 1) / substeps
+        return np.ascontiguousarray(CubicSpline(index, motions, axis=-1)(at))
 
     @cached_property
     def measured(self) -> Array:
@@ -149,9 +152,8 @@ class Fit:
         if not self.sizes:
             return self.wall
         with as_meant():  # of an unlikely size the wall itself was warned of
-            return replace(
-                self.wall, **dict(zip(self.sizes, np.moveaxis(self._split(parameters)[1], -1, 0), strict=True))
-            )
+            sizes = np.moveaxis(self._split(parameters)[1], -1, 0)
+            return replace(self.wall, **dict(zip(self.sizes, sizes, strict=True)))
 
     def followed(self, parameters: Array) -> Array:
         """Return those parameters that the noise of the motion follows: all but the order of a damper."""
@@ -165,15 +167,22 @@ class Fit:
     def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
         """Return the displacement for parameters of shape (batch, 3 or more), shape (batch, samples). [m]
 
-        Further motions [m s-2], each times a factor of shape (motions, batch), are added to the ground acceleration.
+        Further motions `at_steps` of the solver [m s-2], each times a factor of shape (motions, batch), are added to
+        the ground acceleration.
         """
         wall, motion = self.mechanism(parameters), self.motion
         load_factor = np.asarray(wall.load_factor, dtype=float)
         if motions is not None and factors is not None:
             load_factor = load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
-            motion = np.stack([motion, *(_at_steps(further, self._substeps) for further in motions)])
+            motion = np.concatenate([motion[None], motions])
+        return self._displacement(wall, *self._wall(parameters), load_factor, motion)
+
+    def _displacement(
+        self, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, load_factor: Quantity, motion: Array
+    ) -> Array:
         response = solve(
-            *self._wall(parameters),
+            curve,
+            damping,
             step=wall.frequency_parameter * self.record.step / self._substeps,
             steps=self.motion.size - 1,
             load_factor=load_factor,
@@ -258,12 +267,15 @@ class Fit:
         acceleration = self.record.ground_acceleration
         size = DRAWN * motion_noise(self.record)
         draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
+        motions = self.at_steps(acceleration + draws)
 
-        def shift(noise: Array) -> Array:
-            return (self.with_motion(acceleration + noise).computed(parameters[None])[0] - computed) / DRAWN
+        wall, (curve, damping) = self.mechanism(parameters), self._wall(parameters[None])
+
+        def shift(motion: Array) -> Array:
+            return (self._displacement(wall, curve, damping, wall.load_factor, motion)[0] - computed) / DRAWN
 
         with ThreadPoolExecutor(available_threads()) as pool:
-            return np.array(list(track(pool.map(shift, draws), "noise of the motion", DRAWS)))
+            return np.array(list(track(pool.map(shift, motions), "noise of the motion", DRAWS)))
 
     def solution(self) -> Solution:
         """Search the least squares, and say what surrounds it."""
@@ -363,20 +375,6 @@ class Solution:
     def covariance_by_sensor(self) -> tuple[Array, int]:
         """Covariance by the residuals, and the samples over which they are taken as correlated."""
         return covariance_by_sensor(self.derivative, self.residual)
-
-
-def motion_noise(record: Record) -> float:
-    """Standard deviation of the accelerometer's noise, by the differences of samples before and after the motion."""
-    acceleration = record.ground_acceleration
-    moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
-    steps = np.concatenate([np.diff(acceleration[: moving[0]]), np.diff(acceleration[moving[-1] + 1 :])])
-    return float(np.sqrt(np.mean(steps**2) / 2))
-
-
-def _at_steps(ground_acceleration: Array, substeps: int) -> Array:
-    """Ground acceleration at the solver's steps, by a cubic spline: straight lines would cut a pulse's peak off."""
-    index = np.arange(ground_acceleration.size)
-    return CubicSpline(index, ground_acceleration)(np.arange((index.size - 1) * substeps + 1) / substeps)
 
 
 def covariance_by_sensor(derivative: Array, residual: Array) -> tuple[Array, int]:

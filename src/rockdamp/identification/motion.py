@@ -14,14 +14,15 @@ as they are: what is left of z is then small.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit, motion_noise
+from rockdamp.histories.measured_test import motion_noise
+from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit
 from rockdamp.identification.noise import Noise
 from rockdamp.motions.records import Record
 
@@ -127,7 +128,12 @@ class MotionNoise:
         """Displacement under a noise along the main directions, shape (batch, main directions). [m]"""
         if not along.shape[1]:
             return self._beside.computed(parameters)
-        return self._beside.computed(parameters, np.einsum("km,ks->ms", self._main, self.directions), along.T)
+        return self._beside.computed(parameters, self._main_motions, along.T)
+
+    @cached_property
+    def _main_motions(self) -> Array:
+        """The main directions at the solver's steps, shape (main directions, steps + 1). [m s-2]"""
+        return self._beside.at_steps(np.einsum("km,ks->ms", self._main, self.directions))
 
     @cached_property
     def _shift(self) -> tuple[Array, Array]:
@@ -137,8 +143,8 @@ class MotionNoise:
 
     @cached_property
     def _motions(self) -> Array:
-        """Of the noise that follows the parameters, shape (3 or more, samples). [m s-2]"""
-        return np.einsum("kp,ks->ps", self.follows, self.directions)
+        """The noise that follows the parameters, at the solver's steps, shape (3 or more, steps + 1). [m s-2]"""
+        return self.fit.at_steps(np.einsum("kp,ks->ps", self.follows, self.directions))
 
     def _followed(self, parameters: Array) -> Array:
         """Return how far the noise follows parameters, shape (batch, 3 or more)."""
@@ -172,7 +178,9 @@ class MotionNoise:
         shift, by_parameters = self._shift
         linear = computed + np.einsum("bk,kt->bt", noise, self.effect) - shift
         linear = linear - np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
-        exact = [self.under(z).computed(row[None])[0] for z, row in zip(noise, parameters, strict=True)]
+        accelerations = self.fit.record.ground_acceleration + np.stack([z @ self.directions for z in noise])
+        under = [replace(self.fit, motion=motion) for motion in self.fit.at_steps(accelerations)]
+        exact = [fit.computed(row[None])[0] for fit, row in zip(under, parameters, strict=True)]
         return np.stack(exact) - linear
 
 

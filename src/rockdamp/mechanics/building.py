@@ -33,6 +33,7 @@ RIGID_PERIOD = 0.03  # [s]
 MOST_STOREYS = 100
 # ASSUME: periods of buildings that have masonry walls; beyond, a slip of the unit is likelier.
 SHORTEST, LONGEST = 0.05, 2.0  # [s]
+LEAST_PER_STOREY = 0.02  # a squat house of one storey has some 0.05 [s]
 LEAST_DAMPED, MOST_DAMPED = 0.005, 0.2  # damping ratios that buildings have [-]
 
 
@@ -139,6 +140,9 @@ class Building:
         if not SHORTEST <= period <= LONGEST:
             usual = f"buildings with masonry walls have {SHORTEST:g} to {LONGEST:g} s"
             doubts.append(f"the building period is {period:g} s; {usual}{_slip_of_period(period)}")
+        elif period < LEAST_PER_STOREY * self.storeys:
+            least = f"less than {LEAST_PER_STOREY:g} s for each storey"
+            doubts.append(f"the building period is {period:g} s with {self.storeys} storeys, {least}")
         if not LEAST_DAMPED <= xi <= MOST_DAMPED:
             slip = f"; was it in per cent ({xi / 100:g})?" if xi > MOST_DAMPED else ""
             doubts.append(f"the building damping is {xi:g}; usual is {LEAST_DAMPED:g} to {MOST_DAMPED:g}{slip}")

@@ -158,7 +158,7 @@ def _columns(
         raise InputError(f"has no rows; at least 2 must follow the columns on line {first}")
     for number, line in enumerate(lines[first:], first + 1):
         count = line.count(",") + 1 if line.strip() else 0
-        if count != len(names):
+        if count != len(names) and not (wanted and 0 < count < len(names)):  # empty cells at the end are not written
             raise InputError(f"line {number} has {count} values; it must have {len(names)}, one for each column")
     # Read as text and converted below: so a bad cell can be named, and the conversion is exact.
     frame = pd.read_csv(
@@ -169,7 +169,7 @@ def _columns(
         quoting=csv_module.QUOTE_NONE,
     )
     return {
-        name: _numbers(frame[name].tolist(), name, lambda index: f"on line {first + 1 + index}")
+        name: _numbers(frame[name].fillna("").tolist(), name, lambda index: f"on line {first + 1 + index}")
         for name in wanted or names
     }
 

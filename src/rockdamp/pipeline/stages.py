@@ -31,6 +31,7 @@ class Stage:
     shares_of: str = ""
     per_share: str = ""
     threads: int = 1
+    priority: int = 0
     record: str = ""
     test_series: str = ""
     trials: str = ""
