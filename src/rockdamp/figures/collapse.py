@@ -245,7 +245,7 @@ def _forest(axes: Axes, at_e: xr.Dataset) -> None:
             y = row + 0.24 * (shift - (len(sources) - 1) / 2)
             ends = cell["median_intensity_ratio_interval"].values
             axes.plot(ends, [y, y], color=style_of(model).colour, linewidth=1.1)
-            mark = {"marker": SOURCE_MARKS.get(source, "o"), "color": style_of(model).colour}
+            mark: dict[str, Any] = {"marker": SOURCE_MARKS.get(source, "o"), "color": style_of(model).colour}
             axes.plot(float(cell["median_intensity_ratio"]), y, markersize=3.6, **mark)
     axes.axvline(1.0, color="black", linewidth=0.6)
     for row in range(1, len(models)):

@@ -110,8 +110,8 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
             **look,
         )
     for model in dampers(population):
-        index = population["sensitivity"].sel(damping_model=model)
-        axes.plot(index, rows - 0.5 * HEIGHT, markersize=2.6, **marks_of(model))
+        first_order = population["sensitivity"].sel(damping_model=model)
+        axes.plot(first_order, rows - 0.5 * HEIGHT, markersize=2.6, **marks_of(model))
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
