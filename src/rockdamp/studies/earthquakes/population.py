@@ -11,8 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
-from scipy.stats import qmc
+from scipy.special import ndtr, ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
@@ -81,8 +80,8 @@ def sample(settings: PopulationWallSettings) -> dict[str, Array]:
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
     """
     drawn, (_, factor) = _hypercube(settings, settings.seed), _correlation(settings)
-    scores = stats.norm.ppf(drawn) @ factor.T
-    uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, stats.norm.cdf(scores))
+    scores = ndtri(drawn) @ factor.T
+    uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
     return {name: settings.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
@@ -95,9 +94,9 @@ def redraw(settings: PopulationWallSettings) -> Array:
     correlation, factor = _correlation(settings)
     inverse = np.linalg.inv(correlation)
     variance = 1 / np.diag(inverse)
-    scores = stats.norm.ppf(_hypercube(settings, settings.seed)) @ factor.T
-    fresh = stats.norm.ppf(_hypercube(settings, [settings.seed, 1]))
-    uniform = stats.norm.cdf(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
+    scores = ndtri(_hypercube(settings, settings.seed)) @ factor.T
+    fresh = ndtri(_hypercube(settings, [settings.seed, 1]))
+    uniform = ndtr(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
     values = np.array([settings.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
     some = np.unique(np.linspace(0, settings.count - 1, min(settings.redrawn, settings.count)).astype(int))
     return np.where(np.isin(np.arange(settings.count), some), values, np.nan)
@@ -106,6 +105,8 @@ def redraw(settings: PopulationWallSettings) -> Array:
 def _hypercube(settings: PopulationWallSettings, seed: int | list[int]) -> Array:
     """Return a Latin hypercube; shape (walls, parameters)."""
     rng = np.random.default_rng(seed)
+    from scipy.stats import qmc  # slow to import, and the shares need none
+
     return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(settings.count))
 
 
@@ -312,4 +313,4 @@ def total_effects(result: Array, redrawn: Array, bootstrap: Bootstrap) -> tuple[
     for replicate in replicates:
         variance = rng.choice(result, result.size).var(ddof=1)
         replicate[:] = halves[:, rng.integers(some.size, size=some.size)].mean(axis=1) / variance
-    return halves.mean(axis=1) / result.var(ddof=1), stats.norm.ppf(0.975) * replicates.std(axis=0, ddof=1)
+    return halves.mean(axis=1) / result.var(ddof=1), ndtri(0.975) * replicates.std(axis=0, ddof=1)
