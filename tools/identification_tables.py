@@ -97,7 +97,7 @@ def random_tests(_: Data) -> str:
     earlier = listed(f"{percent(answered[f'held_{name}'].mean())} ({PARAMETERS[name]})" for name in names)
     return (
         f"{table(head, table_rows)}\n\nWhy tests were refused: {why}.\n\n"
-        f"With a tenth neglected, {len(answered)} answers to {len(before)} other tests held the truth in {earlier}."
+        f"Before, {len(answered)} answers to {len(before)} other tests held the truth in {earlier}."
     )
 
 

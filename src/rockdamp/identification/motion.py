@@ -27,7 +27,7 @@ from rockdamp.identification.noise import Noise
 from rockdamp.motions.records import Record
 
 MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
-NEGLIGIBLE = 0.03  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
+NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
 MOST_ROWS = 64
 CORRECTIONS = 4  # steps of Gauss and Newton
 # Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
