@@ -225,6 +225,7 @@ def test_large_rotation_agrees_with_an_integration_in_the_lower_body_s_rotation(
     assert found == pytest.approx(expected, abs=1e-8)
 
 
+@pytest.mark.filterwarnings("ignore:height over thickness")
 def test_large_rotations_tend_to_the_slender_limit_with_the_square_of_the_slenderness():
     times = np.linspace(0, 6, 601)
     differences = []

@@ -159,7 +159,7 @@ def assess_command(
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.assessment.one_wall import assess
     from rockdamp.equivalence.programs import frequencies, typed_in
-    from rockdamp.motions.catalogue import load_records
+    from rockdamp.motions.catalogue import motions_of
     from rockdamp.plausibility import of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
@@ -167,7 +167,7 @@ def assess_command(
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
-    placed = place(buildings, load_records(records, of_records), wall, run)
+    placed = place(buildings, motions_of(records, of_records), wall, run)
     answer, motions = placed.answer, placed.motions
     checked = checks(answer, wall, motions, capacity)
     if buildings:

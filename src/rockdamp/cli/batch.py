@@ -82,7 +82,7 @@ def batch(
     from rockdamp.assessment.openquake import require_modelling
     from rockdamp.assessment.table import BadRow
     from rockdamp.errors import InputError
-    from rockdamp.motions.catalogue import load_records
+    from rockdamp.motions.catalogue import motions_of
     from rockdamp.plausibility import warn
 
     require_one(pgv, pga)
@@ -95,7 +95,7 @@ def batch(
     buildings = make_buildings(building)
     of_walls, of_records = columns_of_both(columns)
     rows = table_of_walls(walls, of_walls)
-    motions = load_records(records, of_records)
+    motions = motions_of(records, of_records)
     answered = in_buildings(rows, motions, buildings, measure, float(intensity[0]), tail)
     bad = [one for one in answered if isinstance(one, BadRow)]
     if len(bad) == len(answered):

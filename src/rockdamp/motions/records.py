@@ -156,7 +156,7 @@ def has_displacement(path: str | os.PathLike[str]) -> bool:
     return COLUMNS[2] in names
 
 
-def read_record(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> Record:
+def read_record(path: str | os.PathLike[str]) -> Record:
     """Read a record: PEER AT2 where the name ends in .AT2 (in either case), this project's CSV otherwise.
 
     Parameters
@@ -166,9 +166,6 @@ def read_record(path: str | os.PathLike[str], columns: Mapping[str, Column] | No
         ``# key: value``, then names its columns: ``elapsed_s``, one of ``ground_acceleration_m_s2``,
         ``ground_acceleration_g`` and ``ground_acceleration_cm_s2``, and where measured ``displacement_m``, in any
         order. An AT2 file is in g unless its header states another unit.
-    columns : mapping of Column, optional
-        Columns of a CSV that are called otherwise, and their units, by what they hold: ``elapsed``,
-        ``ground_acceleration`` and ``displacement``.
 
     Returns
     -------
@@ -190,6 +187,11 @@ def read_record(path: str | os.PathLike[str], columns: Mapping[str, Column] | No
     ...     rd.read_record(path).ground_acceleration
     array([0. , 1.5, 0. ])
     """
+    return record_of(path)
+
+
+def record_of(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> Record:
+    """Read a record as `read_record`; `columns` names those of a CSV that are called otherwise, by what they hold."""
     path = file_path("path", path)
     if (other := OTHER_SERIES.get(path.suffix.lower())) is not None:
         raise InputError(f"{os.fspath(path)}: has PEER's suffix for {other}; the accelerations are in the file .AT2")
