@@ -10,16 +10,16 @@ from repository import ROOT
 from scipy.linalg import eigh
 
 from rockdamp.errors import InputError
-from rockdamp.histories.measured_test import rest_samples
+from rockdamp.histories.measured_test import motion_noise, rest_samples
 from rockdamp.identification import problem
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.motion import MotionNoise, main_directions
+from rockdamp.identification.motion import MOST_DIRECTIONS, MotionNoise, main_directions, noise_directions
 from rockdamp.identification.noise import Noise, correlated
 from rockdamp.identification.prior import Prior
 from rockdamp.identification.problem import Problem
 from rockdamp.identification.sampler import Draws
-from rockdamp.motions.records import read_record
+from rockdamp.motions.records import Record, read_record
 
 MADE = np.array([0.0305, 0.798, 0.84])
 SENSOR = (1.5e-4, 0.1)
@@ -32,6 +32,16 @@ def noise():
         record, WALL, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.00125
     )  # fine, so that the solver is smooth
     return MotionNoise.at(fit, MADE, np.zeros(record.elapsed.size), 1e-3 * fit.trend.T, SENSOR)
+
+
+@pytest.mark.parametrize("samples", [MOST_DIRECTIONS // 2, 2 * MOST_DIRECTIONS])
+def test_a_motion_that_is_the_sum_of_the_directions_is_as_noisy_as_the_record(samples):
+    random, elapsed = np.random.RandomState(5), np.arange(samples) / 500
+    pulse = np.sin(np.arange(samples) / 40) * (np.abs(elapsed / elapsed[-1] - 0.5) < 0.2)
+    record = Record(elapsed, pulse + 0.01 * random.standard_normal(samples))
+    directions = noise_directions(record)
+    noise = np.einsum("k,kt->t", random.standard_normal(len(directions)), directions)
+    assert np.std(noise) == pytest.approx(motion_noise(record), rel=0.1)
 
 
 def test_the_main_directions_hold_all_but_a_negligible_variance():
