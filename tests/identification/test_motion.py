@@ -121,6 +121,9 @@ def test_a_noise_that_is_corrected_leaves_less_that_is_not_linear_and_the_same_l
     there, corrected = np.stack([MADE + 2 * ridge, MADE - 2 * ridge]), replace(noise, corrected=True)
     sensor = [np.full(2, value) for value in SENSOR]
     assert np.std(corrected.beyond(there, *sensor)) < 0.2 * np.std(noise.beyond(there, *sensor))
+    _, residuals, about = corrected._corrected(there, *sensor)
+    again = noise.noise.mean(residuals, *sensor)[:, 2:]
+    assert np.abs(again - about).max() < 1e-4 * np.abs(about).max()  # one more step moves it no more
     near = np.stack([MADE, MADE + 0.02 * ridge])
     likelihoods = [one.noise.log_likelihood(one.response(near, *sensor)[1], *sensor) for one in (noise, corrected)]
     assert np.abs(np.diff(likelihoods[0])) > 0.01
