@@ -2,20 +2,12 @@
 
 import numpy as np
 import pytest
+from sines import record, sine
 
 from rockdamp.errors import InputError
 from rockdamp.motions.catalogue import load_records
 from rockdamp.motions.intensity import RESIDUAL, intensity_measures, plausible
-from rockdamp.motions.records import Record
 from rockdamp.vocabulary import STANDARD_GRAVITY
-
-
-def record(acceleration, step=0.01):
-    return Record(step * np.arange(len(acceleration)), np.asarray(acceleration, dtype=float))
-
-
-def sine(amplitude=2.0, period=0.5, cycles=4, points=1000):
-    return record(amplitude * np.sin(2 * np.pi * np.arange(cycles * points + 1) / points), period / points)
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from sines import record, sine
 
-from rockdamp import Record, load_records
+from rockdamp import load_records
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -12,14 +13,6 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.oscillator import run_recursion, spectral_acceleration
 from rockdamp.vocabulary import STANDARD_GRAVITY
-
-
-def record(acceleration, step=0.01):
-    return Record(step * np.arange(len(acceleration)), np.asarray(acceleration, dtype=float))
-
-
-def sine(amplitude=2.0, period=0.5, cycles=4, points=1000):
-    return record(amplitude * np.sin(2 * np.pi * np.arange(cycles * points + 1) / points), period / points)
 
 
 @pytest.fixture(scope="module")

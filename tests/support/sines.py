@@ -1,0 +1,13 @@
+"""Records of accelerations that a test states."""
+
+import numpy as np
+
+from rockdamp.motions.records import Record
+
+
+def record(acceleration, step=0.01):
+    return Record(step * np.arange(len(acceleration)), np.asarray(acceleration, dtype=float))
+
+
+def sine(amplitude=2.0, period=0.5, cycles=4, points=1000):
+    return record(amplitude * np.sin(2 * np.pi * np.arange(cycles * points + 1) / points), period / points)
