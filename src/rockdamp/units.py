@@ -53,9 +53,10 @@ class UnitError(ValueError):
 
 def number(text: str) -> float:
     """Return the number that a text is, finite or not; `ValueError` for none, for 1_0 and for digits beyond ASCII."""
-    if not text.isascii() or "_" in text:
-        raise ValueError(f"{text!r} is no number")
-    return float(text)
+    try:
+        return float(text if text.isascii() and "_" not in text else "")
+    except ValueError:
+        raise ValueError(f"{text!r} is no number") from None
 
 
 def parse(text: str) -> Unit | None:

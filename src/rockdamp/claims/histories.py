@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.claims.verdicts import (
-    Judge,
     Limits,
     Part,
     between,
     brief,
+    by_id,
     judged,
     measured,
     number,
@@ -209,10 +209,4 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     }
 
 
-JUDGES: dict[str, Judge] = {
-    "fig3-energy": fig3_energy,
-    "fig3-impact": fig3_impact,
-    "fig4-rigid": fig4_rigid,
-    "fig4-smooth": fig4_smooth,
-    "fig8-sdr": fig8_sdr,
-}
+JUDGES = by_id(fig3_energy, fig3_impact, fig4_rigid, fig4_smooth, fig8_sdr)

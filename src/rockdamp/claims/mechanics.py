@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Judge, Limits, Part, between, brief, judged, measured, number, percent
+from rockdamp.claims.verdicts import Limits, Part, between, brief, by_id, judged, measured, number, percent
 from rockdamp.storage.dataset import Datasets
 
 
@@ -115,9 +115,4 @@ def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
     return (bilinear / trilinear.where(~both & (trilinear > first_branch))).drop_vars("force_curve", errors="ignore")
 
 
-JUDGES: dict[str, Judge] = {
-    "hinge-mass": hinge_mass,
-    "bilinear-demand": bilinear_demand,
-    "ean-slender": ean_slender,
-    "e-measured": e_measured,
-}
+JUDGES = by_id(hinge_mass, bilinear_demand, ean_slender, e_measured)

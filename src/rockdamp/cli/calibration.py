@@ -11,7 +11,7 @@ import click
 from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
 from rockdamp.cli.free_rocking import FREE_ROCKING_EXAMPLE, or_free_rocking
 from rockdamp.cli.options import json_option, make_wall, refuse_unused, softening_options, wall_options, with_default
-from rockdamp.cli.types import Measured, OutputFile, Uncertain, Whole
+from rockdamp.cli.types import Measured, OutputFile, Whole, uncertain
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     """Let sizes of the wall have a standard deviation."""
     for option in command.params:
         if option.name in UNCERTAIN:
-            option.type = Uncertain(UNCERTAIN[option.name])
+            option.type = uncertain(UNCERTAIN[option.name])
     return command
 
 

@@ -13,7 +13,7 @@ import click
 
 from rockdamp.cli.command import concerning, print_json, print_table, write_dataset, write_figure
 from rockdamp.cli.options import SIZES, make_wall, refuse_unused
-from rockdamp.cli.types import Quantity
+from rockdamp.cli.types import quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +32,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
 
     @click.option("--free-rocking", is_flag=True, help="Fit pull-and-release tests, FILES, in place of a record.")
     @click.option(
-        "--least-peak", type=Quantity("m"), help="Smallest peak of FILES to use.  [default: ten times the noise]"
+        "--least-peak", type=quantity("m"), help="Smallest peak of FILES to use.  [default: ten times the noise]"
     )
     @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
     @wraps(command)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.assessed import show_damping
-from rockdamp.cli.assessment import Restitution
+from rockdamp.cli.assessment import RESTITUTION
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, print_table, print_values, write_table
 from rockdamp.cli.options import (
     CURVE,
@@ -29,7 +29,7 @@ from rockdamp.cli.options import (
     wall_options,
     with_default,
 )
-from rockdamp.cli.types import Number, OutputFile, Quantities
+from rockdamp.cli.types import NUMBER, OutputFile, quantities
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -77,8 +77,8 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 )
 @wall_options()
 @curve_options
-@click.option("--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
-@click.option("--restitution", type=Restitution(), help="Restitution e of the dampers, or a rule.  [default: measured]")
+@click.option("--amplitude", type=quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
+@click.option("--restitution", type=RESTITUTION, help="Restitution e of the dampers, or a rule.  [default: measured]")
 @units_option
 @json_option
 def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
@@ -189,10 +189,10 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=Quantities(), help="Coefficient of restitution e.")
+@click.option("--restitution", type=quantities(), help="Coefficient of restitution e.")
 @curve_options
-@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
-@click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
+@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
 @click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
 @column_option
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")

@@ -20,13 +20,8 @@ def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     each = int(np.isfinite(walls["damping_ratio"].values).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
     uncertainty = compared["relative_uncertainty"]
     return {
-        "records": int(compared["records"]),
-        "stations": int(compared["stations"]),
         "few": int(compared["stations"]) < ENOUGH_STATIONS,
         "wall_count": walls.sizes["wall"],
-        "scale_count": compared.sizes["velocity_ratio"],
-        "scale_low": plain(compared["velocity_ratio"].min()),
-        "scale_high": plain(compared["velocity_ratio"].max()),
         "restitutions": listed(plain(value) for value in compared["restitution"].values),
         "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
         "settled": f"{100 * float(compared['settled_share']):.2f}",

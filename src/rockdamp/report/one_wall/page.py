@@ -7,6 +7,7 @@ import io
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.arrays import Array
+from rockdamp.assessment.checks import Check
 from rockdamp.assessment.collapses import STRIPES, UNITS
 from rockdamp.assessment.one_wall import REPLICATES, beside_each_other, missing
 from rockdamp.assessment.sensitivity import sensitivity
@@ -27,12 +28,12 @@ from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
 from rockdamp.histories.side_by_side import responses
+from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
-from rockdamp.report.one_wall.checks import Placement, section
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, counted, number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
@@ -58,6 +59,16 @@ class About:
 
 
 @dataclass(frozen=True)
+class Placement:
+    """Where a wall stands, in words; what `assess --json` says of its building, and the check at each intensity."""
+
+    checks: Sequence[Check] = ()
+    place: str = ""
+    values: Mapping[str, Any] | None = None
+    building: Building | None = None
+
+
+@dataclass(frozen=True)
 class Subject:
     """A wall, its records, and the dataset that `rockdamp.assess` returned for them."""
 
@@ -73,12 +84,20 @@ class Subject:
 def build(subject: Subject) -> str:
     """Return the page as HTML, which needs nothing but itself."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    answer = subject.answer
-    worst = worst_standing(subject)
+    environment.filters |= {"number": number, "percent": percent, "span": _span}
+    environment.globals |= {"percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
+    answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
+    measure = answer.attrs["intensity_measure"]
+    unit, size = _in_units(PRINTED[UNITS[measure]], subject.about.units)
+    names = {f"median_{measure.lower()}": "median", f"median_{measure.lower()}_interval": "median_interval"}
+    both = answer.rename(names)
+    frequency, period = map(number, frequencies(subject.wall, subject.curve))
+    cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE)),
         name=subject.name,
         about=subject.about,
+        wall=subject.wall,
         parapet=isinstance(subject.wall, Parapet),
         inputs=_inputs(subject),
         derived=_derived(subject),
@@ -87,17 +106,21 @@ def build(subject: Subject) -> str:
         dampers=_dampers(subject),
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
-        constants=_constants(subject),
+        frequency=frequency,
+        period=period,
         moved=_moved(subject),
-        missing=_missing(answer),
+        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model))),
         halving=_halving(answer),
         shares=_shares(answer, subject.about.units),
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
-        fragility=_fragility(answer, subject.about.units),
-        headline=_headline(answer, subject.about.units),
-        checked=section(subject.placement, float(subject.wall.instability_displacement)),
-        measure=answer.attrs["intensity_measure"],
-        unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
+        fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
+        cr=cr,
+        headline=_headline(answer, cr, subject.about.units),
+        placement=placement,
+        check=placement.checks[-1] if placement.checks else None,
+        measure=measure,
+        unit=unit,
+        size=size,
         records=_records(subject.motions),
         worst=worst,
         images={
@@ -174,8 +197,8 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
             ("period of the building", "", building.period, "s"),
             ("damping ratio of the building", "", building.damping_ratio, "-"),
         ]
-    imperial = subject.about.units == "imperial"
-    return [_line(*row, units=subject.about.units, show=_four if imperial else plain) for row in rows]
+    show = partial(number, digits=4) if subject.about.units == "imperial" else plain
+    return [_line(*row, units=subject.about.units, show=show) for row in rows]
 
 
 def _derived(subject: Subject) -> list[dict[str, Any]]:
@@ -210,10 +233,6 @@ def _in_units(unit: str, units: str) -> tuple[str, float]:
     return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
 
 
-def _four(value: float) -> str:
-    return number(value, 4)
-
-
 def _line(
     name: str, symbol: str, value: Any, unit: str, units: str = "si", show: Callable[[float], str] = number
 ) -> dict[str, Any]:
@@ -242,12 +261,6 @@ def _dampers(subject: Subject) -> list[dict[str, Any]]:
     ]
 
 
-def _constants(subject: Subject) -> dict[str, str]:
-    """Return the frequency and period of the curve's first branch, to which damping ratios refer."""
-    w1, period = frequencies(subject.wall, subject.curve)
-    return {"frequency": number(w1), "period": number(period)}
-
-
 def _moved(subject: Subject) -> list[dict[str, str]]:
     """Return how the share and the median move with the inputs, at the highest intensity asked for."""
     answer = subject.answer
@@ -274,11 +287,6 @@ def _moved(subject: Subject) -> list[dict[str, str]]:
     ]
 
 
-def _missing(answer: xr.Dataset) -> list[str]:
-    """Return why cells hold a dash."""
-    return list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model)))
-
-
 def _halving(answer: xr.Dataset) -> str:
     """Return what the last halving of the solver's step changed under restitution."""
     cr = answer.sel(damping_model=REFERENCE)
@@ -289,66 +297,28 @@ def _halving(answer: xr.Dataset) -> str:
     return text
 
 
-def _shares(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
-    """Return the shares that collapse at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
-    count = answer.sizes["intensity"]
-    rows = []
-    for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
-        at = answer.isel(intensity=int(index))
-        models = [_share(at.sel(damping_model=model)) for model in (REFERENCE, RECOMMENDED)]
-        rows.append(
-            {
-                "intensity": _level(answer, float(at[answer.attrs["intensity_measure"].lower()]), units=units),
-                "models": models,
-            }
-        )
-    return rows
+def _shares(answer: xr.Dataset, units: str) -> list[tuple[str, list[xr.Dataset]]]:
+    """Return the answer at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
+    count, name = answer.sizes["intensity"], answer.attrs["intensity_measure"].lower()
+    return [
+        (_level(answer, float(at[name]), units=units), [at.sel(damping_model=one) for one in (REFERENCE, RECOMMENDED)])
+        for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int))
+        for at in (answer.isel(intensity=int(index)),)
+    ]
 
 
-def _share(of_model: xr.Dataset) -> Mapping[str, Any]:
-    low, high = of_model["collapse_probability_interval"].values
-    return {
-        "collapses": int(of_model["collapses"]),
-        "share": percent(float(of_model["collapse_probability"])),
-        "interval": f"{percent(low)} to {percent(high)}" if np.isfinite(low) else DASH,
-    }
+def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
+    return " to ".join(map(show, bounds.values)) if np.isfinite(bounds).all() else DASH
 
 
-def _fragility(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
-    name = answer.attrs["intensity_measure"].lower()
-    _, size = _in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], units)
-    rows = []
-    for model in (REFERENCE, RECOMMENDED):
-        of_model = answer.sel(damping_model=model)
-        median = float(of_model[f"median_{name}"])
-        rows.append(
-            {
-                "model": model,
-                "median": number(median / size),
-                "in_g": number(median / STANDARD_GRAVITY),
-                "median_interval": _span(of_model[f"median_{name}_interval"].values / size),
-                "dispersion": number(float(of_model["dispersion"]), 2),
-                "dispersion_interval": _span(of_model["dispersion_interval"].values),
-            }
-        )
-    return rows
-
-
-def _span(bounds: Array) -> str:
-    return " to ".join(map(number, bounds)) if np.isfinite(bounds).all() else DASH
-
-
-def _headline(answer: xr.Dataset, units: str) -> dict[str, Any]:
-    """Return the answer under restitution at the highest intensity asked for."""
-    name = answer.attrs["intensity_measure"].lower()
-    at = answer.isel(intensity=-1).sel(damping_model=REFERENCE)
-    median, onset = float(at[f"median_{name}"]), float(answer["rocking_onset"])
+def _headline(answer: xr.Dataset, cr: xr.Dataset, units: str) -> dict[str, Any]:
+    """Return the answer under restitution, `cr`, at the highest intensity asked for."""
+    onset = float(answer["rocking_onset"])
     unit, size = _in_units("m s⁻²", units)
     return {
-        "intensity": _level(answer, float(at[name]), units=units),
-        **_share(at),
-        "records": int(answer["records"]),
-        "median": _level(answer, median, 3, units) if np.isfinite(median) else None,
+        "intensity": _level(answer, float(cr[answer.attrs["intensity_measure"].lower()]), units=units),
+        "interval": _span(cr["collapse_probability_interval"], percent),
+        "median": _level(answer, float(cr["median"]), 3, units) if np.isfinite(cr["median"]) else None,
         "onset": f"{number(onset / STANDARD_GRAVITY, 2)} g ({number(onset / size)} {unit})",
     }
 
