@@ -12,13 +12,13 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from rockdamp.claims.ratios import MODELS, ratios
-from rockdamp.claims.reading import read_list
 from rockdamp.claims.verdicts import by_id, number, percent, spans, steady
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.hinge import angular_momentum_restitution
 from rockdamp.mechanics.rigid_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
+from rockdamp.storage import yaml_file
 from rockdamp.storage.dataset import Datasets
 
 COLUMNS = ("id", "where", "printed", "used", "evidence")
@@ -30,8 +30,9 @@ Evidence = Callable[[Datasets], dict[str, str]]
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """Read the data file of errata; an `InputError` has a line for each thing that does not fit."""
-    return read_list(path, "errata", "errata.schema.yaml", lambda entries: [])
+    """Read the data file of errata; its head says what the keys mean."""
+    errata: list[dict[str, Any]] = yaml_file.read(path)["errata"]
+    return errata
 
 
 def table(errata: Sequence[Mapping[str, str]], datasets: Datasets) -> pd.DataFrame:
