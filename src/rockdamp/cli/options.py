@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from rockdamp.cli.types import HINGE_RATIO, NUMBER, Read, quantity
-from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, STANDARD_GRAVITY, VISCOUS_MODELS
+from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
@@ -113,26 +113,6 @@ units_option = with_default(
     "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
-
-
-POUND, INCH = 0.45359237, 0.0254  # [kg], [m]
-# By the SI unit: the unit that is printed in its place, and its size.
-IMPERIAL = {
-    "N": ("lbf", POUND * STANDARD_GRAVITY),
-    "kg": ("lb", POUND),
-    "kg m-3": ("lb ft-3", POUND / (12 * INCH) ** 3),
-    "N m-1": ("lbf in-1", POUND * STANDARD_GRAVITY / INCH),
-    "N s m-1": ("lbf s in-1", POUND * STANDARD_GRAVITY / INCH),
-    "m": ("in", INCH),
-    "m s-1": ("in s-1", INCH),
-    "m s-2": ("ft s-2", 12 * INCH),
-}
-
-
-def imperial(unit: str, units: str) -> tuple[str, float]:
-    """Return the unit in which a value in an SI unit is printed, and its size in SI; `units` is that of --units."""
-    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
-
 
 strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
 column_option = click.option(

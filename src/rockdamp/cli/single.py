@@ -16,7 +16,6 @@ from rockdamp.cli.options import (
     WALL,
     column_option,
     curve_options,
-    imperial,
     json_option,
     make_curve,
     make_optional_wall,
@@ -30,6 +29,7 @@ from rockdamp.cli.options import (
     with_default,
 )
 from rockdamp.cli.types import NUMBER, OutputFile, quantities
+from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
         typed = typed_in(built, curve, e)
-    shown = {key: imperial(unit, units)[0] for key, unit in UNITS.items()}
+    shown = {key: printed(unit, units)[0] for key, unit in UNITS.items()}
     values, rows = _converted(values, units), [_converted(row, units) for row in rows]
     restitutions = _restitutions(built)
     if as_json:
@@ -144,7 +144,7 @@ def _damping(typed: list[Typed], e: float) -> dict[str, Any]:
 
 def _converted(values: dict[str, float], units: str) -> dict[str, float]:
     """Convert the values whose names have a unit to those of --units."""
-    return {key: value / imperial(UNITS.get(key, ""), units)[1] for key, value in values.items()}
+    return {key: value / printed(UNITS.get(key, ""), units)[1] for key, value in values.items()}
 
 
 def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:

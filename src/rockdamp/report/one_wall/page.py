@@ -35,7 +35,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
-from rockdamp.text import DASH, counted, number, percent, plain
+from rockdamp.text import DASH, RAISED, counted, number, percent, plain
+from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
@@ -43,7 +44,6 @@ TEMPLATE = "wall.html.j2"
 STYLE = "wall.css"
 U_INS = Markup("u<sub>ins</sub>")
 RESOLUTION = 200  # dots per inch
-PRINTED = {"m s-1": "m s⁻¹", "m s-2": "m s⁻²"}
 MOST_ROWS = 4  # intensities in the table
 MOST_NAMES = 8  # records named
 
@@ -88,7 +88,7 @@ def build(subject: Subject) -> str:
     environment.globals |= {"percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
     measure = answer.attrs["intensity_measure"]
-    unit, size = _in_units(PRINTED[UNITS[measure]], subject.about.units)
+    unit, size = _in_units(UNITS[measure], subject.about.units)
     names = {f"median_{measure.lower()}": "median", f"median_{measure.lower()}_interval": "median_interval"}
     both = answer.rename(names)
     frequency, period = map(number, frequencies(subject.wall, subject.curve))
@@ -181,7 +181,7 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
         ("length of the strip", "", wall.width, "m"),
-        ("density", "", wall.density, "kg m⁻³"),
+        ("density", "", wall.density, "kg m-3"),
         ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
         ("eccentricity of the overburden", "", wall.eccentricity, "m"),
     ]
@@ -210,27 +210,16 @@ def _derived(subject: Subject) -> list[dict[str, Any]]:
         ("overburden", "O", float(wall.overburden) / 1000, "kN"),
         ("strength of the rigid wall", "F₀", float(wall.rigid_strength) / 1000, "kN"),
         ("instability displacement", U_INS, 1000 * float(wall.instability_displacement), "mm"),
-        ("frequency parameter", "p", wall.frequency_parameter, "rad s⁻¹"),
+        ("frequency parameter", "p", wall.frequency_parameter, "rad s-1"),
         ("rocking starts at", "", onset / STANDARD_GRAVITY, "g"),
-        ("rocking starts at", "", onset, "m s⁻²"),
+        ("rocking starts at", "", onset, "m s-2"),
     ]
     return [_line(*row, units=subject.about.units) for row in rows]
 
 
-# By the unit of a row: the unit in its place, and its size.
-IMPERIAL = {
-    "m": ("ft", 0.3048),
-    "mm": ("in", 25.4),
-    "kN": ("lbf", 0.0044482216152605),
-    "kg m⁻³": ("lb ft⁻³", 16.018463373960142),
-    "m s⁻²": ("ft s⁻²", 0.3048),
-    "m s⁻¹": ("in s⁻¹", 0.0254),
-    "N s m⁻¹": ("lbf s in⁻¹", 175.12683524647636),
-}
-
-
-def _in_units(unit: str, units: str) -> tuple[str, float]:
-    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
+def _in_units(unit: str, system: str) -> tuple[str, float]:
+    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
+    return (name if name == "-" else name.translate(RAISED)), size
 
 
 def _line(
@@ -242,7 +231,7 @@ def _line(
 
 def _dampers(subject: Subject) -> list[dict[str, Any]]:
     """Return the damping of each viscous model for e, the model of least error under earthquakes first."""
-    unit, size = _in_units("N s m⁻¹", subject.about.units)
+    unit, size = _in_units("N s m-1", subject.about.units)
     rows = typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
     typed = {row["damping_model"]: row for row in rows}
     return [
@@ -314,7 +303,7 @@ def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
 def _headline(answer: xr.Dataset, cr: xr.Dataset, units: str) -> dict[str, Any]:
     """Return the answer under restitution, `cr`, at the highest intensity asked for."""
     onset = float(answer["rocking_onset"])
-    unit, size = _in_units("m s⁻²", units)
+    unit, size = _in_units("m s-2", units)
     return {
         "intensity": _level(answer, float(cr[answer.attrs["intensity_measure"].lower()]), units=units),
         "interval": _span(cr["collapse_probability_interval"], percent),
@@ -326,7 +315,7 @@ def _headline(answer: xr.Dataset, cr: xr.Dataset, units: str) -> dict[str, Any]:
 def _level(answer: xr.Dataset, value: float, digits: int = 4, units: str = "si") -> str:
     """Return an intensity with its unit, an acceleration in g too."""
     measure = answer.attrs["intensity_measure"]
-    unit, size = _in_units(PRINTED[UNITS[measure]], units)
+    unit, size = _in_units(UNITS[measure], units)
     also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
     return f"{value / size:.{digits}g} {unit}{also}"
 
