@@ -130,10 +130,8 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         parts[name] = judged(held, in_words, "e", limits["enough"], {name: change})
         everywhere.append(steady(wide, "release_amplitude", sign))
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
-    finding = {"spread": brief(sdr)}
-    parts["sdr-slightly"] = Part(
-        bool(sdr <= limits["slight"]), measured(f"spread of SDR {percent(sdr)}"), finding=finding
-    )
+    of_sdr = measured(f"spread of SDR {percent(sdr)}")
+    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), of_sdr, {"spread": brief(sdr)})
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
     counts = listed(f"{model} {spans_of(held)}" for model, held in zip(SIGNS, everywhere, strict=True))
     parts["wide"] = judged(wide_held, measured("all amplitudes", counts), "e", limits["enough"])
@@ -174,22 +172,15 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
     )
     excess = (reference / low).sel(damping_model="SDR") - 1
     names = [f"u0/u_ins {number(ratio['release_amplitude'])}" for ratio in (low, reference)]
-    mean = float(excess.mean())
+    mean, ends = float(excess.mean()), f"{percent(excess.min())} to {percent(excess.max())} more"
+    more = measured(f"xi of SDR at {names[1]} over that at {names[0]}", ends)
     return {
         "together": Part(
             gap <= limits["closer"] * gap_reference,
             measured(f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}"),
             finding={"gap": brief(gap), "gap_reference": brief(gap_reference)},
         ),
-        "overdamps": judged(
-            excess > 0,
-            measured(
-                f"xi of SDR at {names[1]} over that at {names[0]}",
-                f"{percent(excess.min())} to {percent(excess.max())} more",
-            ),
-            "e",
-            limits["enough"],
-        ),
+        "overdamps": judged(excess > 0, more, "e", limits["enough"]),
         "slightly": Part(
             bool(mean > 0) & bool(mean <= limits["slight"]),
             measured(f"in the mean {percent(mean)}"),
@@ -242,6 +233,7 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
     at_each, dim = spread(xi, "yield_displacement_ratio"), "yield_displacement_ratio"
     values = at_each.mean("restitution")
     held = is_largest(at_each, "CDC") & is_smallest(at_each, "CDR")
+    ranked = spans_of(held)
     return {
         "cdc": Part(
             bool(is_largest(values, "CDC")),
@@ -249,9 +241,7 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
             finding={**words_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
         ),
         "cdr": Part(bool(is_smallest(values, "CDR"))),
-        "each": judged(
-            held, measured(f"so ranked at {spans_of(held)}"), "e", limits["enough"], {"ranked": spans_of(held)}
-        ),
+        "each": judged(held, measured(f"so ranked at {ranked}"), "e", limits["enough"], {"ranked": ranked}),
     }
 
 
