@@ -46,14 +46,16 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
     compared, advice, walls = (data[name] for name in ("comparison", "recommendation", "earthquakes/walls"))
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "plain": plain, "listed": listed}
-    environment.globals["interval"] = with_interval
+    environment.globals |= {"interval": with_interval, "each": _each}
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     change = plain(config["earthquakes"]["restitution_change"])
     values = {
         **histories.run(compared, walls),
         "compared": compared,
-        "checks": [(text, histories.check(data.get(name))) for name, text in histories.CHECKS.items()],
-        "exceptions": histories.exceptions(data.get("earthquakes"), SOURCES),
+        "checks": [(text, data.get(name)) for name, text in histories.CHECKS.items()],
+        "strata": histories.STRATA,
+        "names": SOURCES,
+        "exceptions": histories.exceptions(data.get("earthquakes")),
         **_sensitivity(compared, advice, change),
         **_recommendation(compared, advice),
         **criterion.by_source(compared, walls, dampers(compared), SOURCES),
@@ -64,7 +66,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
-        "steps": list(map(_at, _each_e(compared), _each_e(advice))),
+        "steps": list(map(_at, _each(compared), _each(advice))),
     }
     return Markup(environment.from_string(text).render(values))
 
@@ -123,18 +125,7 @@ def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     """Return the table of one e, and which damper errs least there."""
     least, near = (marked(advice, name) for name in ("least_error", "not_told_apart"))
     marks = dict.fromkeys(near, "not significantly more") | dict.fromkeys(least, "least")
-    rows = []
-    for choice in _choices(at_e):
-        cell, whole = _cell(at_e, choice), _cell(at_e, choice).isel(band=0)
-        rows.append(
-            {
-                "model": choice.model,
-                "source": SOURCES.get(choice.source, choice.source),
-                "mark": marks.get(choice, ""),
-                "cell": cell,
-                "whole": whole,
-            }
-        )
+    rows = [{"choice": choice, "mark": marks.get(choice, ""), "cell": _cell(at_e, choice)} for choice in _choices(at_e)]
     table: dict[str, Any] = {"e": _e(at_e), "rows": rows, "least": None}
     if least:
         table["least"] = grouped(least)
@@ -149,7 +140,7 @@ def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
 def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[str, Any]:
     return {
         "sensitivity_rows": [
-            (VARIATIONS.get(name, name).format(change), list(_each_e(compared.sel(variation=name))))
+            (VARIATIONS.get(name, name).format(change), list(_each(compared.sel(variation=name))))
             for name in map(str, compared["variation"].values)
         ],
         "sensitivity_all": span(advice["sensitivity"].isel(band=0)),
@@ -158,9 +149,9 @@ def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[
     }
 
 
-def _each_e(statistics: Any) -> Iterator[Any]:
-    """Yield a dataset, or a variable of it, at each e."""
-    return (statistics.isel(restitution=index) for index in range(statistics.sizes["restitution"]))
+def _each(statistics: Any, dim: str = "restitution") -> Iterator[Any]:
+    """Yield a dataset, or a variable of it, at each e, or at each place of another dimension."""
+    return (statistics.isel({dim: index}) for index in range(statistics.sizes[dim]))
 
 
 def _band(compared: xr.Dataset, index: int) -> str:
@@ -198,8 +189,7 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "sizes": criterion.sizes(compared, cell),
         "crossing_force": number(advice["crossing_force"]) if "crossing_force" in advice else "",
         "tail_share": span(cell["tail_share"].isel(band=0), percent),
-        "false_answers": list(zip(_each_e(cell), _each_e(advice), strict=True)),
-        "fragilities": list(map(_fragility, _each_e(cell))),
+        "false_answers": list(zip(_each(cell), _each(advice), strict=True)),
         "refused": _refused(compared, advice),
         "odd_walls": _odd_walls(compared, leading),
     }
@@ -233,22 +223,9 @@ def _amplitude(cell: xr.Dataset, sensitivity: xr.DataArray, well: xr.DataArray, 
             "holds": bool(holds),
             "by_multiple": float(error) <= MULTIPLE * float(least),
         }
-        for error, least, holds in zip(*map(_each_e, of_band), strict=True)
+        for error, least, holds in zip(*map(_each, of_band), strict=True)
     ]
     return {"band": _band(cell, band), "cells": cells}
-
-
-def _fragility(cell: xr.Dataset) -> dict[str, Any]:
-    """Compare the median of collapse with that of CR: "same", "higher", "lower" or "unknown"."""
-    low, high = (float(bound) for bound in cell["median_intensity_ratio_interval"].values)
-    sign = "higher" if low > 1 else "lower" if high < 1 else "same"
-    judged = np.isfinite([low, high]).all()
-    return {
-        "e": _e(cell),
-        "sign": sign if judged else "unknown",
-        "ratio": with_interval(cell, "median_intensity_ratio"),
-        "by": percent(abs(cell["median_intensity_ratio"] - 1)),
-    }
 
 
 def _refused(compared: xr.Dataset, advice: xr.Dataset) -> list[dict[str, Any]]:
