@@ -11,7 +11,7 @@ import click
 
 from rockdamp import units
 from rockdamp.cli.command import print_table
-from rockdamp.cli.options import Decorator, refuse_unused, with_default
+from rockdamp.cli.options import all_of, refuse_unused, with_default
 from rockdamp.cli.types import Read, Whole, quantities
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
@@ -42,26 +42,17 @@ SHARE = Read(_share, "NUMBER|PER CENT", "one, as 0.05, or in per cent, as 5%")
 SHAPE = Read(_shape, f"{'|'.join(SHAPES)}|ALPHA", f"{', '.join(SHAPES)}, or a shear ratio, as 5 or {RATIO}=5")
 
 
-def building_options(command: Any) -> Any:
-    """Add the options that describe a building and the storey of the wall."""
-    options: Sequence[Decorator] = (
-        click.option(
-            "--building-period",
-            type=quantities("s"),
-            help="Period of the building that the wall stands in, as 0.25s; of several the worst counts.",
-        ),
-        click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
-        click.option(
-            "--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."
-        ),
-        with_default("--building-damping", type=SHARE, default="0.05", help="Damping ratio of the building."),
-        with_default("--shape", type=SHAPE, default="uniform", help="Building in shear, in flexure, or between."),
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
+building_options = all_of(
+    click.option(
+        "--building-period",
+        type=quantities("s"),
+        help="Period of the building that the wall stands in, as 0.25s; of several the worst counts.",
+    ),
+    click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
+    click.option("--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."),
+    with_default("--building-damping", type=SHARE, default="0.05", help="Damping ratio of the building."),
+    with_default("--shape", type=SHAPE, default="uniform", help="Building in shear, in flexure, or between."),
+)
 capacity_option = click.option(
     "--capacity", type=SHARE, help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
 )

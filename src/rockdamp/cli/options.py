@@ -52,7 +52,9 @@ class Model(click.Choice):
         return super().convert(str(value).upper(), param, ctx)
 
 
-def _all(*options: Decorator) -> Decorator:
+def all_of(*options: Decorator) -> Decorator:
+    """Return the options as one."""
+
     def decorate(command: Any) -> Any:
         for option in reversed(options):
             command = option(command)
@@ -66,7 +68,7 @@ with_default = partial(click.option, show_default=True)  # an option whose help 
 
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
-    return _all(
+    return all_of(
         click.option("--thickness", type=LENGTH, required=required, help="Thickness t of the wall."),
         click.option("--height", type=LENGTH, required=required, help="Height h of the wall."),
         with_default("--width", type=LENGTH, default=1.0, help="Width of the strip of wall."),
@@ -84,21 +86,21 @@ def wall_options(required: bool = True) -> Decorator:
     )
 
 
-softening_options = _all(
+softening_options = all_of(
     with_default("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
     with_default(
         "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
-curve_options = _all(
+curve_options = all_of(
     click.option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
     click.option("--b1", type=NUMBER, help="Strength ratio F_y/F0 of the plateau."),
     click.option("--preset", type=click.Choice(list(PRESETS)), help="Curve by name, in place of --a1 and --b1."),
     softening_options,
 )
 
-damping_options = _all(
+damping_options = all_of(
     click.option(
         "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
     ),
@@ -114,6 +116,9 @@ units_option = with_default(
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
+walls_option = click.option(
+    "--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall."
+)
 strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
 column_option = click.option(
     "--column",

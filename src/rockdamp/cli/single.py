@@ -26,6 +26,7 @@ from rockdamp.cli.options import (
     table_of_walls,
     units_option,
     wall_options,
+    walls_option,
     with_default,
 )
 from rockdamp.cli.types import NUMBER, OutputFile, quantities
@@ -193,7 +194,7 @@ def _periods(
 @curve_options
 @with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
-@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
+@walls_option
 @column_option
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @strict_option
