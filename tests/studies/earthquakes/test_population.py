@@ -9,7 +9,8 @@ import yaml
 from repository import ROOT
 from scipy import stats
 
-from rockdamp.config.earthquakes import Bootstrap, PopulationWallSettings
+from rockdamp.config.earthquakes import PopulationWallSettings
+from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping

@@ -7,6 +7,7 @@ import io
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.arrays import Array
+from rockdamp.assessment.checks import Check
 from rockdamp.assessment.collapses import STRIPES, UNITS
 from rockdamp.assessment.one_wall import REPLICATES, beside_each_other, missing
 from rockdamp.assessment.sensitivity import sensitivity
@@ -27,14 +28,15 @@ from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
 from rockdamp.histories.side_by_side import responses
+from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
-from rockdamp.report.one_wall.checks import Placement, section
 from rockdamp.storage.atomic import replacing
-from rockdamp.text import DASH, counted, number, percent, plain
+from rockdamp.text import DASH, RAISED, counted, number, percent, plain
+from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
@@ -42,7 +44,6 @@ TEMPLATE = "wall.html.j2"
 STYLE = "wall.css"
 U_INS = Markup("u<sub>ins</sub>")
 RESOLUTION = 200  # dots per inch
-PRINTED = {"m s-1": "m s⁻¹", "m s-2": "m s⁻²"}
 MOST_ROWS = 4  # intensities in the table
 MOST_NAMES = 8  # records named
 
@@ -55,6 +56,16 @@ class About:
     date: str = ""
     command: str = ""
     units: str = "si"
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where a wall stands, in words; what `assess --json` says of its building, and the check at each intensity."""
+
+    checks: Sequence[Check] = ()
+    place: str = ""
+    values: Mapping[str, Any] | None = None
+    building: Building | None = None
 
 
 @dataclass(frozen=True)
@@ -73,12 +84,20 @@ class Subject:
 def build(subject: Subject) -> str:
     """Return the page as HTML, which needs nothing but itself."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    answer = subject.answer
-    worst = worst_standing(subject)
+    environment.filters |= {"number": number, "percent": percent, "span": _span}
+    environment.globals |= {"percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
+    answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
+    measure = answer.attrs["intensity_measure"]
+    unit, size = _in_units(UNITS[measure], subject.about.units)
+    names = {f"median_{measure.lower()}": "median", f"median_{measure.lower()}_interval": "median_interval"}
+    both = answer.rename(names)
+    frequency, period = map(number, frequencies(subject.wall, subject.curve))
+    cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE)),
         name=subject.name,
         about=subject.about,
+        wall=subject.wall,
         parapet=isinstance(subject.wall, Parapet),
         inputs=_inputs(subject),
         derived=_derived(subject),
@@ -87,17 +106,21 @@ def build(subject: Subject) -> str:
         dampers=_dampers(subject),
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
-        constants=_constants(subject),
+        frequency=frequency,
+        period=period,
         moved=_moved(subject),
-        missing=_missing(answer),
+        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model))),
         halving=_halving(answer),
         shares=_shares(answer, subject.about.units),
         left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
-        fragility=_fragility(answer, subject.about.units),
-        headline=_headline(answer, subject.about.units),
-        checked=section(subject.placement, float(subject.wall.instability_displacement)),
-        measure=answer.attrs["intensity_measure"],
-        unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
+        fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
+        cr=cr,
+        headline=_headline(answer, cr, subject.about.units),
+        placement=placement,
+        check=placement.checks[-1] if placement.checks else None,
+        measure=measure,
+        unit=unit,
+        size=size,
         records=_records(subject.motions),
         worst=worst,
         images={
@@ -158,7 +181,7 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
         ("length of the strip", "", wall.width, "m"),
-        ("density", "", wall.density, "kg m⁻³"),
+        ("density", "", wall.density, "kg m-3"),
         ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
         ("eccentricity of the overburden", "", wall.eccentricity, "m"),
     ]
@@ -174,8 +197,8 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
             ("period of the building", "", building.period, "s"),
             ("damping ratio of the building", "", building.damping_ratio, "-"),
         ]
-    imperial = subject.about.units == "imperial"
-    return [_line(*row, units=subject.about.units, show=_four if imperial else plain) for row in rows]
+    show = partial(number, digits=4) if subject.about.units == "imperial" else plain
+    return [_line(*row, units=subject.about.units, show=show) for row in rows]
 
 
 def _derived(subject: Subject) -> list[dict[str, Any]]:
@@ -187,31 +210,16 @@ def _derived(subject: Subject) -> list[dict[str, Any]]:
         ("overburden", "O", float(wall.overburden) / 1000, "kN"),
         ("strength of the rigid wall", "F₀", float(wall.rigid_strength) / 1000, "kN"),
         ("instability displacement", U_INS, 1000 * float(wall.instability_displacement), "mm"),
-        ("frequency parameter", "p", wall.frequency_parameter, "rad s⁻¹"),
+        ("frequency parameter", "p", wall.frequency_parameter, "rad s-1"),
         ("rocking starts at", "", onset / STANDARD_GRAVITY, "g"),
-        ("rocking starts at", "", onset, "m s⁻²"),
+        ("rocking starts at", "", onset, "m s-2"),
     ]
     return [_line(*row, units=subject.about.units) for row in rows]
 
 
-# By the unit of a row: the unit in its place, and its size.
-IMPERIAL = {
-    "m": ("ft", 0.3048),
-    "mm": ("in", 25.4),
-    "kN": ("lbf", 0.0044482216152605),
-    "kg m⁻³": ("lb ft⁻³", 16.018463373960142),
-    "m s⁻²": ("ft s⁻²", 0.3048),
-    "m s⁻¹": ("in s⁻¹", 0.0254),
-    "N s m⁻¹": ("lbf s in⁻¹", 175.12683524647636),
-}
-
-
-def _in_units(unit: str, units: str) -> tuple[str, float]:
-    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
-
-
-def _four(value: float) -> str:
-    return number(value, 4)
+def _in_units(unit: str, system: str) -> tuple[str, float]:
+    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
+    return (name if name == "-" else name.translate(RAISED)), size
 
 
 def _line(
@@ -223,7 +231,7 @@ def _line(
 
 def _dampers(subject: Subject) -> list[dict[str, Any]]:
     """Return the damping of each viscous model for e, the model of least error under earthquakes first."""
-    unit, size = _in_units("N s m⁻¹", subject.about.units)
+    unit, size = _in_units("N s m-1", subject.about.units)
     rows = typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
     typed = {row["damping_model"]: row for row in rows}
     return [
@@ -240,12 +248,6 @@ def _dampers(subject: Subject) -> list[dict[str, Any]]:
         for model, offer in OFFERS.items()
         for row in (typed[model],)
     ]
-
-
-def _constants(subject: Subject) -> dict[str, str]:
-    """Return the frequency and period of the curve's first branch, to which damping ratios refer."""
-    w1, period = frequencies(subject.wall, subject.curve)
-    return {"frequency": number(w1), "period": number(period)}
 
 
 def _moved(subject: Subject) -> list[dict[str, str]]:
@@ -274,11 +276,6 @@ def _moved(subject: Subject) -> list[dict[str, str]]:
     ]
 
 
-def _missing(answer: xr.Dataset) -> list[str]:
-    """Return why cells hold a dash."""
-    return list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model)))
-
-
 def _halving(answer: xr.Dataset) -> str:
     """Return what the last halving of the solver's step changed under restitution."""
     cr = answer.sel(damping_model=REFERENCE)
@@ -289,66 +286,28 @@ def _halving(answer: xr.Dataset) -> str:
     return text
 
 
-def _shares(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
-    """Return the shares that collapse at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
-    count = answer.sizes["intensity"]
-    rows = []
-    for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
-        at = answer.isel(intensity=int(index))
-        models = [_share(at.sel(damping_model=model)) for model in (REFERENCE, RECOMMENDED)]
-        rows.append(
-            {
-                "intensity": _level(answer, float(at[answer.attrs["intensity_measure"].lower()]), units=units),
-                "models": models,
-            }
-        )
-    return rows
+def _shares(answer: xr.Dataset, units: str) -> list[tuple[str, list[xr.Dataset]]]:
+    """Return the answer at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
+    count, name = answer.sizes["intensity"], answer.attrs["intensity_measure"].lower()
+    return [
+        (_level(answer, float(at[name]), units=units), [at.sel(damping_model=one) for one in (REFERENCE, RECOMMENDED)])
+        for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int))
+        for at in (answer.isel(intensity=int(index)),)
+    ]
 
 
-def _share(of_model: xr.Dataset) -> Mapping[str, Any]:
-    low, high = of_model["collapse_probability_interval"].values
+def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
+    return " to ".join(map(show, bounds.values)) if np.isfinite(bounds).all() else DASH
+
+
+def _headline(answer: xr.Dataset, cr: xr.Dataset, units: str) -> dict[str, Any]:
+    """Return the answer under restitution, `cr`, at the highest intensity asked for."""
+    onset = float(answer["rocking_onset"])
+    unit, size = _in_units("m s-2", units)
     return {
-        "collapses": int(of_model["collapses"]),
-        "share": percent(float(of_model["collapse_probability"])),
-        "interval": f"{percent(low)} to {percent(high)}" if np.isfinite(low) else DASH,
-    }
-
-
-def _fragility(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
-    name = answer.attrs["intensity_measure"].lower()
-    _, size = _in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], units)
-    rows = []
-    for model in (REFERENCE, RECOMMENDED):
-        of_model = answer.sel(damping_model=model)
-        median = float(of_model[f"median_{name}"])
-        rows.append(
-            {
-                "model": model,
-                "median": number(median / size),
-                "in_g": number(median / STANDARD_GRAVITY),
-                "median_interval": _span(of_model[f"median_{name}_interval"].values / size),
-                "dispersion": number(float(of_model["dispersion"]), 2),
-                "dispersion_interval": _span(of_model["dispersion_interval"].values),
-            }
-        )
-    return rows
-
-
-def _span(bounds: Array) -> str:
-    return " to ".join(map(number, bounds)) if np.isfinite(bounds).all() else DASH
-
-
-def _headline(answer: xr.Dataset, units: str) -> dict[str, Any]:
-    """Return the answer under restitution at the highest intensity asked for."""
-    name = answer.attrs["intensity_measure"].lower()
-    at = answer.isel(intensity=-1).sel(damping_model=REFERENCE)
-    median, onset = float(at[f"median_{name}"]), float(answer["rocking_onset"])
-    unit, size = _in_units("m s⁻²", units)
-    return {
-        "intensity": _level(answer, float(at[name]), units=units),
-        **_share(at),
-        "records": int(answer["records"]),
-        "median": _level(answer, median, 3, units) if np.isfinite(median) else None,
+        "intensity": _level(answer, float(cr[answer.attrs["intensity_measure"].lower()]), units=units),
+        "interval": _span(cr["collapse_probability_interval"], percent),
+        "median": _level(answer, float(cr["median"]), 3, units) if np.isfinite(cr["median"]) else None,
         "onset": f"{number(onset / STANDARD_GRAVITY, 2)} g ({number(onset / size)} {unit})",
     }
 
@@ -356,7 +315,7 @@ def _headline(answer: xr.Dataset, units: str) -> dict[str, Any]:
 def _level(answer: xr.Dataset, value: float, digits: int = 4, units: str = "si") -> str:
     """Return an intensity with its unit, an acceleration in g too."""
     measure = answer.attrs["intensity_measure"]
-    unit, size = _in_units(PRINTED[UNITS[measure]], units)
+    unit, size = _in_units(UNITS[measure], units)
     also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
     return f"{value / size:.{digits}g} {unit}{also}"
 
