@@ -78,9 +78,7 @@ def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
         bound = np.maximum(certainty["uncertainty_quantile"].values, LEAST)
         label = f"{model}: {_percent(float(certainty['share_within_thousandth']))}"
         axes.plot(bound, 1 - certainty["quantile"].values, label=label, **line_of(model))
-    axes.set_xscale("log")
-    axes.set_xlim(LEAST, LARGEST)
-    axes.set_ylim(0, 1)
+    axes.set(xscale="log", xlim=(LEAST, LARGEST), ylim=(0, 1))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
     axes.set_xlabel(r"uncertainty of $\xi$ over $\xi$ [-]")
     axes.set_ylabel(r"share of $\xi$ with a larger uncertainty")
@@ -144,9 +142,7 @@ def _differences(axes: Axes, differences: xr.Dataset) -> None:
     for feature, (style, meaning) in FEATURES.items():
         values = np.abs(differences["rocking_difference"].sel(rocking_feature=feature).values)
         axes.plot(slenderness, values, label=meaning, **_line(style))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(slenderness.min() / 1.05, slenderness.max() * 1.05)
+    axes.set(xscale="log", yscale="log", xlim=(slenderness.min() / 1.05, slenderness.max() * 1.05))
     axes.xaxis.set_major_locator(FixedLocator([h for h in SLENDERNESS_TICKS if h <= slenderness.max()]))
     axes.xaxis.set_major_formatter(ScalarFormatter())
     axes.xaxis.set_minor_locator(NullLocator())

@@ -100,9 +100,7 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
             fontsize=8,
             annotation_clip=False,
         )
-    axes.set_xlim(0, share[-1])
-    axes.set_xlabel(SHARE)
-    axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
+    axes.set(xlim=(0, share[-1]), xlabel=SHARE, ylabel=r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
 
 
 def _bars(axes: Axes, at_e: xr.Dataset) -> None:
@@ -155,8 +153,7 @@ def fig_exponent(amplitude_dependence: xr.Dataset) -> Figure:
     _exponents(left, amplitude_dependence, a1, b1)
     _spreads(right, amplitude_dependence, a1)
     for axes in (left, right):
-        axes.set_xlabel("$a_1$ [-]")
-        axes.set_xlim(0, 1.02 * max(a1))
+        axes.set(xlabel="$a_1$ [-]", xlim=(0, 1.02 * max(a1)))
         few_ticks(axes, 5)
     return figure
 
@@ -235,9 +232,7 @@ def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
     for axes, model in zip(grid[0], models, strict=True):
         axes.set_title(name_of(model), color=style_of(model).colour, fontweight="bold")
     for axes in grid[-1]:
-        axes.set_xlabel(r"$u_0/u_3$ [-]")
-        axes.set_xticks([0, 0.5, 1])
-        axes.set_xlim(0, 1)
+        axes.set(xlabel=r"$u_0/u_3$ [-]", xticks=[0, 0.5, 1], xlim=(0, 1))
     e = texts(numbers(amplitude_dependence, "restitution"))
     handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
     handles.append(Line2D([], [], color=GREY, **MIDDLE))

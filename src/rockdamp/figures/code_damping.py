@@ -90,8 +90,7 @@ def fig_code_damping(amplitude: xr.Dataset) -> Figure:
         )
     for level in LEVELS:
         axes.axhline(100 * level, color=PALE, linewidth=0.6, zorder=0)
-    axes.set_ylim(0, 110 * max(LEVELS))
-    axes.set_xlim(float(e.min()), 1.0)
+    axes.set(ylim=(0, 110 * max(LEVELS)), xlim=(float(e.min()), 1.0))
     axes.yaxis.set_major_locator(FixedLocator([0, *(100 * level for level in LEVELS)]))
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"damping ratio $\xi$ [%]")

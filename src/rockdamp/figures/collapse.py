@@ -219,8 +219,7 @@ def draw_fragility(axes: Axes, fragility: xr.Dataset, intensity: str) -> None:
         median, beta = (float(fragility[name].sel(damping_model=model)) for name in ("median", "dispersion"))
         axes.plot(level, ndtr(np.log(level / median) / beta), label=model, **line_of(model))
     axes.plot(fragility[intensity], cr["collapse_fraction"], markersize=2.8, zorder=4, **SHARES)
-    axes.set_xlim(level[0], level[-1])
-    axes.set_ylim(0, 1.02)
+    axes.set(xlim=(level[0], level[-1]), ylim=(0, 1.02))
 
 
 def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None:

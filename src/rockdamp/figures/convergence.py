@@ -42,8 +42,7 @@ def _panel(axes: Axes, errors: xr.Dataset) -> None:
         curve = errors.sel(damping_model=model)
         label = f"{model}: {float(curve['order']):.2f} ({float(curve['finest_order']):.2f})"
         axes.plot(step, curve["solver_error"], marker=style_of(model).marker, label=label, **line_of(model))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.xaxis.set_minor_formatter(NullFormatter())
     _slopes(axes, errors)
     axes.legend(title="order (finest steps)", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")

@@ -74,8 +74,7 @@ def _by_order(axes: Axes, orders: Sequence[float], sensitivity: xr.DataArray, ch
     axes.set_yscale("log", subs=[2, 5])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xticks(list(places), texts(orders))
-    axes.set_xlim(-0.35, len(orders) - 0.65)
-    axes.set_xlabel("order $m$ [-]")
+    axes.set(xlim=(-0.35, len(orders) - 0.65), xlabel="order $m$ [-]")
     return places
 
 

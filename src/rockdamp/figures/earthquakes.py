@@ -147,9 +147,7 @@ def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogN
     axes.plot(np.full(missed.sum(), between), np.clip(peak[missed], low, 1), marker="_", **marks)
     for line in (axes.axhline, axes.axvline):
         line(1.0, color=PALE, linewidth=0.6)
-    axes.set_xlim(low, MARGIN)
-    axes.set_ylim(low, MARGIN)
-    axes.set_aspect("equal")
+    axes.set(xlim=(low, MARGIN), ylim=(low, MARGIN), aspect="equal")
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
     axes.set_title(
         f"{model}\nmissed {missed.sum()} of {fell.sum()} collapses\nadded {only.sum()} in {(~fell).sum()} survivals",

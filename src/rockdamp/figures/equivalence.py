@@ -90,10 +90,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
         title_panel(axes, model)
         axes.legend(loc="upper right")
         axes.set_xlabel(RESTITUTION)
-    panels[0].set_ylabel(DAMPING_RATIO)
     few_ticks(panels[0], 3)
     drawn = amplitude[["damping_ratio", "damping_ratio_energy"]].isel(release_amplitude=chosen)
-    panels[0].set_ylim(0, 1.05 * float(drawn.to_array().max()))
+    panels[0].set(ylabel=DAMPING_RATIO, ylim=(0, 1.05 * float(drawn.to_array().max())))
     head(figure, response_length_text(amplitude))
     return figure
 

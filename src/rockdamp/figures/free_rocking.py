@@ -50,11 +50,9 @@ def _decay(history: Axes, left: Axes, fitted: xr.Dataset) -> None:
     history.plot(at[1:], height[1:], "o", color=INK, markersize=3.5, label="peaks")
     history.plot(at[:1], height[:1], ">", color="black", markersize=6, label="release")
     left.plot(elapsed, measured - computed, color=GREY, linewidth=0.7)
-    history.set_ylabel("$u$ [mm]")
-    left.set_ylabel("residual [mm]")
-    left.set_xlabel(TIME)
+    left.set(ylabel="residual [mm]", xlabel=TIME)
     count = fitted.sizes["release"]
-    history.set_title("(a) free rocking" + (f", the first of {count} releases" if count > 1 else ""))
+    history.set(ylabel="$u$ [mm]", title="(a) free rocking" + (f", the first of {count} releases" if count > 1 else ""))
     history.legend(loc="upper right", ncols=4)
     for axes in (history, left):
         axes.margins(x=0.015)

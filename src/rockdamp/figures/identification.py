@@ -78,11 +78,9 @@ def _band(above: Axes, below: Axes, posterior: xr.Dataset) -> None:
         elapsed, low - middle, high - middle, color=INK, alpha=0.45, linewidth=0, label="predicted, 90 %"
     )
     below.plot(elapsed, measured - middle, color="black", linewidth=0.5, label=name)
-    above.set_ylabel("$u$ [mm]")
-    below.set_ylabel("from middle [mm]")
-    below.set_xlabel(TIME)
+    below.set(ylabel="from middle [mm]", xlabel=TIME)
     above.tick_params(labelbottom=False)
-    above.set_title(f"{float(posterior['share_inside']):.1%} of the record inside the band")
+    above.set(ylabel="$u$ [mm]", title=f"{float(posterior['share_inside']):.1%} of the record inside the band")
     above.figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 

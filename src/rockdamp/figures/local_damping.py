@@ -48,14 +48,12 @@ def _panel(axes: Axes, by_band: xr.Dataset) -> None:
             label=model,
             **line_of(model),
         )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     for axis, ticks in ((axes.xaxis, edges), (axes.yaxis, RATIOS)):
         axis.set_major_locator(FixedLocator(list(ticks)))
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
-    axes.set_xlim(edges[0], edges[-1])
-    axes.set_xlabel(r"peak under CR, $u/u_\mathrm{ins}$ [-]")
+    axes.set(xlim=(edges[0], edges[-1]), xlabel=r"peak under CR, $u/u_\mathrm{ins}$ [-]")
 
 
 def fig_local_damping_caption(local_damping: xr.Dataset) -> str:

@@ -48,11 +48,9 @@ def fig1(mechanism: xr.Dataset) -> Figure:
     _draw_displaced(displaced, t, height, ratio, u)
     top = float(bodies(t, height, ratio, u)[1][2, 1])  # the wall grows as it turns on its corners
     for axes, title in ((rest, "(a) at rest"), (displaced, "(b) displaced")):
-        axes.set_title(title)
-        axes.set_aspect("equal")
+        axes.set(title=title, aspect="equal")
         axes.set_axis_off()
-        axes.set_xlim(-0.95 * t, 1.75 * t)
-        axes.set_ylim(-0.75 * t, top + 1.5 * t)
+        axes.set(xlim=(-0.95 * t, 1.75 * t), ylim=(-0.75 * t, top + 1.5 * t))
     note = f"$h/t = {slenderness:g}$, $h_1/h = {ratio:g}$"
     if t > float(mechanism["thickness"]):
         note += f"; thickness drawn {t / float(mechanism['thickness']):g} times its own"

@@ -76,9 +76,7 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
     names = {"median_intensity": "median", "median_intensity_interval": "median_interval"}
     draw_fragility(axes, population.rename(names), "intensity")
     plain_logarithmic(axes, TICKS)
-    axes.set_xlabel("peak ground velocity [m s$^{-1}$]")
-    axes.set_ylabel("probability of collapse [-]")
-    axes.set_title("fragility")
+    axes.set(xlabel="peak ground velocity [m s$^{-1}$]", ylabel="probability of collapse [-]", title="fragility")
 
 
 def _ratios(axes: Axes, population: xr.Dataset) -> None:
@@ -91,8 +89,7 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
     axes.set_yticks(range(len(models)), models)
     axes.set_ylim(len(models) - 0.5, -0.5)
     axes.margins(x=0.1)
-    axes.set_xlabel("median over that of CR [-]")
-    axes.set_title("median of collapse, 95 %")
+    axes.set(xlabel="median over that of CR [-]", title="median of collapse, 95 %")
 
 
 def _sensitivity(axes: Axes, population: xr.Dataset) -> None:

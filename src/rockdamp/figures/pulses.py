@@ -106,8 +106,7 @@ def _spectrum(axes: Axes, of_pulse: xr.Dataset, model: str, levels: list[float])
         if rows.size:
             axes.plot(frequency[columns], load[rows], marker=marker, markersize=2.8, clip_on=False, **MARK)
     plain_logarithmic(axes, [0.5, 1, 2, 4, 8], [0.5, 1, 2, 4, 8, 16])
-    axes.set_xlim(frequency[0], frequency[-1])
-    axes.set_ylim(load[0], load[-1])
+    axes.set(xlim=(frequency[0], frequency[-1]), ylim=(load[0], load[-1]))
 
 
 def shades_of(levels: list[float]) -> list[tuple[float, float, float, float]]:
@@ -175,9 +174,7 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
         zorder=4,
     )
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.5, 0.7, 1.0, 1.4, 2.0])
-    axes.set_xlim(start[0], end[-1])
-    axes.set_ylim(*LIMITS)
-    axes.set_xlabel("peak of CR,\n" + r"$u/u_\mathrm{ins}$ [-]")
+    axes.set(xlim=(start[0], end[-1]), ylim=LIMITS, xlabel="peak of CR,\n" + r"$u/u_\mathrm{ins}$ [-]")
     axes.set_title(
         f"{float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
         f"collapses missed\n{int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"

@@ -56,8 +56,7 @@ def decay_figure(decay: xr.Dataset) -> Figure:
             **line_of(model),
         )
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set_xlabel(TAU)
-    axes.set_ylabel(DISPLACEMENT)
+    axes.set(xlabel=TAU, ylabel=DISPLACEMENT)
     if "elapsed" in decay.coords:
         above = axes.secondary_xaxis("top", functions=scaling(1 / float(decay["frequency_parameter"])))
         above.set_xlabel(TIME)
@@ -77,8 +76,7 @@ def response_figure(response: xr.Dataset) -> Figure:
     for model in map(str, response["damping_model"].values):
         _history(axes, response, model)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set_xlabel(TIME)
-    axes.set_ylabel("$u$ [mm]")
+    axes.set(xlabel=TIME, ylabel="$u$ [mm]")
     right = axes.secondary_yaxis(
         "right", functions=scaling(1 / (MILLIMETRES * float(response["instability_displacement"])))
     )
@@ -130,12 +128,10 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
     measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
     axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
     axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of(REFERENCE))
-    axes.set_ylabel("$u$ [mm]")
-    axes.set_title(_estimates(calibration))
+    axes.set(ylabel="$u$ [mm]", title=_estimates(calibration))
     axes.legend(loc="upper right")
     left.plot(calibration["elapsed"], measured - fitted, color=GREY, linewidth=0.8)
-    left.set_ylabel("residual [mm]")
-    left.set_xlabel(TIME)
+    left.set(ylabel="residual [mm]", xlabel=TIME)
     for each in (axes, left):
         each.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     figure.align_ylabels([axes, left])

@@ -80,8 +80,7 @@ def _demands(axes: Axes, study: xr.Dataset) -> None:
     axes.set_xscale("log")
     axes.set_xticks([0.5, 1.0, 2.0, 5.0], ["0.5", "1", "2", "5"])
     axes.minorticks_off()
-    axes.set_xlim(0.3, 10.0)
-    axes.set_xlabel("demand by spectrum\nover capacity [-]")
+    axes.set(xlim=(0.3, 10.0), xlabel="demand by spectrum\nover capacity [-]")
 
 
 def _shares(axes: Axes, study: xr.Dataset) -> None:

@@ -81,8 +81,7 @@ def fig_test_series(validation: xr.Dataset) -> Figure:
         panels[0].set_title(literal("a test" if maker == "measured" else f"made by {maker}"))
         panels[1].set_xlabel(f"peak of the record\n{DISPLACEMENT}")
     for axes, quantity in zip(grid[:, 0], ("peak", "decrement"), strict=True):
-        axes.set_ylabel(f"{quantity} over\nthat of the record [-]")
-        axes.set_ylim(0, 1.75)
+        axes.set(ylabel=f"{quantity} over\nthat of the record [-]", ylim=(0, 1.75))
     handles: list[Line2D | Patch] = [
         Line2D([], [], label=model, marker=style_of(model).marker, markersize=3.5, **line_of(model)) for model in models
     ]

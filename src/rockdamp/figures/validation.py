@@ -56,10 +56,9 @@ def fig8(validation: xr.Dataset) -> Figure:
             _history(axes, level.sel(damping_model=model), model)
             axes.set_ylim(-1.35, 1.35)
         panels[-1].set_xlabel("time $t$ [s]")
-    grid[0, 0].set_ylabel("$\\ddot u_g$\n[m s$^{-2}$]")
     for axes in grid[1:, 0]:
         axes.set_ylabel("$u$ over peak\nof record [-]")
-    grid[0, 0].set_xlim(*shown(levels))
+    grid[0, 0].set(ylabel="$\\ddot u_g$\n[m s$^{-2}$]", xlim=shown(levels))
     figure.suptitle(heading(validation) + (f"; made by {literal(maker)}" if others else ""), fontsize=8)
     handles = [
         Line2D([], [], label=measured_name(validation), **MEASURED),

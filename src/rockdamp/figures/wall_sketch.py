@@ -64,8 +64,5 @@ def _draw_curve(axes: Axes, wall: Wall | Parapet, curve: TrilinearCurve) -> None
     axes.plot(at, force, "o", color="black", markersize=3.5)
     for number, corner in enumerate(zip(at, force, strict=True), start=1):
         axes.annotate(f"$u_{number}$", corner, xytext=(4, 5), textcoords="offset points")
-    axes.set_xlim(left=0)
-    axes.set_ylim(0, 1.12 * strength)
-    axes.set_xlabel("$u$ [mm]")
-    axes.set_ylabel("force [kN]")
+    axes.set(xlim=(0, None), ylim=(0, 1.12 * strength), xlabel="$u$ [mm]", ylabel="force [kN]")
     axes.legend(loc="upper right")
