@@ -104,7 +104,7 @@ def answers(
             share = rows[start : start + walls]
             results: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
             for batch in alike(share):
-                results |= {_line(one): one for one in _of(batch, run)}
+                results |= {row.line: one for row, one in zip(batch, _of(batch, run), strict=True)}
             yield from (results[row.line] for row in share)
 
 
@@ -184,10 +184,6 @@ def _median(peaks: Array) -> Array:
     count = ordered.shape[-1]
     low, high = ordered[..., (count - 1) // 2], ordered[..., count // 2]
     return np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
-
-
-def _line(one: Answer | BadRow) -> int:
-    return one.line if isinstance(one, BadRow) else one.row.line
 
 
 # --- what is written --------------------------------------------------------------------------------------------------

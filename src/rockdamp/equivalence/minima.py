@@ -236,7 +236,9 @@ def _refine(
 
     every = np.arange(case.size)
     place, value = np.stack(around), np.stack([err(xi, every) for xi in around])
-    if not _is_bracket(value).all():  # the coarser step of the scan moved the minimum by a point
+    ends, middle = value[[0, 2]], value[1]
+    # The coarser step of the scan may have moved the minimum by a point.
+    if not ((middle <= ends).all(axis=0) & (middle < ends).any(axis=0)).all():
         from scipy.optimize import elementwise  # slow to import, and seldom needed
 
         def err_of(xi: Array, lane: Array) -> Array:
@@ -253,9 +255,3 @@ def _refine(
         bad = np.flatnonzero(~np.isfinite(ratio))[0]
         raise InputError(f"the minimum of Err of {model} near xi = {around[1][bad]:.6g} did not converge")
     return ratio, error
-
-
-def _is_bracket(value: Array) -> NDArray[np.bool_]:
-    """Return where the middle one of three values is least, and not all are equal."""
-    low, middle, high = value
-    return (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))

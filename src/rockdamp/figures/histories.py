@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.figures.single import label_of
 from rockdamp.figures.style import (
     DISPLACEMENT,
     DOUBLE_COLUMN,
@@ -76,8 +77,7 @@ def _loops(axes: Axes, decays: xr.Dataset) -> None:
         u, force = decay["displacement"].values, decay["damping_force"].values
         end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
-        label = f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
-        axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
+        axes.plot(u[:end], force[:end], label=label_of(decays, model), zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
     limit = 1.06 * float(np.abs(decays["displacement"]).max())
@@ -136,11 +136,7 @@ def _matched(upper: Axes, lower: Axes, decays: xr.Dataset) -> None:
     shown = decays.isel(tau=slice(0, int(end) + 1))
     for model in (REFERENCE, "CDR"):
         decay = shown.sel(damping_model=model)
-        label = (
-            f"CR, $e = {float(decays['restitution']):g}$"
-            if model == REFERENCE
-            else f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
-        )
+        label = label_of(decays, model)
         upper.plot(shown["tau"], decay["displacement"], label=label, **line_of(model))
         lower.plot(shown["tau"], decay["velocity"], label=label, **line_of(model))
     for axes in (upper, lower):

@@ -16,10 +16,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.earthquakes import plain_logarithmic
+from rockdamp.figures.earthquakes import at_source, plain_logarithmic
 from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, by_model, new_figure, style_of, styled
 from rockdamp.text import number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
+from rockdamp.vocabulary import REFERENCE
 
 COLLAPSED = "#262626"
 PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FBE0AC", "#E0962F", "#8F3D12"])
@@ -37,7 +37,7 @@ NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
 @styled
 def fig_pulses(pulses: xr.Dataset) -> Figure:
     """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    at_e = at_source(pulses)
     shapes, models = (at_e[name].values for name in ("pulse", "damping_model"))
     figure = new_figure(DOUBLE_COLUMN, 54.0 * len(shapes) + 78.0)
     grid = figure.add_gridspec(len(shapes) + 1, 1 + len(models), height_ratios=[1.0] * len(shapes) + [0.92])
@@ -186,7 +186,7 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
 
 def fig_pulses_caption(pulses: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    at_e = at_source(pulses)
     each = ("pulse", "pulse_frequency")
     fell = at_e["reference_collapsed"] == 1
     otherwise = ((at_e["collapsed"] == 1) != fell).mean((*each, "load_ratio"))

@@ -128,7 +128,9 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
     measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
     axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
     axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of(REFERENCE))
-    axes.set(ylabel="$u$ [mm]", title=_estimates(calibration))
+    values = [calibration[name].sel(parameter=list(PARAMETERS)).values for name in ("estimate", "standard_error")]
+    estimates = ",  ".join(text.format(*of_name) for text, *of_name in zip(PARAMETERS.values(), *values, strict=True))
+    axes.set(ylabel="$u$ [mm]", title=estimates)
     axes.legend(loc="upper right")
     left.plot(calibration["elapsed"], measured - fitted, color=GREY, linewidth=0.8)
     left.set(ylabel="residual [mm]", xlabel=TIME)
@@ -137,14 +139,3 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
     figure.align_ylabels([axes, left])
     figure.suptitle(record_title(calibration), fontsize=8)
     return figure
-
-
-def _estimates(calibration: xr.Dataset) -> str:
-    """Return the parameters with their standard errors."""
-    estimates = (calibration.sel(parameter=str(name)) for name in calibration["parameter"].values)
-    return ",  ".join(
-        PARAMETERS[str(estimate["parameter"].item())].format(
-            float(estimate["estimate"]), float(estimate["standard_error"])
-        )
-        for estimate in estimates
-    )

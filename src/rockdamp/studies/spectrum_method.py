@@ -46,7 +46,9 @@ def spectrum_method(config: Config) -> xr.Dataset:
     below 1; the same over all walls too.
     """
     settings = SpectrumMethodSettings.of(config)
-    period = np.array([_secant_period(named, settings.capacity) for named in settings.walls])
+    secant = [named.curve.force(settings.capacity) / settings.capacity for named in settings.walls]
+    p = np.array([float(named.wall.frequency_parameter) for named in settings.walls])
+    period = 2 * np.pi / (p[:, None] * np.sqrt(secant))
     equivalent = Damping.of_restitution(settings.restitution, "ECD").damping_ratio  # loses as much in half a cycle
     ratio = np.stack([np.full(settings.restitution.size, CODE_DAMPING), equivalent])
     names, demands = [], []
@@ -96,12 +98,6 @@ def statistics(demand: xr.DataArray, over: list[str]) -> dict[str, xr.DataArray]
             "unsafe_factor": 1 / demand.quantile(TOLERATED, over).drop_vars("quantile"),
             "reached": reached.sum(over),
         }
-
-
-def _secant_period(named: NamedWall, capacity: Array) -> Array:
-    """Return the period of the secant stiffness F(u)/u at each capacity. [s]"""
-    stiffness = named.curve.force(capacity) / capacity
-    return np.asarray(2 * np.pi / (named.wall.frequency_parameter * np.sqrt(stiffness)))
 
 
 def _demand(record: Record, named: NamedWall, period: Array, ratio: Array, settings: SpectrumMethodSettings) -> Array:
