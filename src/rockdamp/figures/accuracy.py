@@ -11,17 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    PALE,
-    by_model,
-    line_of,
-    marks_of,
-    new_figure,
-    numbers,
-    styled,
-)
+from rockdamp.figures.style import GREY, PALE, by_model, line_of, marks_of, new_figure, numbers, styled
 from rockdamp.text import at_most, number, percent, plain
 
 TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
@@ -38,7 +28,7 @@ SLENDERNESS_TICKS = (4, 6, 10, 15, 20, 30, 40)
 @styled
 def fig_accuracy(accuracy: xr.Dataset) -> Figure:
     """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios."""
-    figure = new_figure(DOUBLE_COLUMN, 140.0)
+    figure = new_figure(140.0)
     (free, forced), (shares, exact) = figure.subplots(2, 2)
     forced.sharey(free)
     low, high = float(accuracy["median_solver_error"].min()), float(accuracy["largest_solver_error"].max())
@@ -109,7 +99,7 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
 def fig_rigid(accuracy: xr.Dataset) -> Figure:
     """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness."""
     releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
-    figure = new_figure(DOUBLE_COLUMN, 25.0 + 55.0 * len(releases))
+    figure = new_figure(25.0 + 55.0 * len(releases))
     grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)
     for row, x0 in zip(grid, releases, strict=True):
         for axes, r in zip(row, hinges, strict=True):

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, new_figure, styled
 from rockdamp.text import plain
 from rockdamp.vocabulary import PRESETS
 
@@ -21,7 +21,7 @@ FORCE = "$F/F_0$ [-]"
 @styled
 def fig2(mechanism: xr.Dataset) -> Figure:
     """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation."""
-    figure = new_figure(DOUBLE_COLUMN, 68.0)
+    figure = new_figure(68.0)
     panels = figure.subplots(1, 3, sharey=True)
     titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) Doherty's stages of degradation")
     for axes, title in zip(panels, titles, strict=True):

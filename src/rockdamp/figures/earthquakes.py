@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     by_damper,
@@ -78,7 +77,7 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     histories = at_source(earthquakes).isel(wall=comparison["pooled"].values == 1)
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
-    figure = new_figure(DOUBLE_COLUMN, 20.0 + 160.0 / columns * -(-len(models) // columns))
+    figure = new_figure(20.0 + 160.0 / columns * -(-len(models) // columns))
     panels = grid_of(figure, len(models), columns)
     low = float(comparison["band_start"].min()) / 2
     # The shades end at a hundredth of the histories of a panel.
@@ -165,7 +164,7 @@ def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
 def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
     """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay."""
     drawn = at_source(comparison)
-    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    figure = new_figure(92.0)
     ratios, errors, misfits = figure.subplots(1, 3)
     _by_band(ratios, drawn, "median_ratio")
     _by_band(errors, drawn, "log_error")

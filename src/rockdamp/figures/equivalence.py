@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
     DAMPING_RATIO,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
@@ -76,7 +75,7 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     amplitude = papers(amplitude)
     models = dampers(amplitude)
-    figure = new_figure(DOUBLE_COLUMN, 78.0)
+    figure = new_figure(78.0)
     panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
     values = numbers(amplitude, "release_amplitude")
     chosen = present(values, PAPER_AMPLITUDES)
@@ -138,7 +137,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         (papers(cracked_stiffness), "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
     )
     models = dampers(studies[0][0])
-    figure = new_figure(DOUBLE_COLUMN, 178.0)
+    figure = new_figure(178.0)
     # A low strip above the first two rows: what a fixed length in seconds changes is too small for the panels.
     ratios = [0.36, 1.0, 0.36, 1.0, 1.0]
     grid = figure.subplots(

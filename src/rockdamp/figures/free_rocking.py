@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockdamp.figures.single import TIME, record_title
-from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, one_two_five, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, line_of, new_figure, one_two_five, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
 from rockdamp.text import number
@@ -24,7 +24,7 @@ HEIGHT = 150.0  # [mm]
 @styled
 def free_rocking_figure(fitted: xr.Dataset) -> Figure:
     """Draw the first release with its fit, and half periods and e of the impacts of all releases."""
-    figure = new_figure(DOUBLE_COLUMN, HEIGHT)
+    figure = new_figure(HEIGHT)
     rows = figure.add_gridspec(2, 1, height_ratios=[1.25, 1.0])
     above, below = rows[0].subgridspec(2, 1, height_ratios=[2.6, 1.0]), rows[1].subgridspec(1, 2)
     history, periods, impacts = (figure.add_subplot(cell) for cell in (above[0], below[0], below[1]))

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from rockdamp.figures.single import label_of
 from rockdamp.figures.style import (
     DISPLACEMENT,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     TAU,
@@ -41,7 +40,7 @@ ROCKING = {  # curve: colour, line, width, meaning
 def fig3(decays: xr.Dataset) -> Figure:
     """Draw the damping ratio against the secant frequency, and the damping force against the displacement."""
     decays = papers(decays)
-    figure = new_figure(DOUBLE_COLUMN, 82.0)
+    figure = new_figure(82.0)
     law, force = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
     _laws(law, decays)
     _loops(force, decays)
@@ -91,7 +90,7 @@ def _loops(axes: Axes, decays: xr.Dataset) -> None:
 @styled
 def fig4(decays: xr.Dataset) -> Figure:
     """Draw the rocking decay against the rigid wall's, and CR against the CDR that is matched to it."""
-    figure = new_figure(DOUBLE_COLUMN, 90.0)
+    figure = new_figure(90.0)
     left, right = figure.subfigures(1, 2, wspace=0.03, squeeze=False)[0]
     _rocking(left.subplots(), decays)
     upper, lower = right.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 1.6]})

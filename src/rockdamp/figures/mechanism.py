@@ -42,7 +42,7 @@ def fig1(mechanism: xr.Dataset) -> Figure:
     slenderness = height / float(mechanism["thickness"])
     t = max(height / DRAWN_SLENDERNESS, float(mechanism["thickness"]))
     u = DRAWN_DISPLACEMENT * t
-    figure = new_figure(SINGLE_COLUMN, 115.0)
+    figure = new_figure(115.0, SINGLE_COLUMN)
     rest, displaced = figure.subplots(1, 2, sharey=True, gridspec_kw={"width_ratios": [1.0, 1.0]})
     _draw_rest(rest, t, height, ratio)
     _draw_displaced(displaced, t, height, ratio, u)

@@ -13,17 +13,7 @@ from matplotlib.patches import Patch
 
 from rockdamp.figures.collapse import BAND, SHARES, draw_fragility
 from rockdamp.figures.earthquakes import plain_logarithmic
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    by_damper,
-    dampers,
-    line_of,
-    marks_of,
-    new_figure,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import GREY, by_damper, dampers, line_of, marks_of, new_figure, style_of, styled
 from rockdamp.text import number
 from rockdamp.vocabulary import REFERENCE
 
@@ -47,7 +37,7 @@ TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 @styled
 def fig_population(population: xr.Dataset) -> Figure:
     """Draw the population's fragility, each damper's median over CR's, and the sensitivity to each parameter."""
-    figure = new_figure(DOUBLE_COLUMN, 88.0)
+    figure = new_figure(88.0)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.25, 0.85, 1.0])
     _fragility(left, population)
     _ratios(middle, population)

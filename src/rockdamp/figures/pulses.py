@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.figures.earthquakes import at_source, plain_logarithmic
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, by_model, new_figure, style_of, styled
+from rockdamp.figures.style import GREY, by_damper, by_model, new_figure, style_of, styled
 from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import REFERENCE
 
@@ -39,7 +39,7 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
     """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's."""
     at_e = at_source(pulses)
     shapes, models = (at_e[name].values for name in ("pulse", "damping_model"))
-    figure = new_figure(DOUBLE_COLUMN, 54.0 * len(shapes) + 78.0)
+    figure = new_figure(54.0 * len(shapes) + 78.0)
     grid = figure.add_gridspec(len(shapes) + 1, 1 + len(models), height_ratios=[1.0] * len(shapes) + [0.92])
     _maps(figure, grid, at_e)
     _all_ratios(figure, grid, at_e)

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from rockdamp.figures.style import (
     DISPLACEMENT,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     TAU,
@@ -46,7 +45,7 @@ def label_of(history: xr.Dataset, model: str) -> str:
 @styled
 def decay_figure(decay: xr.Dataset) -> Figure:
     """Draw a free decay under each of its models, with a second axis in seconds where it has ``elapsed``."""
-    figure = new_figure(DOUBLE_COLUMN, 80.0)
+    figure = new_figure(80.0)
     axes = figure.subplots()
     for model in map(str, decay["damping_model"].values):
         axes.plot(
@@ -68,7 +67,7 @@ def decay_figure(decay: xr.Dataset) -> Figure:
 @styled
 def response_figure(response: xr.Dataset) -> Figure:
     """Draw the ground's motion and the response under each model, up to a cross where the wall collapses."""
-    figure = new_figure(DOUBLE_COLUMN, 110.0)
+    figure = new_figure(110.0)
     ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
     ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
     ground.axhline(0, color=PALE, linewidth=0.5, zorder=0)
@@ -123,7 +122,7 @@ def _legend(figure: Figure, axes: Axes) -> None:
 @styled
 def calibration_figure(calibration: xr.Dataset) -> Figure:
     """Draw the measured response and the fitted one, and what is left between them."""
-    figure = new_figure(DOUBLE_COLUMN, 105.0)
+    figure = new_figure(105.0)
     axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
     measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
     axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
