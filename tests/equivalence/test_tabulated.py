@@ -32,7 +32,7 @@ def differs(curve, e, x0):
 
 
 def test_walls_drawn_at_random_have_the_ratios_that_the_matcher_finds():
-    e, a1, b1, a3, x0 = tabulated.walls_at(np.random.default_rng(20).uniform(size=(5, 24)))
+    e, a1, b1, a3, x0 = tabulate_ratios.walls_at(np.random.default_rng(20).uniform(size=(5, 24)))
     off = np.abs(differs(rd.TrilinearCurve(a1, b1, a3), e, x0))
     assert np.isfinite(off).mean() > 0.8
     assert np.nanmax(off) < tabulated.LARGEST_ERROR and np.nanmedian(off) < 0.1 * tabulated.LARGEST_ERROR
@@ -71,7 +71,7 @@ def test_dampers_that_lose_the_same_from_every_amplitude_need_no_table():
 
 def test_a_point_of_the_unit_box_and_its_wall_are_each_others_inverse():
     unit = np.random.default_rng(3).uniform(size=(5, 50))
-    np.testing.assert_allclose(tabulated.unit_of(*tabulated.walls_at(unit)), unit, atol=1e-12)
+    np.testing.assert_allclose(tabulated.unit_of(*tabulate_ratios.walls_at(unit)), unit, atol=1e-12)
 
 
 def test_between_nodes_the_table_is_read_by_a_cubic_in_each_variable():
@@ -137,7 +137,7 @@ def test_a_cell_near_a_switch_is_refused_and_its_neighbours_answer():
     middle = (beside[:, None] + 0.5 + np.array([[0, 0], [0, 0], [0, 0], [0, 0], [0, 1]])) / np.array(cells.shape)[
         :, None
     ]
-    e, a1, b1, a3, x0 = tabulated.walls_at(middle)
+    e, a1, b1, a3, x0 = tabulate_ratios.walls_at(middle)
     curve = rd.TrilinearCurve(a1, b1, a3)
     assert np.isnan(rd.damping_ratio_table(curve, "CDC", e, x0)).tolist() == [True, False]
     why = rd.table_refusal(curve, "CDC", e, x0)
@@ -147,7 +147,7 @@ def test_a_cell_near_a_switch_is_refused_and_its_neighbours_answer():
 
 
 def test_a_wall_has_one_ratio_whatever_stands_beside_it(monkeypatch):
-    e, a1, b1, a3, x0 = tabulated.walls_at(np.random.default_rng(4).uniform(size=(5, 9)))
+    e, a1, b1, a3, x0 = tabulate_ratios.walls_at(np.random.default_rng(4).uniform(size=(5, 9)))
     curve = rd.TrilinearCurve(a1, b1, a3)
     together = rd.damping_ratio_table(curve, "CDR", e, x0)
     monkeypatch.setattr(tabulated, "AT_ONCE", 4)
@@ -156,7 +156,7 @@ def test_a_wall_has_one_ratio_whatever_stands_beside_it(monkeypatch):
 
 def test_a_file_holds_the_table_to_the_bit_and_the_shipped_one_is_of_this_range(tmp_path):
     tables = {model: tabulated.shipped(model) for model in PAPER_MODELS}
-    tabulated.write(tables, tabulated.protocol(), tmp_path / "table.npz")
+    tabulate_ratios.write(tables, tabulate_ratios.protocol(), tmp_path / "table.npz")
     with np.load(tmp_path / "table.npz") as other, np.load(tabulated.FILE) as shipped:
         assert set(other) == set(shipped)
         for name in set(other) - {"protocol"}:

@@ -16,7 +16,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.solvers.response import Reference
+from rockdamp.solvers.response import Options, Reference
 
 SCAN = Scan(smallest=0.3, largest=3.0, points=200)
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
@@ -49,15 +49,8 @@ class Cases:
         exponent: Quantity = 0.0,
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        response = solve(
-            curve,
-            Damping.cr(restitution),
-            release_amplitude=release_amplitude,
-            step=step,
-            steps=steps,
-            store_every=1,
-            scheme=scheme,
-        )
+        start: Options = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
+        response = solve(curve, Damping.cr(restitution), store_every=1, **start)
         return cls(curve, release_amplitude, restitution, response.displacement, step, exponent)
 
     def refined(self, steps: int, refinement: float, scheme: str = "newmark") -> Cases:
@@ -66,15 +59,8 @@ class Cases:
         They are as long as before, over a whole number of steps.
         """
         finer = round(steps * refinement)
-        return Cases.released(
-            self.curve,
-            self.release_amplitude,
-            self.restitution,
-            step=self.step * steps / finer,
-            steps=finer,
-            scheme=scheme,
-            exponent=self.exponent,
-        )
+        released, step = (self.curve, self.release_amplitude, self.restitution), self.step * steps / finer
+        return Cases.released(*released, step=step, steps=finer, scheme=scheme, exponent=self.exponent)
 
     @property
     def steps(self) -> int:
@@ -250,7 +236,9 @@ def _refine(
 
     every = np.arange(case.size)
     place, value = np.stack(around), np.stack([err(xi, every) for xi in around])
-    if not _is_bracket(value).all():  # the coarser step of the scan moved the minimum by a point
+    ends, middle = value[[0, 2]], value[1]
+    # The coarser step of the scan may have moved the minimum by a point.
+    if not ((middle <= ends).all(axis=0) & (middle < ends).any(axis=0)).all():
         from scipy.optimize import elementwise  # slow to import, and seldom needed
 
         def err_of(xi: Array, lane: Array) -> Array:
@@ -267,9 +255,3 @@ def _refine(
         bad = np.flatnonzero(~np.isfinite(ratio))[0]
         raise InputError(f"the minimum of Err of {model} near xi = {around[1][bad]:.6g} did not converge")
     return ratio, error
-
-
-def _is_bracket(value: Array) -> NDArray[np.bool_]:
-    """Return where the middle one of three values is least, and not all are equal."""
-    low, middle, high = value
-    return (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
@@ -58,7 +57,7 @@ def reference_case(dataset: xr.Dataset) -> int:
 def fig_amplitude_dependence(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw the damping ratio over that of ECD against the amplitude, and what spread each damper leaves."""
     at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
-    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    figure = new_figure(92.0)
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
     _fan(fan, at_e)
     _bars(bars, at_e)
@@ -100,9 +99,7 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
             fontsize=8,
             annotation_clip=False,
         )
-    axes.set_xlim(0, share[-1])
-    axes.set_xlabel(SHARE)
-    axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
+    axes.set(xlim=(0, share[-1]), xlabel=SHARE, ylabel=r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
 
 
 def _bars(axes: Axes, at_e: xr.Dataset) -> None:
@@ -150,13 +147,12 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
 def fig_exponent(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw the exponent with the least spread against a1 for several b1, and the spread that it leaves."""
     a1, b1 = (numbers(amplitude_dependence, f"map_{name}_ratio") for name in ("yield_displacement", "strength"))
-    figure = new_figure(DOUBLE_COLUMN, 88.0)
+    figure = new_figure(88.0)
     left, right = figure.subplots(1, 2)
     _exponents(left, amplitude_dependence, a1, b1)
     _spreads(right, amplitude_dependence, a1)
     for axes in (left, right):
-        axes.set_xlabel("$a_1$ [-]")
-        axes.set_xlim(0, 1.02 * max(a1))
+        axes.set(xlabel="$a_1$ [-]", xlim=(0, 1.02 * max(a1)))
         few_ticks(axes, 5)
     return figure
 
@@ -224,7 +220,7 @@ def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw by how much the closed form differs from peaks and from Err, against the amplitude."""
     models = [str(model) for model in amplitude_dependence["damping_model"].values]
     exact = [model for model in dampers(amplitude_dependence) if model in Damping.exact_models()]
-    figure = new_figure(DOUBLE_COLUMN, 112.0)
+    figure = new_figure(112.0)
     grid = figure.subplots(2, len(models), sharex=True, sharey=True, squeeze=False)
     for row, (measure, name) in zip(
         grid, (("damping_ratio_peaks", "the first peak"), ("damping_ratio", "Err")), strict=True
@@ -235,9 +231,7 @@ def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
     for axes, model in zip(grid[0], models, strict=True):
         axes.set_title(name_of(model), color=style_of(model).colour, fontweight="bold")
     for axes in grid[-1]:
-        axes.set_xlabel(r"$u_0/u_3$ [-]")
-        axes.set_xticks([0, 0.5, 1])
-        axes.set_xlim(0, 1)
+        axes.set(xlabel=r"$u_0/u_3$ [-]", xticks=[0, 0.5, 1], xlim=(0, 1))
     e = texts(numbers(amplitude_dependence, "restitution"))
     handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
     handles.append(Line2D([], [], color=GREY, **MIDDLE))

@@ -68,7 +68,7 @@ def released_as_the_paper(match: xr.Dataset) -> xr.Dataset:
 def fig_code_damping(amplitude: xr.Dataset) -> Figure:
     """Draw the damping ratio against e, under each damper and at the secant period, beside measured e."""
     match = released_as_the_paper(amplitude)
-    figure = new_figure(SINGLE_COLUMN, 105.0)
+    figure = new_figure(105.0, SINGLE_COLUMN)
     axes = figure.add_subplot()
     low, mean, high = TESTED
     axes.axvspan(low, high, color=PALE, alpha=0.5, linewidth=0, label="tested walls")
@@ -90,8 +90,7 @@ def fig_code_damping(amplitude: xr.Dataset) -> Figure:
         )
     for level in LEVELS:
         axes.axhline(100 * level, color=PALE, linewidth=0.6, zorder=0)
-    axes.set_ylim(0, 110 * max(LEVELS))
-    axes.set_xlim(float(e.min()), 1.0)
+    axes.set(ylim=(0, 110 * max(LEVELS)), xlim=(float(e.min()), 1.0))
     axes.yaxis.set_major_locator(FixedLocator([0, *(100 * level for level in LEVELS)]))
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"damping ratio $\xi$ [%]")

@@ -13,7 +13,6 @@ from matplotlib.ticker import FormatStrFormatter, NullFormatter
 
 from rockdamp.figures.style import (
     DISPLACEMENT,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     at_nearest,
@@ -39,7 +38,7 @@ E_VARIATIONS = ["lower e", "higher e"]
 @styled
 def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure:
     """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay."""
-    figure = new_figure(DOUBLE_COLUMN, 135.0)
+    figure = new_figure(135.0)
     grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])
     decay, pulses, earthquakes = (figure.add_subplot(grid[0, 2 * i : 2 * i + 2]) for i in range(3))
     _decay(decay, at_shown(damper_order))
@@ -74,8 +73,7 @@ def _by_order(axes: Axes, orders: Sequence[float], sensitivity: xr.DataArray, ch
     axes.set_yscale("log", subs=[2, 5])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xticks(list(places), texts(orders))
-    axes.set_xlim(-0.35, len(orders) - 0.65)
-    axes.set_xlabel("order $m$ [-]")
+    axes.set(xlim=(-0.35, len(orders) - 0.65), xlabel="order $m$ [-]")
     return places
 
 

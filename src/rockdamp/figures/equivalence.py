@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
     DAMPING_RATIO,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
@@ -76,7 +75,7 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     amplitude = papers(amplitude)
     models = dampers(amplitude)
-    figure = new_figure(DOUBLE_COLUMN, 78.0)
+    figure = new_figure(78.0)
     panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
     values = numbers(amplitude, "release_amplitude")
     chosen = present(values, PAPER_AMPLITUDES)
@@ -90,10 +89,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
         title_panel(axes, model)
         axes.legend(loc="upper right")
         axes.set_xlabel(RESTITUTION)
-    panels[0].set_ylabel(DAMPING_RATIO)
     few_ticks(panels[0], 3)
     drawn = amplitude[["damping_ratio", "damping_ratio_energy"]].isel(release_amplitude=chosen)
-    panels[0].set_ylim(0, 1.05 * float(drawn.to_array().max()))
+    panels[0].set(ylabel=DAMPING_RATIO, ylim=(0, 1.05 * float(drawn.to_array().max())))
     head(figure, response_length_text(amplitude))
     return figure
 
@@ -139,7 +137,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         (papers(cracked_stiffness), "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
     )
     models = dampers(studies[0][0])
-    figure = new_figure(DOUBLE_COLUMN, 178.0)
+    figure = new_figure(178.0)
     # A low strip above the first two rows: what a fixed length in seconds changes is too small for the panels.
     ratios = [0.36, 1.0, 0.36, 1.0, 1.0]
     grid = figure.subplots(

@@ -36,7 +36,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
     study = at_nearest(papers(amplitude), release_amplitude=REFERENCE_AMPLITUDE)
     e, root, models = study["restitution"], study["error"] ** 0.5, dampers(study)
-    figure = new_figure(SINGLE_COLUMN, 82.0)
+    figure = new_figure(82.0, SINGLE_COLUMN)
     axes = figure.subplots()
     for model in models:
         look = {"marker": style_of(model).marker, **line_of(model)}

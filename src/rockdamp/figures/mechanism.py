@@ -42,17 +42,15 @@ def fig1(mechanism: xr.Dataset) -> Figure:
     slenderness = height / float(mechanism["thickness"])
     t = max(height / DRAWN_SLENDERNESS, float(mechanism["thickness"]))
     u = DRAWN_DISPLACEMENT * t
-    figure = new_figure(SINGLE_COLUMN, 115.0)
+    figure = new_figure(115.0, SINGLE_COLUMN)
     rest, displaced = figure.subplots(1, 2, sharey=True, gridspec_kw={"width_ratios": [1.0, 1.0]})
     _draw_rest(rest, t, height, ratio)
     _draw_displaced(displaced, t, height, ratio, u)
     top = float(bodies(t, height, ratio, u)[1][2, 1])  # the wall grows as it turns on its corners
     for axes, title in ((rest, "(a) at rest"), (displaced, "(b) displaced")):
-        axes.set_title(title)
-        axes.set_aspect("equal")
+        axes.set(title=title, aspect="equal")
         axes.set_axis_off()
-        axes.set_xlim(-0.95 * t, 1.75 * t)
-        axes.set_ylim(-0.75 * t, top + 1.5 * t)
+        axes.set(xlim=(-0.95 * t, 1.75 * t), ylim=(-0.75 * t, top + 1.5 * t))
     note = f"$h/t = {slenderness:g}$, $h_1/h = {ratio:g}$"
     if t > float(mechanism["thickness"]):
         note += f"; thickness drawn {t / float(mechanism['thickness']):g} times its own"

@@ -14,7 +14,6 @@ from matplotlib.lines import Line2D
 from rockdamp.figures.equivalence import MARKERS, every, head, response_length_text, title_panel
 from rockdamp.figures.style import (
     DAMPING_RATIO,
-    DOUBLE_COLUMN,
     REFERENCE_CRACKED_STIFFNESS,
     REFERENCE_RESTITUTION,
     RESTITUTION,
@@ -49,7 +48,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     models, e = dampers(equivalence), equivalence["restitution"]
     values = numbers(equivalence, "yield_displacement_ratio")
     names = texts(values)
-    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    figure = new_figure(92.0)
     grid = figure.add_gridspec(1, 1 + len(models), width_ratios=[1.75] + [1.0] * len(models))
     together = figure.add_subplot(grid[0])
     _ranges(together, equivalence)

@@ -7,7 +7,7 @@ from textwrap import fill
 from matplotlib.figure import Figure
 
 from rockdamp.figures.single import ACCELERATION, TIME
-from rockdamp.figures.style import DOUBLE_COLUMN, PALE, literal, new_figure, styled
+from rockdamp.figures.style import PALE, literal, new_figure, styled
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
@@ -21,7 +21,7 @@ def record_figure(record: Record | FreeRocking) -> Figure:
         shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
     if isinstance(record, FreeRocking) and record.rotation is not None:
         shown.append((r"rotation [rad]", record.rotation))
-    figure = new_figure(DOUBLE_COLUMN, 20.0 + 42.0 * len(shown))
+    figure = new_figure(20.0 + 42.0 * len(shown))
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
     for axes, (label, values) in zip(panels, shown, strict=True):
         axes.plot(record.elapsed, values, color="black", linewidth=0.8)

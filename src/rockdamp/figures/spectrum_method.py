@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
@@ -34,7 +33,7 @@ TITLES = {"ground": "on the ground"}
 @styled
 def fig_spectrum_method(study: xr.Dataset) -> Figure:
     """Draw the demand over the capacity for each wall, and the share of unsafe answers against e."""
-    figure = new_figure(DOUBLE_COLUMN, 100.0)
+    figure = new_figure(100.0)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.2, 1.2, 1.0])
     middle.sharey(left)
     for axes, support in zip((left, middle), study["support"].values, strict=True):
@@ -80,8 +79,7 @@ def _demands(axes: Axes, study: xr.Dataset) -> None:
     axes.set_xscale("log")
     axes.set_xticks([0.5, 1.0, 2.0, 5.0], ["0.5", "1", "2", "5"])
     axes.minorticks_off()
-    axes.set_xlim(0.3, 10.0)
-    axes.set_xlabel("demand by spectrum\nover capacity [-]")
+    axes.set(xlim=(0.3, 10.0), xlabel="demand by spectrum\nover capacity [-]")
 
 
 def _shares(axes: Axes, study: xr.Dataset) -> None:

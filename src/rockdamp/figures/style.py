@@ -79,7 +79,7 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
     return wrapper
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(height: float, width: float = DOUBLE_COLUMN) -> Figure:
     """Return an empty figure of a print size. [mm]"""
     return Figure(figsize=(width / INCH, height / INCH))
 

@@ -14,6 +14,7 @@ from rockdamp.arguments import instance, number, one_of, several
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.identification.candidates import true_values
 from rockdamp.identification.excursions import Excursions, Solution
 from rockdamp.identification.losses import Losses, exponent_of
@@ -123,10 +124,8 @@ def calibrate_free_rocking(
         instability_displacement=float(wall.instability_displacement),
         frequency_parameter=float(wall.frequency_parameter),
     )
-    fitted.attrs = {
-        f"record_{key}": given[0].header.get(key, "not stated") for key in ("specimen", "source", "licence")
-    }
-    fitted.attrs["record_synthetic"] = "yes" if any(test.synthetic for test in given) else "no"
+    synthetic = "yes" if any(test.synthetic for test in given) else "no"
+    fitted.attrs = record_attributes(given[0]) | {"record_synthetic": synthetic}
     warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
 

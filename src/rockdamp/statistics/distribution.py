@@ -20,12 +20,6 @@ class Distribution:
 
     It is ``uniform`` in the value, ``loguniform`` or ``normal``; a normal one is cut off at the bounds, and it alone
     has moments, those before it is cut off.
-
-    Examples
-    --------
-    >>> from rockdamp.statistics.distribution import Distribution
-    >>> print(Distribution("uniform", 0.4, 0.8).quantile(0.25))
-    0.5
     """
 
     distribution: str
