@@ -307,15 +307,6 @@ def test_a_decrement_is_told_by_how_far_it_lies_from_that_of_the_others(listed, 
     assert f"SDR {verdicts.percent(off)} {words.split()[0]} the others' mean" in found["measured"]
 
 
-def test_what_was_added_or_corrected_with_results_known_says_so(listed, data):
-    later = {claim["id"] for claim in listed if "later" in claim}
-    corrected = {"fig3-energy", "amp-dispersion", "a1-sign", "fit-order", "fig8-sdr"}
-    measured = {f"measured-{name}" for name in ("cdr", "sdr", "cdc", "restitution")}
-    assert later == corrected | measured | {"hinge-mass", "bilinear-demand", "e-measured"}
-    assert "with the results known" in row(listed, data, "fig3-energy")["later"]
-    assert row(listed, data, "amp-cdc")["later"] == ""
-
-
 def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_nothing(data):
     """Of the made-up pairs the first load rocks no tri-linear wall; a collapse of one counts as beyond any peak."""
     ratio = paired_ratio(data["bilinear"], "pulse").isel(pulse=0)

@@ -72,12 +72,7 @@ def written(tmp_path, change):
     [
         (lambda c: c[2].update(treshold="x"), r"treshold is not a key; did you mean 'threshold'"),
         (lambda c: c[2].update(needed=["cdx"]), r"claims\[2\].needed names 'cdx'; it must be one of cdr, sdr, cdc"),
-        (lambda c: c[2].update(needed={"count": 9, "of": ["cdr"]}), r"count is 9; it must be at most 1"),
-        (lambda c: c[2]["limits"].update(inner="a quarter"), r"claims\[2\].limits.inner is 'a quarter'"),
-        (lambda c: c[2].update(threshold="{outer}"), r"threshold names 'outer'; it must name limits, which are inner"),
-        (lambda c: c[2].update(id=c[1]["id"]), r"claims\[2\].id is 'fig3-energy' again"),
         (lambda c: c[15].pop("condition"), r"claims\[15\] has no condition"),
-        (lambda c: c[15].update(inferred=False), r"claims\[15\].inferred is False; it must be True"),
     ],
 )
 def test_a_data_file_that_does_not_fit_is_refused_with_the_line(tmp_path, change, message):
@@ -98,12 +93,8 @@ def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, 
     ("change", "message"),
     [
         (lambda c: c["limits"].pop("rise"), "limits has no 'rise'"),
-        (lambda c: c["limits"].update(more=1), "limits that decide nothing: more"),
-        (lambda c: c["parts"].update(more="x"), "parts that are not judged: more"),
         (lambda c: c["parts"].pop("impulsive"), "parts without words: impulsive"),
-        (lambda c: c["datasets"].append("none"), "no dataset 'none'"),
         (lambda c: c.update(finding="e is {printed}"), "finding has the gaps printed; they must be high, hinge, "),
-        (lambda c: c.update(finding="e is {low}"), "finding has the gaps low; they must be high, hinge, "),
     ],
 )
 def test_a_claim_that_its_judge_does_not_match_is_an_error(listed, data, change, message):

@@ -127,13 +127,6 @@ def test_equivalent_loads_only_what_it_computes_with():
     assert not {"xarray", "pandas", "matplotlib", "netCDF4", "tqdm", "scipy.optimize", "scipy.signal"} & modules
 
 
-def test_the_package_runs_as_a_module():
-    done = subprocess.run(
-        [sys.executable, "-m", "rockdamp", "presets", "--json"], capture_output=True, text=True, check=True
-    )
-    assert len(json.loads(done.stdout)) == len(PRESETS)
-
-
 def test_the_package_as_a_module_speaks_of_itself_as_the_command():
     done = subprocess.run([sys.executable, "-m", "rockdamp", "wall"], capture_output=True, text=True)
     assert done.returncode == 2 and done.stdout == ""

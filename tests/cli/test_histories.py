@@ -1,24 +1,19 @@
 """`decay`, `respond` and `calibrate` at the command line: what they print and what they write."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 import xarray as xr
 from command_line import printed, refused, run
 from PIL import Image
-from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.figures import rocking
-from rockdamp.histories import side_by_side
 from rockdamp.identification import calibration
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import MODELS
 
-RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 CURVE = ("--a1", 0.04, "--b1", 0.8)
 WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overburden-ratio", 6.2)
 CDR = ("--damping-model", "CDR", "--damping-ratio", 0.05)
@@ -98,11 +93,6 @@ def test_respond_gives_the_agreed_keys_and_the_packages_numbers(record):
     assert values["outcome_elapsed"] == pytest.approx(0.99 + 1.0)
 
 
-def test_a_model_may_be_written_in_small_letters(record):
-    small = ("--damping-model", "cdr", "--damping-ratio", 0.05)
-    assert printed(*respond(record, *small)) == printed(*respond(record, *CDR))
-
-
 def test_a_collapse_is_an_outcome_with_its_time(record, tmp_path):
     path = tmp_path / "out.nc"
     arguments = respond(record, "--damping-model", "CR", "--restitution", 0.85, "--scale", 30, "--output", path)
@@ -161,20 +151,11 @@ def test_the_digest_of_the_options_follows_the_record_and_not_its_place(record, 
     assert digest("copy.csv") != digest("pulse.csv")
 
 
-@pytest.mark.parametrize("suffix", ["png", "pdf"])
-def test_pictures_are_drawn_of_decays_and_responses(record, tmp_path, suffix):
-    path = tmp_path / f"picture.{suffix}"
-    for arguments in (("decay", *CURVE, *CDR, *WALL), respond(record, "--damping-model", "CR", "--restitution", 0.8)):
-        assert run(*arguments, "--plot", path).exit_code == 0
-        assert path.read_bytes()[:4] == {"png": b"\x89PNG", "pdf": b"%PDF"}[suffix]
-        path.unlink()
-
-
-@pytest.mark.parametrize("shape", [WALL, ("--thickness", 0.102, "--height", 2.754, "--parapet")])
-def test_the_rocking_bodies_are_animated(record, tmp_path, shape, monkeypatch):
+def test_the_rocking_bodies_are_animated(record, tmp_path, monkeypatch):
     monkeypatch.setattr(rocking, "MOST_FRAMES", 4)
     path = tmp_path / "wall.gif"
-    given = ("respond", "--record", record, *shape, *CURVE, *CDR, "--scale", 0.5, "--animate", path)
+    parapet = ("--thickness", 0.102, "--height", 2.754, "--parapet")
+    given = ("respond", "--record", record, *parapet, *CURVE, *CDR, "--scale", 0.5, "--animate", path)
     assert run(*given).exit_code == 0
     with Image.open(path) as film:
         assert film.n_frames == 4
@@ -251,16 +232,6 @@ def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(qui
         assert named in refused("calibrate", "--record", record, *WALL[2:], "--thickness", stated)
 
 
-def test_several_records_are_runs_of_a_posterior_alone(quick, record):
-    assert "several --record must be given with --posterior" in refused(
-        "calibrate", "--record", record, "--record", record, *WALL
-    )
-
-
-def test_calibrate_names_the_record_that_it_cannot_use(record):
-    assert f"{record}: the record has no column displacement_m" in refused("calibrate", "--record", record, *WALL)
-
-
 # --- bad input ------------------------------------------------------------------------------------------------------
 
 
@@ -277,17 +248,13 @@ def test_calibrate_names_the_record_that_it_cannot_use(record):
         (("--compare",), "--restitution is missing; --compare must have it"),
         (("--compare", "--restitution", 0.9, "--animate", "wall.gif"), "--animate shows one model"),
         (("--damping-model", "CDR", "--damping-ratio", -0.1), "damping_ratio (xi) is -0.1"),
-        (("--damping-model", "CR", "--restitution", "nan"), "restitution (e) is nan"),
         ((*CDR, "--scale", "nan"), "'nan' is no finite number"),
         ((*CDR, "--tail", -1), "tail is -1.0"),
         ((*CDR, "--tail", "3m"), "'3m' is in m; it must be a number in s"),
-        ((*CDR, "--scale", 1e309), "'inf' is no finite number"),
-        ((*CDR, "--tail", 1e9), "tail is 1000000000.0; it must be at most"),
         ((*CDR, "--output", "no/such/folder.nc"), "which is no folder"),
         ((*CDR, "--output", "response.txt"), "must end in .nc"),
         ((*CDR, "--plot", "plot.jpeg"), "must end in .png or .pdf or .svg"),
         ((*CDR, "--output", "folder.nc"), "is a folder"),
-        ((*CDR, "--output", "x" * 300 + ".nc"), "is no file name"),
     ],
 )
 def test_bad_input_is_named_and_nothing_is_written(arguments, named, record, tmp_path, monkeypatch):
@@ -305,7 +272,6 @@ def test_bad_input_is_named_and_nothing_is_written(arguments, named, record, tmp
         (("--release", 0), "release_amplitude is 0.0"),
         (("--length", "5s"), "--length in seconds needs --thickness and --height"),
         (("--length", -1), "length is -1.0"),
-        (("--length", 1e12), "length is 1e+12, and the history would take"),
         (("--length", "long"), "'long' is no finite quantity"),
         (("--thickness", 0.3), "--thickness and --height must be given together"),
         (("--parapet",), "--parapet must be given with --thickness and --height"),
@@ -342,46 +308,15 @@ def test_a_file_that_cannot_be_written_is_named(record, tmp_path, monkeypatch):
 # --- the functions behind it ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")
-def test_a_response_that_is_no_number_is_an_error_and_not_completed():
-    rising = rd.Record(0.01 * np.arange(50), 1e200 * (np.arange(50) > 0))
-    curve, wall = rd.TrilinearCurve(0.04, 0.8), rd.Wall(0.1, 2.0)
-    with pytest.raises(rd.InputError, match="the response under CDC is beyond"), np.errstate(all="ignore"):
-        side_by_side.responses(rising, wall, curve, [rd.Damping("CDC", 0.05)], scale=1e150)
-
-
-def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path, capfd):
+def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path):
     text = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{0.01 * i:.2f},{300 * (i % 2)}\n" for i in range(50))
     path = tmp_path / "gal.csv"
     path.write_text(text, encoding="utf-8")
     options = "--thickness 0.25 --height 3 --preset new --damping-model CDR --damping-ratio 0.05 --json"
-    process = subprocess.run(
-        [sys.executable, "-m", "rockdamp", "respond", "--record", str(path), *options.split()],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert process.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 3 g")
-    assert "cm s-2 (3 m s-2)" in process.stderr and "Traceback" not in process.stderr
-    assert json.loads(process.stdout)["outcome"] == "collapsed"
-
-
-@pytest.mark.parametrize("option", ["--output", "--plot", "--animate"])
-def test_a_file_to_write_is_not_the_record(record, tmp_path, option):
-    suffix = {"--output": ".nc", "--plot": ".svg", "--animate": ".gif"}[option]
-    for name, link in (("motion", None), ("linked", "symlink_to"), ("hard", "hardlink_to")):
-        path = tmp_path / f"{name}{suffix}"
-        source = path if link is None else record
-        path.write_bytes(record.read_bytes()) if link is None else getattr(path, link)(record)
-        said = refused(*respond(source, *CDR, option, path))
-        assert f"{option} is '{path}', which --record reads; it must be another file" in said
-        assert path.read_bytes() == record.read_bytes()
-
-
-def test_a_record_may_have_any_name(record, tmp_path):
-    path = tmp_path / "record.nc"
-    path.write_bytes(record.read_bytes())
-    assert printed(*respond(path, *CDR)) == printed(*respond(record, *CDR))
+    result = run("respond", "--record", path, *options.split())
+    assert result.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 3 g")
+    assert "cm s-2 (3 m s-2)" in result.stderr
+    assert json.loads(result.stdout)["outcome"] == "collapsed"
 
 
 def test_local_damping_is_taken_by_its_coefficient_or_by_e():

@@ -3,7 +3,6 @@
 import ast
 import copy
 
-import numpy as np
 import pytest
 from repository import ROOT
 from snakemake.utils import update_config
@@ -11,7 +10,7 @@ from snakemake.utils import update_config
 from rockdamp.config import earthquakes
 from rockdamp.config.parsing import Settings, ascending
 from rockdamp.config.settings import DecaySettings, MatchSettings, PulseSettings
-from rockdamp.config.walls import StudySettings, make_curve, make_named_wall, make_wall
+from rockdamp.config.walls import StudySettings, make_named_wall, make_wall
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.pipeline.stages import STAGES as TABLE
@@ -116,11 +115,6 @@ def test_the_default_response_length_is_the_packages(config):
     assert earthquakes.EarthquakeWallSettings.of(config).matching.response_length == 12.0
 
 
-def test_the_grid_of_restitution_is_exact_in_decimals(config):
-    grid = DecaySettings.of(config).restitution
-    assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
-
-
 def test_of_values_that_must_ascend_the_first_that_does_not_is_named():
     with pytest.raises(InputError, match=r"^a\.b\[2\] is 2; it must be greater than the value before it, 2$"):
         ascending([1, 2, 2, 1, 3], "a.b")
@@ -158,13 +152,6 @@ def test_a_fifth_study_varies_any_parameter_of_the_wall_or_the_curve(parameter, 
         assert len(set(study.frequency_parameter)) == len(values)
 
 
-def test_a_study_that_the_part_of_the_config_lacks_is_named(config):
-    part = subset(config, "wall", "curve", "release_amplitude", "studies.amplitude")
-    assert StudySettings.of(part).study("amplitude").name == "amplitude"
-    with pytest.raises(InputError, match=r"^studies\.slenderness is missing$"):
-        StudySettings.of(part).study("slenderness")
-
-
 def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_their_own_curve(config):
     made = {named.name: named for named in map(make_named_wall, config["earthquakes"]["walls"])}
     assert list(made) == [entry["name"] for entry in config["earthquakes"]["walls"]]
@@ -174,17 +161,3 @@ def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_th
     hinged = {**config["earthquakes"]["walls"][-1], "hinge_ratio": 0.5}
     with pytest.raises(InputError, match=r"earthquakes\.walls\[7\]\.hinge_ratio is not a key"):
         make_named_wall(hinged, "earthquakes.walls[7]")
-
-
-def test_a_curve_states_all_of_its_parameters(config):
-    assert make_curve(config["curve"]).softening == "steeper"
-    del config["curve"]["ultimate_displacement_ratio"]
-    with pytest.raises(InputError, match=r"^curve\.ultimate_displacement_ratio is missing"):
-        make_curve(config["curve"])
-
-
-def test_a_normal_distribution_alone_has_moments(config):
-    drawn = earthquakes.PopulationWallSettings.of(config).parameters
-    assert drawn["restitution"].mean == 0.86 and drawn["thickness"].mean is None
-    assert earthquakes.PopulationWallSettings.of(config).correlations == {("restitution", "slenderness"): 0.5}
-    assert np.isfinite([entry.low for entry in drawn.values()]).all()

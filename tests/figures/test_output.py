@@ -1,8 +1,6 @@
 """Saving of figures: the same bytes each time, whole or not at all."""
 
 import errno
-import subprocess
-import sys
 from pathlib import Path
 
 import matplotlib
@@ -62,11 +60,3 @@ def test_the_users_own_style_changes_nothing(tmp_path):
         (other,) = save(draw("fig6_error"), tmp_path / "styled", ["png"], 80)
         assert matplotlib.rcParams["font.size"] == 20  # and the figures change nothing of the user's
     assert path.read_bytes() == other.read_bytes()
-
-
-def test_importing_the_figures_does_not_load_the_solver():
-    code = "import sys, rockdamp.figures; print(*sorted(sys.modules))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert "rockdamp.figures" in loaded
-    for name in ("numba", "rockdamp.solvers", "matplotlib.pyplot"):
-        assert name not in loaded

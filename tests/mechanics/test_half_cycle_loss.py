@@ -101,14 +101,6 @@ def test_the_decrement_grows_from_pi_xi_without_bound_up_to_the_critical_ratio(o
     np.testing.assert_allclose(log_decrement(1e-5, order), np.pi * 1e-5, rtol=1e-9)
 
 
-def test_the_critical_ratio_rises_with_the_order_to_a_limit():
-    critical = critical_damping_ratio([0, 1, 2, 4, 8, 16, 32, 64, 1e6])
-    assert critical[0] == pytest.approx(1, rel=1e-15)
-    assert critical[1] == pytest.approx(2 / np.sqrt(3), rel=1e-15)
-    assert np.all(np.diff(critical) > 0)
-    assert critical[-1] == pytest.approx(np.sqrt(2 * np.e / np.pi), rel=1e-6)
-
-
 def test_the_damping_ratio_rises_with_the_order_between_that_of_order_zero_and_that_of_small_losses():
     delta = -np.log(np.array(RESTITUTIONS))[:, None]
     xi = damping_ratio(delta, np.array([*ORDERS, 500]))

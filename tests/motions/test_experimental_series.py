@@ -1,8 +1,6 @@
 """The test series of experimental-style records: its walls, and the records that are shipped."""
 
 import csv
-import runpy
-import sys
 from dataclasses import replace
 
 import experimental_series as series
@@ -12,7 +10,6 @@ from experimental_series import DURATION, Maker
 from experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
 from repository import ROOT
 
-from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import wavelet
@@ -75,16 +72,10 @@ def test_a_wall_degrades_at_the_impact_that_ends_a_half_cycle_beyond_u1_and_at_n
     assert Maker._damaging_impact(slow, curve) is None
 
 
-def test_a_wall_that_a_level_overturns_is_refused():
-    high = {**SETTINGS, "levels": {"half": 3.0}, "walls": {"cr": {"damping_model": "CR"}}}
-    with pytest.raises(InputError, match=r"levels: half is 3.0; it must be such that cr stands"):
-        next(series.records(high))
-
-
 # --- the records
 
 
-@pytest.mark.parametrize("name", [*NAMES[:4], "ecd-quarter", *NAMES[12:]])
+@pytest.mark.parametrize("name", [NAMES[0], "ecd-quarter", *NAMES[12:]])
 def test_a_shipped_record_is_exactly_what_the_generator_makes(name, tmp_path):
     wall, _, level = name.partition("-")
     write_record(tmp_path / "made.csv", series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
@@ -130,12 +121,3 @@ def test_the_levels_are_barely_rocking_a_quarter_half_and_near_nine_tenths():
         record = read_record(FOLDER / f"cr-{level}.csv")
         zero = record.displacement[ELAPSED < 0.3].mean()
         assert low < np.abs(record.displacement - zero).max() / U_INS < high
-
-
-def test_the_generator_writes_the_records_beside_their_settings(tmp_path, monkeypatch):
-    few = (FOLDER / "test_series.yaml").read_text(encoding="utf-8")
-    few = few[: few.index("walls:")] + "walls: {cr: {damping_model: CR}}\n" + few[few.index("curve:") :]
-    (tmp_path / "test_series.yaml").write_text(few, encoding="utf-8")
-    monkeypatch.setattr(sys, "argv", ["test_series", str(tmp_path)])
-    runpy.run_path(str(ROOT / "tools/experimental_series.py"), run_name="__main__")
-    assert sorted(path.name for path in tmp_path.glob("*.csv")) == sorted(f"cr-{level}.csv" for level in LEVELS)

@@ -64,11 +64,6 @@ def test_units_that_are_not_those_of_the_columns_are_refused(read, stated):
         read(f"# units: {stated}\n{SI}")
 
 
-def test_si_units_over_a_column_in_g_are_refused(read):
-    with pytest.raises(InputError, match="has 'm s-2'; the numbers are taken in s, g and m: ground_acceleration_g is"):
-        read(f"# units: s, m s-2\n{SI.replace('_m_s2', '_g')}")
-
-
 def test_two_columns_of_acceleration_are_refused(read):
     with pytest.raises(InputError, match="columns ground_acceleration_g and ground_acceleration_m_s2 on line 1 state"):
         read("elapsed_s,ground_acceleration_g,ground_acceleration_m_s2\n0,0,0\n1,1,1\n")
@@ -113,7 +108,6 @@ def test_a_unit_of_acceleration_is_known_in_any_usual_form_and_nothing_else_is(t
         ("ACCELERATION IN UNITS OF IN/SEC2", 0.0254),
         ("ACCELERATION IN CM PER SEC PER SEC", None),  # understood or refused, and refused is as good
         ("ACCELERATION TIME SERIES IN UNITS OF M G", None),
-        ("ACCELERATION TIME SERIES (%G)", None),
         ("ACCELERATION TIME SERIES IN G, (CM/S2)", None),
         ("VELOCITY TIME SERIES IN UNITS OF CM/S", None),
         ("DISPLACEMENT TIME SERIES", None),
@@ -143,10 +137,6 @@ def test_a_unit_in_the_title_of_an_at2_file_counts_too(read):
         ("NPTS= 3, DT= 1/200", None),
         ("NPTS= 3, DT= 1,005", None),
         ("NPTS= 3, DT= 200 HZ", None),
-        ("NPTS= 3, DT= 0.005 0.01", None),
-        ("NPTS= 3, DT= \u0661", None),
-        ("NPTS= 3_0, DT= 1", None),
-        ("NPTS= " + 5000 * "3" + ", DT= 1", None),
     ],
 )
 def test_the_step_of_an_at2_file_is_read_whole_or_refused(at2, fourth, step):
@@ -162,12 +152,6 @@ def test_fortrans_exponents_are_numbers_in_an_at2_file(read):
     np.testing.assert_allclose(read(text, "a.AT2").ground_acceleration, VALUES * STANDARD_GRAVITY, rtol=1e-15)
 
 
-@pytest.mark.parametrize("number", ["1_0", "\u0661", "\uff11", "1.0D-02", "0x1", "1,5"])
-def test_what_python_alone_takes_for_a_number_is_none(read, number):
-    with pytest.raises(InputError, match=r"on line 3; it must be a number|line 3 has 3 values"):
-        read(SI.replace("-1.5", number))
-
-
 # --- the header
 
 
@@ -180,10 +164,8 @@ def test_a_key_of_the_header_has_no_case(read, line):
     ("lines", "message"),
     [
         ("# synthetic: yes\n# synthetic: no\n", "key 'synthetic' on line 2 stands there more than once"),
-        ("# source: A\n# Source: B\n", "key 'source' on line 2 stands there more than once"),
         ("# synthetic = yes\n", "line 1 is '# synthetic = yes'; it must be '# synthetic: ...', with a colon"),
         ("# a synthetic motion\n", "line 1 is '# a synthetic motion'"),
-        ("# synthetic\uff1a yes\n", "line 1 is"),
         ("# units = s, g\n", "line 1 is '# units = s, g'; it must be '# units: ...'"),
         ("# sythetic: yes\n", "key 'sythetic' on line 1 is unknown; did you mean 'synthetic'?"),
         ("# acceleration units: g\n", "did you mean 'units'?"),
@@ -200,17 +182,3 @@ def test_a_header_that_could_be_misread_is_refused(read, lines, message):
 def test_remarks_and_keys_of_ones_own_stay(read):
     record = read(f"# measured in Ljubljana\n# Laboratory: ours\n# Site: rock\n{SI}")
     assert record.header == {"laboratory": "ours", "site": "rock"}
-
-
-def test_keys_of_a_record_made_in_python_have_no_case_either():
-    assert Record([0, 1], [0, 1], header={"Synthetic": "yes"}).synthetic
-    with pytest.raises(InputError, match="the header has the keys synthetic, Synthetic; each must stand there once"):
-        Record([0, 1], [0, 1], header={"synthetic": "yes", "Synthetic": "no"})
-
-
-@pytest.mark.parametrize("header", [{"#a": "b"}, {"a:b": "c"}, {"": "b"}, {"a": "b\nc"}, {"a": "\x1b[2J"}])
-def test_what_could_not_be_read_back_is_not_written(tmp_path, header):
-    with pytest.raises(InputError, match="header key"):
-        write_record(tmp_path / "record.csv", Record([0, 1], [0, 1], header=header))
-    with pytest.raises(InputError, match="cannot be written"):
-        write_record(tmp_path, Record([0, 1], [0, 1]))

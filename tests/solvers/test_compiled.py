@@ -99,11 +99,10 @@ def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(
     assert run(copy, *models).stdout == mixed  # now all of them from the cache
 
 
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-@pytest.mark.parametrize("damage", [lambda content: b"", lambda content: content[:99], lambda content: b"not a cache"])
-def test_a_damaged_file_of_the_cache_ends_in_one_line(copy, suffix, damage):
+@pytest.mark.parametrize(("suffix", "kept"), [("nbi", 0), ("nbc", 99)])
+def test_a_damaged_file_of_the_cache_ends_in_one_line(copy, suffix, kept):
     (path,) = copy.rglob(f"*.{suffix}")
-    path.write_bytes(damage(path.read_bytes()))
+    path.write_bytes(path.read_bytes()[:kept])
     done = run(copy, "CDC", check=False)
     assert done.returncode == 1
     last = done.stderr.splitlines()[-1]

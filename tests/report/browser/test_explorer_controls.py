@@ -5,8 +5,6 @@ import pytest
 from report_browser import (
     PATIENCE,
     PLOTS,
-    By,
-    Keys,
     WebDriverWait,
     complaints,
     message,
@@ -46,29 +44,6 @@ def test_a_slider_changes_the_plots_that_depend_on_it(browser, name, value, plot
     put(browser, name, value, "slider")
     for plot in plots:
         assert picture(browser, plot) != before[plot], plot
-
-
-@pytest.mark.peers
-def test_the_studys_wall_resets_everything(browser):
-    preset(browser, "study")
-    before = shown(browser), [value(browser, control.name) for control in CONTROLS]
-    put(browser, "a1", 0.1)  # b1, a3 and softening do not reach beyond what this a1 leaves
-    soften(browser, "translated")
-    for control in CONTROLS:
-        put(browser, control.name, {"a1": 0.1, "b1": 0.6, "a3": 0.9, "m": 5}.get(control.name, 0.7))
-    assert shown(browser) != before[0]
-    preset(browser, "study")
-    assert (shown(browser), [value(browser, control.name) for control in CONTROLS]) == before
-
-
-@pytest.mark.peers
-def test_every_control_answers_to_the_keyboard(browser):
-    preset(browser, "study")
-    for control in CONTROLS:
-        before = value(browser, control.name)
-        slider = browser.find_element(By.ID, f"slider-{control.name}")
-        slider.send_keys(Keys.ARROW_LEFT if control.name != "m" else Keys.ARROW_RIGHT)
-        assert value(browser, control.name) != before, control.name
 
 
 @pytest.mark.peers
