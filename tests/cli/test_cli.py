@@ -3,7 +3,6 @@
 import csv
 import json
 
-import made_up_results
 import numpy as np
 import pytest
 import xarray as xr
@@ -191,22 +190,6 @@ def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
     assert "broken.nc cannot be read" in refused("datasets", tmp_path)
 
 
-def test_verify_names_what_is_not_of_this_tree(tmp_path, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    made_up_results.make(tmp_path, made_up_results.minimal())
-    verify = ("verify", tmp_path, "--configfile", "config/minimal.yaml")
-    result = run(*verify)
-    assert (result.exit_code, result.stdout) == (0, "")
-    assert result.stderr == f"{tmp_path}: all results are of this tree\n"
-    (tmp_path / "damping_force.nc").write_text("another's", encoding="utf-8")
-    reason = "is not what the last complete build wrote, by its checksum"
-    result = run(*verify)
-    assert (result.exit_code, result.stdout) == (1, f"{tmp_path}/damping_force.nc {reason}\n")
-    assert result.stderr == f"{tmp_path}: 1 of its files is not of this tree\n"
-    rows = json.loads(run(*verify, "--json").stdout)
-    assert rows == [{"file": f"{tmp_path}/damping_force.nc", "reason": reason}]
-
-
 def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "config/default.yaml: there is no such file; it must be YAML" in refused("verify")
@@ -242,14 +225,6 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):
     assert named in refused(*arguments)
-
-
-def test_a_full_disk_is_an_error_and_no_traceback(monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device", "results/decay.nc")
-
-    monkeypatch.setattr(dataset, "listing", full)
-    assert "results/decay.nc: No space left on device" in refused("datasets", ".")
 
 
 def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):

@@ -37,17 +37,6 @@ def test_decay_gives_the_peak_of_each_half_cycle():
     np.testing.assert_allclose(energy[1:6] / energy[:5], 0.9**2, rtol=1e-3)  # Eq. (8)
 
 
-def test_a_decay_of_a_wall_is_in_seconds_and_metres_too():
-    plain = printed("decay", *CURVE, *CDR, "--length", 10)
-    wall = rd.Wall(0.3, 4.5)
-    seconds = 10 / float(wall.frequency_parameter)
-    rows = printed("decay", *CURVE, *CDR, "--length", f"{seconds!r}s", "--thickness", "30cm", "--height", 4.5)
-    for ours, theirs in zip(rows, plain, strict=True):
-        assert ours["peak_ratio"] == pytest.approx(theirs["peak_ratio"], rel=1e-9)
-        assert ours["elapsed"] == pytest.approx(theirs["tau"] / wall.frequency_parameter)
-        assert ours["peak_displacement"] == pytest.approx(theirs["peak_ratio"] * wall.instability_displacement)
-
-
 def test_decays_are_compared_with_every_equivalent_damper():
     arguments = ("decay", *CURVE, "--compare", "--restitution", 0.85, "--length", 6)
     rows = printed(*arguments)
@@ -61,19 +50,6 @@ def test_a_decay_without_a_half_cycle_says_so():
     result = run("decay", *CURVE, *CDR, "--length", 0.1)
     assert result.exit_code == 0 and result.stdout == "" and "no half cycle" in result.stderr
     assert printed("decay", *CURVE, *CDR, "--length", 0.1) == []
-
-
-def test_the_decay_is_written_with_units_and_origin(tmp_path):
-    path = tmp_path / "decay.nc"
-    result = run("decay", *CURVE, *CDR, *WALL, "--output", path)
-    assert result.exit_code == 0 and "decay.nc written" in result.stderr
-    found = dataset.open(path)
-    dataset.check(found, "free_decay")
-    assert float(found["damping_ratio"].sel(damping_model="CDR")) == 0.05
-    assert np.isnan(found["restitution"]).all()
-    assert {"title", "source", "references", "Conventions", "config_sha256", "code_version"} <= set(found.attrs)
-    assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
-    np.testing.assert_allclose(found["elapsed"], found["tau"] / found["frequency_parameter"])
 
 
 # --- respond --------------------------------------------------------------------------------------------------------
@@ -93,19 +69,6 @@ def test_respond_gives_the_agreed_keys_and_the_packages_numbers(record):
     assert values["outcome_elapsed"] == pytest.approx(0.99 + 1.0)
 
 
-def test_a_collapse_is_an_outcome_with_its_time(record, tmp_path):
-    path = tmp_path / "out.nc"
-    arguments = respond(record, "--damping-model", "CR", "--restitution", 0.85, "--scale", 30, "--output", path)
-    values = printed(*arguments)
-    assert values["outcome"] == "collapsed"
-    assert 0 < values["outcome_elapsed"] < 0.99
-    assert values["peak_ratio"] > 1
-    found = dataset.open(path).isel(damping_model=0)
-    alive = found["elapsed"].values < values["outcome_elapsed"]
-    np.testing.assert_array_equal(np.isfinite(found["displacement"]), alive)
-    assert "collapsed" in run(*arguments).stdout
-
-
 def test_a_comparison_has_a_row_for_each_model(record):
     arguments = respond(record, "--compare", "--restitution", 0.85)
     rows = printed(*arguments)
@@ -118,25 +81,21 @@ def test_a_comparison_has_a_row_for_each_model(record):
     assert table.splitlines()[0].split() == ["damping_model", "damping_ratio", *KEYS]
 
 
-def test_an_at2_file_is_read_in_units_of_g(record, tmp_path):
-    values = rd.read_record(record).ground_acceleration / 9.80665
-    lines = "\n".join(f"{value:.9E}" for value in values)
-    at2 = tmp_path / "pulse.AT2"
-    at2.write_text(f"PEER\npulse\nACCELERATION IN UNITS OF G\nNPTS= {values.size}, DT= .01 SEC\n{lines}\n")
-    peak = printed(*respond(at2, *CDR))["peak_displacement"]
-    assert peak == pytest.approx(printed(*respond(record, *CDR))["peak_displacement"], rel=1e-6)
-
-
-def test_the_response_is_written_with_units_and_origin(record, tmp_path):
-    path = tmp_path / "response.nc"
+def test_histories_are_written_with_units_and_origin(record, tmp_path):
+    path = tmp_path / "history.nc"
     path.write_text("an earlier file, which is replaced", encoding="utf-8")
-    run(*respond(record, *CDR, "--tail", "500ms", "--output", path))
-    found = dataset.open(path)
-    dataset.check(found, "response")
+    for kind, arguments in (
+        ("free_decay", ("decay", *CURVE, *CDR, *WALL)),
+        ("response", respond(record, *CDR, "--tail", "500ms")),
+    ):
+        assert "history.nc written" in run(*arguments, "--output", path).stderr
+        found = dataset.open(path)
+        dataset.check(found, kind)
+        assert {"title", "source", "references", "Conventions", "config_sha256", "code_version"} <= set(found.attrs)
+        assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
     assert found.attrs["record_synthetic"] == "yes"
     assert found.sizes == {"damping_model": 1, "elapsed": 150}
-    assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
-    assert [file.name for file in sorted(tmp_path.iterdir())] == ["pulse.csv", "response.nc"]
+    assert [file.name for file in sorted(tmp_path.iterdir())] == ["history.nc", "pulse.csv"]
 
 
 def test_the_digest_of_the_options_follows_the_record_and_not_its_place(record, tmp_path):
@@ -293,16 +252,6 @@ def test_a_record_that_cannot_be_read_is_named(command, content, named, tmp_path
     arguments = (command, "--record", path, *WALL)
     message = refused(*(respond(path, *CDR) if command == "respond" else arguments))
     assert str(path) in message and named in message
-
-
-def test_a_file_that_cannot_be_written_is_named(record, tmp_path, monkeypatch):
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
-    message = refused(*respond(record, *CDR, "--output", tmp_path / "out.nc"))
-    assert "out.nc cannot be written (No space left on device)" in message
-    assert list(tmp_path.iterdir()) == [record]
 
 
 # --- the functions behind it ----------------------------------------------------------------------------------------

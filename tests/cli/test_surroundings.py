@@ -10,7 +10,6 @@ from click.testing import CliRunner
 from repository import ROOT
 
 from rockdamp.cli import main
-from rockdamp.storage import dataset
 
 DECAY = ["decay", "--preset", "moderate", "--damping-model", "CDR", "--damping-ratio", "0.05"]
 
@@ -37,15 +36,6 @@ def test_a_date_that_is_none_is_named(monkeypatch):
     result = CliRunner().invoke(main, DECAY)
     assert result.exit_code == 2
     assert "SOURCE_DATE_EPOCH is 'x' in the environment; it must be a whole number of seconds" in result.stderr
-
-
-def test_a_short_file_is_not_taken_for_ctrl_c(monkeypatch):
-    def listing(*_):
-        raise EOFError("x")
-
-    monkeypatch.setattr(dataset, "listing", listing)
-    result = CliRunner().invoke(main, ["datasets", "."])
-    assert isinstance(result.exception, RuntimeError) and "Aborted" not in result.output
 
 
 # Work that swallows exceptions, as imports and the deletion of objects do.

@@ -82,12 +82,3 @@ def test_a_file_where_a_folder_must_be_is_named(at, tmp_path):
     path.touch()
     with pytest.raises(InputError, match=rf"{at} cannot be written; the logs need a folder"):
         require_folders(tmp_path / "logs/minimal", ["match", "figures"], "the logs")
-
-
-def test_a_folder_below_without_permission_is_named(tmp_path, monkeypatch):
-    (tmp_path / "match").mkdir()
-    (tmp_path / "figures").mkdir()
-    # As on a disk that is read-only; permissions alone do not stop root.
-    monkeypatch.setattr(os, "access", lambda path, mode: path.name != "figures")
-    with pytest.raises(InputError, match="figures cannot be written"):
-        require_writable(tmp_path, "the results")

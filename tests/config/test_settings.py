@@ -1,6 +1,5 @@
 """The config parsed into settings: every stage of both configs, and what is missing or not known."""
 
-import ast
 import copy
 
 import pytest
@@ -13,9 +12,8 @@ from rockdamp.config.settings import DecaySettings, MatchSettings, PulseSettings
 from rockdamp.config.walls import StudySettings, make_named_wall, make_wall
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
-from rockdamp.pipeline.stages import STAGES as TABLE
 from rockdamp.storage import yaml_file
-from rockdamp.storage.provenance import modules_of, subset
+from rockdamp.storage.provenance import subset
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES
 
 
@@ -26,7 +24,6 @@ def kinds(base=Settings):
 
 
 KINDS = list(kinds())
-MODULES = sorted({stage.modules[0] for stage in TABLE.values()})
 
 
 @pytest.fixture
@@ -42,17 +39,6 @@ def test_each_stage_takes_the_part_of_the_config_that_has_its_keys(kind, overlay
     part = subset(config, *kind.keys())
     for given in (part, config):
         assert repr(kind.of(given)) == repr(kind.of(part))
-
-
-def test_the_config_stops_at_the_stages():
-    """In the studies the stages' own functions take a config, and below the studies nothing does."""
-    taking = set()
-    for name, path in modules_of(*MODULES).items():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.FunctionDef) and "config" in [argument.arg for argument in node.args.args]:
-                taking.add(f"{name}.{node.name}")
-    stages = {stage.function for stage in TABLE.values() if stage.config}
-    assert {name for name in taking if not name.startswith("rockdamp.config.")} == stages
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

@@ -108,31 +108,20 @@ PRESET = {key: value for key, value in NAMED.items() if key != "hinge_ratio"}
 BAD = [
     # a value outside its range
     ("wall.thickness", 0, "wall.thickness is 0; it must be a number greater than 0 and at most 1000000"),
-    ("wall.hinge_ratio", 0, "wall.hinge_ratio is 0; it must be a number greater than 0 and less than 1"),
-    ("studies.overburden.overburden_ratio", [0, -1], "overburden_ratio[1] is -1; it must be a number at least 0"),
-    ("restitution.stop", 1.01, "restitution.stop is 1.01; it must be a number greater than 0 and at most 1"),
     ("solver.step", 0, "solver.step is 0; it must be a number at least 0.0001 and at most 1"),
-    ("figures.resolution", 99.5, "figures.resolution is 99.5; it must be a whole number at least 30 and at most 1200"),
     ("matching.response_length", -3, "matching.response_length is -3; it must be 'default' or a number greater than 0"),
     # something else than a number
     ("wall.thickness", math.nan, "wall.thickness is nan; it must be a finite number"),
-    ("wall.thickness", True, "wall.thickness is True; it must be a number greater than 0"),
-    ("earthquakes.walls", [{"parapet": 3}], "earthquakes.walls[0].parapet is 3; it must be true or false"),
     ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number at least 0.0001 and at most 1 (YAML"),
-    ("wall", 3, "wall is 3; it must be a mapping of keys to values"),
-    ("studies.slenderness.slenderness", [], "slenderness has 0 of them; it must be a list of at least 1"),
     ("studies.slenderness.slenderness", [10, 10], "slenderness has 10 twice; its values must differ"),
     ("records", ["a.csv", 1], "records[1] is 1; it must be text"),
     # a name that is not known
     ("solver.scheme", "euler", "solver.scheme is 'euler'; it must be one of newmark, paper"),
     ("studies.amplitud", {}, "studies.amplitud is not a key; did you mean 'amplitude'?"),
-    ("solver.tolerance", 1, "solver.tolerance is not a key; it must be one of scheme, step"),
     ("figures.formats", ["pdf"], "figures.formats is ['pdf']; png must be among them"),
-    ("pulses.restitution", [i / 2000 for i in range(1, 1002)], "has 1001 of them; it must be a list of at least 1 and"),
     # a distribution that cannot be
     ("identification.prior.strength_ratio.high", 0.3, "strength_ratio.high is 0.3; it must be greater than low, 0.4"),
     ("identification.prior.order.low", 0.0, "prior.order.low is 0.0; it must be greater than 0 for loguniform"),
-    ("population.parameters.thickness.low", 0.6, "thickness.high is 0.5; it must be greater than low, 0.6"),
     ("population.parameters.thickness.mean", 0.2, "thickness.distribution is 'uniform'; mean and standard_deviation"),
     (
         "population.parameters.strength_ratio.high",
@@ -156,11 +145,6 @@ BAD = [
     ("wall.slenderness", 0.1, "wall.thickness is 0.3 m and height 0.03 m, which is h/t = 0.1; it must be at least 1"),
     ("studies.slenderness.slenderness", [1.2, 15], "studies.slenderness cannot be used: thickness is 0.3 m and height"),
     ("validation.wall.hinge_ratio", 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
-    (
-        "population.parameters.slenderness.low",
-        1.3,
-        "parameters.slenderness.low makes a wall that cannot rock",
-    ),
     ("accuracy.rigid.slenderness", [1.1, 20], "accuracy.rigid.slenderness makes a wall that cannot rock"),
     ("earthquakes.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
     ("earthquakes.walls", [PRESET], "earthquakes.walls[0].hinge_ratio is missing"),
@@ -174,32 +158,19 @@ BAD = [
     # time
     ("solver.step", 0.15, "solver.step is 0.15; it must be less than the stability limit 2 sqrt(a1/b1), 0.142134"),
     ("earthquakes.walls", [{**NAMED, "yield_displacement_ratio": 1e-6}], "stability limit 2 sqrt(a1/b1), 0.00216"),
-    ("validation.step", 0.5, "validation.step is 0.5; it must be less than the stability limit"),
     ("earthquakes.walls", [{**NAMED, "strength_ratio": 0.005}], "earthquakes.walls[0] has its first impact at 1"),
     ("release_amplitude", 1.0, "release_amplitude is 1.0; it must be less than a3, 1, where the wall collapses"),
     ("response_lengths.start", 1, "response_lengths.start is 1.0; it must be greater than 2.99"),
-    ("matching.response_length", 81, "matching.response_length is 81.0; it must be at most response_lengths.stop, 80"),
     ("amplitude_dependence.release_share", [0.5, 0.9999], "must come before the end of matching.response_length"),
     ("studies.overburden.overburden_ratio", [0, 200], "overburden_ratio[1] is 200; at "),
     # grids, and what other stages look up in them
-    (
-        "studies.slenderness.slenderness",
-        [20, 10],
-        "slenderness[1] is 10; it must be greater than the value before it",
-    ),
     ("restitution.stop", 0.5, "restitution.stop is 0.5; it must be greater than restitution.start, 0.7"),
     ("restitution.step", 0.03, "restitution.step is 0.03; it must be such that a whole number of steps leads from"),
-    ("restitution.step", 0.28, "restitution.step is 0.28; there must be at least 3 values"),
     ("release_amplitude", 0.4, "release_amplitude is 0.4; it must be among studies.amplitude.release_amplitude"),
     ("validation.restitution", 0.6, "validation.restitution is 0.6; it must lie within the e of the polynomials"),
     ("validation.fit_yield_displacement_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
     ("studies.cracked_stiffness.yield_displacement_ratio", [0.17], "has no value with the plateau of curve"),
     ("matching.scan.smallest", 3.0, "matching.scan.largest is 3.0; it must be greater than smallest, 3"),
-    (
-        "earthquakes.restitution",
-        [0.995],
-        "earthquakes.restitution_change is 0.01; every e of earthquakes, 0.75 to 0.995, must",
-    ),
     (
         "earthquakes.orders.test_spread",
         0.06,

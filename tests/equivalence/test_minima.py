@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.minima import Cases, global_minima
+from rockdamp.equivalence.minima import SCAN, Cases, global_minima
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -116,3 +116,23 @@ def test_without_loss_the_damping_ratio_is_zero_beside_cases_with_loss():
     alone = global_minima(cases.take(slice(0, 1)), "CDR", [1600])
     assert best.damping_ratio.tolist() == [[alone.damping_ratio[0, 0], 0.0]]
     assert best.error[0, 1] == 0.0
+
+
+def test_of_equal_minima_the_smaller_damping_ratio_is_taken(monkeypatch):
+    from rockdamp.equivalence import minima
+
+    def two_equal_basins(cases, model, response_lengths, response_length, case, around, scheme):
+        return around[1], np.ones(response_length.size)
+
+    def scan(cases, model, trial, response_lengths, scheme):
+        error = np.full((1, 1, trial.shape[1]), 2.0)
+        error[..., [10, 30]] = 1.0
+        return error
+
+    monkeypatch.setattr(minima, "_scan", scan)
+    monkeypatch.setattr(minima, "_refine", two_equal_basins)
+    cases = cases_from(Damping.cr([0.85]), 0.85)
+    best = global_minima(cases, "CDR", [1600])
+    guess = damping_ratio_energy(CURVE, "CDR", 0.85, 0.5)
+    assert best.damping_ratio[0, 0] == pytest.approx(float(guess * np.geomspace(0.3, 3.0, SCAN.points)[10]))
+    assert best.local_minima[0, 0] == 2

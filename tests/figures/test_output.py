@@ -24,19 +24,6 @@ def test_two_saves_of_a_figure_drawn_twice_are_the_same_bytes(tmp_path, monkeypa
     assert sorted(path.name for path in (tmp_path / "one").iterdir()) == ["figure.pdf", "figure.png", "figure.svg"]
 
 
-def test_a_figure_is_laid_out_once_for_all_formats_and_within_its_edges(tmp_path, monkeypatch):
-    figure = Figure(figsize=(2, 2), layout="constrained")
-    panel = figure.subplots()
-    panel.set_ylabel("a label\nof two lines")
-    engine, times = figure.get_layout_engine(), []
-    lay_out = engine.execute
-    monkeypatch.setattr(engine, "execute", lambda given: times.append(lay_out(given)))
-    save(figure, tmp_path / "figure", ("pdf", "png", "svg"), 50)
-    assert len(times) == 1
-    assert figure.get_layout_engine() is engine
-    assert panel.get_tightbbox().x0 >= 0
-
-
 def test_a_failed_save_leaves_the_earlier_file_and_nothing_else(tmp_path, monkeypatch):
     figure = Figure(figsize=(1, 1))
     (path,) = save(figure, tmp_path / "figure", ["png"], 50)

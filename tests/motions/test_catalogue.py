@@ -127,7 +127,7 @@ HORIZONTALS = ["RSN68_SFERN_PEL090", "RSN5618_IWATE_IWT010NS", "RSN6890_DARFIELD
 HORIZONTALS += ["RSN9_SETUP", "RSNX_V", "pickup", "motion_v"]
 
 
-@pytest.mark.parametrize("given", ["near", "near/*", "**/*.AT2"])
+@pytest.mark.parametrize("given", ["near", "**/*.AT2"])
 def test_vertical_components_by_peers_names_are_left_out_of_folders_and_patterns_and_named(given, folder):
     for name in VERTICALS + HORIZONTALS:
         Path(f"near/{name}.AT2").write_text(AT2, encoding="utf-8")
@@ -186,13 +186,6 @@ def test_a_header_may_state_the_pulse_period_and_the_event(folder):
     Path("near/first.csv").write_text("# pulse_period: 1.25\n# event: Here 2020\n" + CSV, encoding="utf-8")
     motion = from_file("near/first.csv")
     assert (motion.pulse_period, motion.event) == (1.25, "Here 2020")
-
-
-@pytest.mark.parametrize("text", ["0", "1.25 s"])
-def test_a_pulse_period_must_be_a_positive_number(text, folder):
-    Path("near/first.csv").write_text(f"# pulse_period: {text}\n" + CSV, encoding="utf-8")
-    expected = f"near/first.csv: pulse_period in the header is {text!r}; it must be a number greater than 0 [s]"
-    assert said(from_file, "near/first.csv") == expected
 
 
 @pytest.mark.parametrize(

@@ -50,17 +50,6 @@ def test_a_part_that_fails_ends_the_run_and_stops_the_others():
     assert len({*told}) == 1 and told[0].is_set()
 
 
-def test_few_steps_stay_on_the_thread_that_asks_unless_it_asks_for_more(monkeypatch):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "2")
-    taken = []
-    for steps, threads in ((1, None), (10**6, 1), (1, 2), (10**6, None)):
-        parts = []
-        newmark._in_threads(lambda part, _, parts=parts: parts.append(part), 64, steps, threads)
-        taken.append(parts)
-    assert taken[0] == taken[1] == [slice(0, 64)]
-    assert len(taken[2]) == len(taken[3]) == len(newmark._parts(64, 2)) > 2
-
-
 ENDLESS = """
 import numpy as np
 import rockdamp as rd

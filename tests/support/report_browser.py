@@ -1,53 +1,11 @@
 """The report in Chromium: opened as on any screen, its controls used and its pictures read as a reader does."""
 
-from rockdamp.vocabulary import VISCOUS_MODELS
-
 try:
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
-    from selenium.webdriver.support.ui import Select, WebDriverWait
+    from selenium.webdriver.support.ui import WebDriverWait
 except ImportError:  # the fixture of the browser skips the tests
-    By = Keys = Select = WebDriverWait = None
-
-PATIENCE = 60  # seconds, on a machine that is busy
-PLOTS = ("plot-decays", "plot-curve", "plot-ratios", "plot-laws")
-
-
-def open_page(browser, path, fragment="", width=1280, phone=False, features=()):
-    """Open a page anew at a width, as a phone or not, for a reader who prefers these media features."""
-    metrics = {"width": width, "height": 844 if phone else 900, "deviceScaleFactor": 2 if phone else 1, "mobile": phone}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": phone})
-    named = [{"name": name, "value": value} for name, value in features]
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": named})
-    browser.get("about:blank")  # another fragment alone would load nothing
-    browser.get(path.as_uri() + fragment)
-    WebDriverWait(browser, PATIENCE).until(drawn)
-
-
-def drawn(browser):
-    """Whether every plot has its lines."""
-    return browser.execute_script(
-        "return arguments[0].every((id) => document.querySelector(`#${id} path.line`) !== null)", list(PLOTS)
-    )
-
-
-def put(browser, name, value, kind="number"):
-    """Set a number or a slider as a reader does, and let the page follow."""
-    browser.execute_script(
-        """
-        const input = document.getElementById(`${arguments[2]}-${arguments[0]}`);
-        input.value = arguments[1];
-        input.dispatchEvent(new Event(arguments[2] === "number" ? "change" : "input", { bubbles: true }));
-        """,
-        name,
-        str(value),
-        kind,
-    )
-
-
-def soften(browser, softening):
-    Select(browser.find_element(By.ID, "explorer-softening")).select_by_visible_text(softening)
+    By = Keys = WebDriverWait = None
 
 
 def preset(browser, name):
@@ -56,25 +14,8 @@ def preset(browser, name):
     button.click()
 
 
-def value(browser, name):
-    return float(browser.find_element(By.ID, f"number-{name}").get_attribute("value"))
-
-
 def message(browser):
     return browser.find_element(By.ID, "explorer-message").text
-
-
-def ratios(browser):
-    return {model: float(browser.find_element(By.ID, f"xi-{model}").text) for model in VISCOUS_MODELS}
-
-
-def picture(browser, plot):
-    """What a plot shows."""
-    return browser.find_element(By.ID, plot).get_attribute("innerHTML")
-
-
-def complaints(browser):
-    return [entry for entry in browser.get_log("browser") if entry["level"] not in ("INFO", "DEBUG")]
 
 
 def shown(browser):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
 import rockdamp as rd
@@ -31,15 +30,6 @@ def test_a_wall_that_cannot_rock_is_refused_with_the_slip_that_makes_it(kind, th
     with pytest.raises(rd.InputError) as caught:
         kind(thickness, height)
     assert str(caught.value) == f"thickness is {thickness:g} m and height {height:g} m, which is {expected}"
-
-
-def test_of_an_array_the_first_wall_that_cannot_rock_is_named():
-    heights = [3.0, 0.25, 0.2]
-    for given in (heights, xr.DataArray(heights, dims="height")):
-        with pytest.raises(rd.InputError, match=r"height 0\.25 m, which is h/t = 0\.833"):
-            rd.Wall(0.3, given)
-    with pytest.raises(rd.InputError, match=r"e is -0\.\d+ by Eq\. \(7\)"):
-        rd.Wall(0.3, 1.5, hinge_ratio=[0.7, 0.05])
 
 
 @pytest.mark.parametrize(
@@ -111,13 +101,6 @@ def test_a_motion_weaker_or_stronger_than_earthquakes_is_warned_of(pga, scale, e
     with pytest.warns(rd.InputWarning, match=expected) as caught:
         rd.respond(rd.Wall(0.3, 4.5), CURVE, DAMPING, pulse(pga), scale=scale)
     assert len(caught) == 1
-
-
-def test_studies_that_go_beyond_on_purpose_say_so():
-    with plausibility.as_meant():
-        rd.Wall(0.3, 300.0)
-    with pytest.warns(rd.InputWarning):
-        rd.Wall(0.3, 300.0)
 
 
 def test_the_command_line_says_each_doubt_once_in_one_line():

@@ -2,66 +2,24 @@
 
 import numpy as np
 import pytest
-from report_browser import By, complaints, message, preset, put, ratios, shown, soften, value
+from report_browser import By, complaints, message, preset, shown
 
 import rockdamp
 from rockdamp.config.walls import make_wall
-from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
+from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.half_cycle_loss import normalisation
 from rockdamp.mechanics.wall import Wall
 from rockdamp.report import answer
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.report.interactive import LENGTH
 from rockdamp.vocabulary import (
     DEFAULT_RESPONSE_LENGTH,
-    PAPER_MODELS,
     RECOMMENDED,
-    RECOMMENDED_ORDER,
     RECOMMENDED_SOURCE,
     VISCOUS_MODELS,
 )
-
-SETTINGS = [
-    {"e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper", "x0": 0.5},
-    {"e": 0.92, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "steeper", "x0": 0.3},
-    {"e": 0.8, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "translated", "x0": 0.61},
-]
-
-
-@pytest.mark.peers
-@pytest.mark.parametrize("setting", SETTINGS)
-@pytest.mark.parametrize("kind", ["number", "slider"])
-def test_the_ratios_shown_are_those_of_the_command_line(browser, setting, kind):
-    preset(browser, "study")
-    soften(browser, "steeper")
-    put(browser, "b1", 0.5)  # leaves room on the way for every a1 and a3
-    put(browser, "a1", 0.1)
-    for name in ("e", "a1", "a3"):
-        put(browser, name, setting[name], kind)
-    put(browser, "b1", setting["b1"], kind)
-    soften(browser, setting["softening"])
-    put(browser, "x0", setting["x0"], kind)
-    assert message(browser) == ""
-    assert {name: value(browser, name) for name in ("e", "a1", "b1", "a3", "x0")} == pytest.approx(
-        {name: setting[name] for name in ("e", "a1", "b1", "a3", "x0")}, abs=1e-9
-    )
-    rows = rockdamp.equivalent(
-        setting["e"],
-        setting["a1"],
-        setting["b1"],
-        setting["a3"],
-        setting["softening"],
-        setting["x0"],
-        response_length=10,
-    )
-    assert ratios(browser) == pytest.approx(
-        {row["damping_model"]: row["damping_ratio_energy"] for row in rows}, abs=1e-6
-    )
-    assert float(browser.find_element(By.ID, "xi-eq15").text) == pytest.approx(giannini_masiani(setting["e"]), abs=1e-6)
-    assert complaints(browser) == []
 
 
 def random_settings(count):
@@ -124,25 +82,6 @@ def test_the_page_computes_what_the_package_computes(browser):
 
 
 @pytest.mark.peers
-def test_the_ratio_of_least_err_is_the_tables_or_refused_with_its_reason(browser):
-    study = TrilinearCurve(0.04, 0.85)
-    preset(browser, "study")
-    for e in (0.75, 0.85, 0.95):
-        put(browser, "e", e)
-        for model in ("ECD", "ECD16"):
-            assert browser.find_element(By.ID, f"least-{model}").text == "–"
-        for model in PAPER_MODELS:
-            told = float(browser.find_element(By.ID, f"least-{model}").text)
-            assert told == pytest.approx(float(rockdamp.damping_ratio_table(study, model, e)), abs=0.5001e-4)
-        assert browser.find_element(By.ID, "explorer-least").text == ""
-    put(browser, "e", 0.6)
-    assert [browser.find_element(By.ID, f"least-{model}").text for model in PAPER_MODELS] == ["–"] * len(PAPER_MODELS)
-    reason = rockdamp.table_refusal(study, "CDC", 0.6).item()
-    assert browser.find_element(By.ID, "explorer-least").text == f"{', '.join(PAPER_MODELS)}: {reason}."
-    assert complaints(browser) == []
-
-
-@pytest.mark.peers
 def test_the_first_screen_follows_its_slider_with_the_ratio_and_the_errors_of_its_e(browser, content):
     advice = content.datasets["recommendation"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
     least = answer.ratios(content.datasets, 0.04)
@@ -177,36 +116,3 @@ def test_one_unit_of_tau_is_that_of_the_wall_and_err_is_summed_up_to_the_dotted_
     (reference, *_), span = browser.execute_script(POINTS, "plot-decays")
     start, end = reference[0][0], reference[-1][0]
     assert (span - start) / (end - start) == pytest.approx(DEFAULT_RESPONSE_LENGTH / LENGTH, abs=0.002)
-
-
-@pytest.mark.peers
-def test_the_moving_wall_is_where_the_decay_is_at_its_time(browser, content):
-    preset(browser, "study")
-    p, seconds = float(make_wall(content.config["wall"]).frequency_parameter), 0.5
-    last, corner = browser.execute_script(
-        "const time = document.getElementById('wall-time'); time.value = arguments[0];"
-        "time.dispatchEvent(new Event('input'));"
-        "const outline = document.querySelector('.wall-reference').getAttribute('d');"
-        "return [Number(time.max), Number(outline.match(/H[\\d.]+L(-?[\\d.]+)/)[1])]",
-        seconds,
-    )
-    assert last == pytest.approx(LENGTH / p, abs=0.011)
-    decay = rockdamp.free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.85), release_amplitude=0.5)
-    u = float(decay["displacement"].interp(tau=seconds * p).squeeze())
-    assert corner == pytest.approx((230 + 44) / 2 + 44 * u, abs=0.5)  # the middle and the thickness in pixels
-
-
-@pytest.mark.peers
-def test_a_law_is_drawn_at_the_speeds_of_the_decay(browser, content):
-    """ECD16 takes nothing at the release, where the wall is at rest, and at the crossing N_m times what ECD takes."""
-    preset(browser, "study")
-    lines, _ = browser.execute_script(POINTS, "plot-laws")
-    drawn = dict(zip(VISCOUS_MODELS, lines, strict=True))
-    nothing = max(y for _, y in drawn[RECOMMENDED])
-    at_release = next(y for x, y in drawn[RECOMMENDED] if x >= (drawn["CDC"][0][0] + drawn["CDC"][-1][0]) / 2)
-    assert at_release == pytest.approx(nothing, abs=0.11)
-    constant = nothing - drawn["CDC"][0][1]
-    curve = TrilinearCurve(0.04, 0.85)
-    of_ecd, of_cdc = (float(damping_ratio_energy(curve, model, 0.85, 0.5)) for model in (RECOMMENDED, "CDC"))
-    largest = nothing - min(y for _, y in drawn[RECOMMENDED])
-    assert largest / constant == pytest.approx(normalisation(RECOMMENDED_ORDER) * of_ecd / of_cdc, rel=0.05)
