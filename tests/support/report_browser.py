@@ -7,6 +7,27 @@ try:
 except ImportError:  # the fixture of the browser skips the tests
     By = Keys = WebDriverWait = None
 
+PATIENCE = 60  # seconds, on a machine that is busy
+PLOTS = ("plot-decays", "plot-curve", "plot-ratios", "plot-laws")
+
+
+def open_page(browser, path, width=1280, phone=False, features=()):
+    """Open a page anew at a width, as a phone or not, for a reader who prefers these media features."""
+    metrics = {"width": width, "height": 844 if phone else 900, "deviceScaleFactor": 2 if phone else 1, "mobile": phone}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": phone})
+    named = [{"name": name, "value": value} for name, value in features]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": named})
+    browser.get(path.as_uri())
+    WebDriverWait(browser, PATIENCE).until(drawn)
+
+
+def drawn(browser):
+    """Whether every plot has its lines."""
+    return browser.execute_script(
+        "return arguments[0].every((id) => document.querySelector(`#${id} path.line`) !== null)", list(PLOTS)
+    )
+
 
 def preset(browser, name):
     button = browser.find_element(By.CSS_SELECTOR, f"[data-preset={name}]")
@@ -16,6 +37,15 @@ def preset(browser, name):
 
 def message(browser):
     return browser.find_element(By.ID, "explorer-message").text
+
+
+def picture(browser, plot):
+    """What a plot shows."""
+    return browser.find_element(By.ID, plot).get_attribute("innerHTML")
+
+
+def complaints(browser):
+    return [entry for entry in browser.get_log("browser") if entry["level"] not in ("INFO", "DEBUG")]
 
 
 def shown(browser):
