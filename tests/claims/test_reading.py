@@ -72,6 +72,7 @@ def written(tmp_path, change):
     [
         (lambda c: c[2].update(treshold="x"), r"treshold is not a key; did you mean 'threshold'"),
         (lambda c: c[2].update(needed=["cdx"]), r"claims\[2\].needed names 'cdx'; it must be one of cdr, sdr, cdc"),
+        (lambda c: c[2].update(id=c[1]["id"]), r"claims\[2\].id is 'fig3-energy' again"),
         (lambda c: c[15].pop("condition"), r"claims\[15\] has no condition"),
     ],
 )

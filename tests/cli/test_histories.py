@@ -278,3 +278,21 @@ def test_local_damping_is_taken_by_its_coefficient_or_by_e():
         assert "LOCAL must have either --local-damping or --restitution" in refused(*options, *wrong)
     alone = ("decay", "--a1", 0.04, "--b1", 0.85, "--restitution", 0.85, "--local-damping", 0.1)
     assert "--local-damping belongs to --damping-model LOCAL" in refused(*alone)
+
+
+def test_a_decay_of_a_wall_is_in_seconds_and_metres_too():
+    plain = printed("decay", *CURVE, *CDR, "--length", 10)
+    wall = rd.Wall(0.3, 4.5)
+    seconds = 10 / float(wall.frequency_parameter)
+    rows = printed("decay", *CURVE, *CDR, "--length", f"{seconds!r}s", "--thickness", "30cm", "--height", 4.5)
+    for ours, theirs in zip(rows, plain, strict=True):
+        assert ours["peak_ratio"] == pytest.approx(theirs["peak_ratio"], rel=1e-9)
+        assert ours["elapsed"] == pytest.approx(theirs["tau"] / wall.frequency_parameter)
+        assert ours["peak_displacement"] == pytest.approx(theirs["peak_ratio"] * wall.instability_displacement)
+
+
+def test_a_file_to_write_is_not_the_record_by_another_name(record, tmp_path):
+    path = tmp_path / "linked.nc"
+    path.symlink_to(record)
+    said = refused(*respond(record, *CDR, "--output", path))
+    assert f"--output is '{path}', which --record reads; it must be another file" in said

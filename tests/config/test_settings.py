@@ -147,3 +147,14 @@ def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_th
     hinged = {**config["earthquakes"]["walls"][-1], "hinge_ratio": 0.5}
     with pytest.raises(InputError, match=r"earthquakes\.walls\[7\]\.hinge_ratio is not a key"):
         make_named_wall(hinged, "earthquakes.walls[7]")
+
+
+def test_the_grid_of_restitution_is_exact_in_decimals(config):
+    grid = DecaySettings.of(config).restitution
+    assert list(grid) == [round(0.70 + 0.01 * i, 2) for i in range(29)]
+
+
+def test_a_normal_distribution_alone_has_moments(config):
+    drawn = earthquakes.PopulationWallSettings.of(config).parameters
+    assert drawn["restitution"].mean == 0.86 and drawn["thickness"].mean is None
+    assert earthquakes.PopulationWallSettings.of(config).correlations == {("restitution", "slenderness"): 0.5}

@@ -47,3 +47,16 @@ def test_the_users_own_style_changes_nothing(tmp_path):
         (other,) = save(draw("fig6_error"), tmp_path / "styled", ["png"], 80)
         assert matplotlib.rcParams["font.size"] == 20  # and the figures change nothing of the user's
     assert path.read_bytes() == other.read_bytes()
+
+
+def test_a_figure_is_laid_out_once_for_all_formats_and_within_its_edges(tmp_path, monkeypatch):
+    figure = Figure(figsize=(2, 2), layout="constrained")
+    panel = figure.subplots()
+    panel.set_ylabel("a label\nof two lines")
+    engine, times = figure.get_layout_engine(), []
+    lay_out = engine.execute
+    monkeypatch.setattr(engine, "execute", lambda given: times.append(lay_out(given)))
+    save(figure, tmp_path / "figure", ("pdf", "png", "svg"), 50)
+    assert len(times) == 1
+    assert figure.get_layout_engine() is engine
+    assert panel.get_tightbbox().x0 >= 0

@@ -207,3 +207,10 @@ def test_a_record_stays_as_it_was_checked_as_do_its_copies():
             same.header["synthetic"] = "no"
         with pytest.raises(ValueError, match="read-only"):
             same.ground_acceleration[0] = 1.0
+
+
+def test_a_time_off_by_more_than_the_tolerance_is_refused_at_its_sample():
+    elapsed = times()
+    elapsed[17] += 3e-4 * 0.01
+    with pytest.raises(InputError, match="at sample 1[78]; .*uniform"):
+        Record(elapsed, np.zeros(40))
