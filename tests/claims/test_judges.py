@@ -32,6 +32,7 @@ from rockdamp import claims
 from rockdamp.claims import verdicts
 from rockdamp.claims.mechanics import paired_ratio
 from rockdamp.claims.verdicts import CONDITIONAL, NOT_JUDGED, NOT_REPRODUCED, REPRODUCED, Limits, Part
+from rockdamp.vocabulary import PAPER_MODELS
 
 # --- changes to them -------------------------------------------------------------------------------------------------
 
@@ -307,3 +308,23 @@ def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_no
 def test_the_tests_quoted_by_the_paper_are_told_as_shares_of_the_analytical_value(listed, data):
     found = row(listed, data, "e-measured")
     assert "mean 0.888 of 0.96; from 0.875 to 0.938 of it; mean 0.906 of 0.94" in found["measured"]
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1.1, "above the mean"), (0.5, "below the mean")])
+def test_a_decrement_is_told_by_how_far_it_lies_from_that_of_the_others(listed, data, factor, words):
+    scaled("validation", "log_decrement", factor, damping_model=["SDR"])(data)
+    decrement = data["validation"]["log_decrement"].sel(damping_model=["CR", *PAPER_MODELS]).mean("record")
+    others = decrement.drop_sel(damping_model="SDR").mean()
+    off = abs(float(decrement.sel(damping_model="SDR") / others) - 1)
+    found = row(listed, data, "fig8-sdr")
+    assert f"is {verdicts.brief(off)} {words} of the others'" in found["finding"]
+    assert f"SDR {verdicts.percent(off)} {words.split()[0]} the others' mean" in found["measured"]
+
+
+def test_what_was_added_or_corrected_with_results_known_says_so(listed, data):
+    later = {claim["id"] for claim in listed if "later" in claim}
+    corrected = {"fig3-energy", "amp-dispersion", "a1-sign", "fit-order", "fig8-sdr"}
+    measured = {f"measured-{name}" for name in ("cdr", "sdr", "cdc", "restitution")}
+    assert later == corrected | measured | {"hinge-mass", "bilinear-demand", "e-measured"}
+    assert "with the results known" in row(listed, data, "fig3-energy")["later"]
+    assert row(listed, data, "amp-cdc")["later"] == ""

@@ -11,6 +11,7 @@ from repository import ROOT
 
 from rockdamp.cli import main
 
+RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 DECAY = ["decay", "--preset", "moderate", "--damping-model", "CDR", "--damping-ratio", "0.05"]
 
 
@@ -76,4 +77,10 @@ def test_what_is_said_beside_the_answer_does_not_touch_it_where_standard_error_i
     assert (tmp_path / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
 
-RECORD = ROOT / "data/sin-03-00-synthetic.csv"
+def test_a_name_that_a_terminal_would_obey_is_shown_as_it_is(tmp_path):
+    name = "a\x1b[2J\x9b\udcff.csv"
+    wall = ["--thickness", "0.3", "--height", "3"]
+    result = CliRunner().invoke(main, ["calibrate", "--record", str(tmp_path / name), *wall])
+    assert result.exit_code == 2
+    assert "a\\x1b[2J\\x9b\\udcff.csv: there is no such file" in result.stderr
+    assert "\x1b" not in result.stderr and "\x9b" not in result.stderr

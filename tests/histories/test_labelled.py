@@ -149,7 +149,7 @@ def test_names_are_not_lost_where_they_would_be_taken_by_position():
         rd.respond(WALL, CURVE, rd.Damping.cr(0.9), pulse(), tail=-1)
 
 
-@pytest.mark.parametrize("dim", ["tau", "damping_model"])
+@pytest.mark.parametrize("dim", ["tau", "elapsed", "damping_model"])
 def test_a_dimension_that_the_result_has_already_is_refused(dim):
     with pytest.raises(rd.InputError, match=f"a dimension is called '{dim}', as a part of the result"):
         rd.free_decay(CURVE, rd.Damping.cr(xr.DataArray([0.8, 0.9], dims=dim)), length=1.0)

@@ -11,14 +11,15 @@ PATIENCE = 60  # seconds, on a machine that is busy
 PLOTS = ("plot-decays", "plot-curve", "plot-ratios", "plot-laws")
 
 
-def open_page(browser, path, width=1280, phone=False, features=()):
+def open_page(browser, path, fragment="", width=1280, phone=False, features=()):
     """Open a page anew at a width, as a phone or not, for a reader who prefers these media features."""
     metrics = {"width": width, "height": 844 if phone else 900, "deviceScaleFactor": 2 if phone else 1, "mobile": phone}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": phone})
     named = [{"name": name, "value": value} for name, value in features]
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": named})
-    browser.get(path.as_uri())
+    browser.get("about:blank")  # another fragment alone would load nothing
+    browser.get(path.as_uri() + fragment)
     WebDriverWait(browser, PATIENCE).until(drawn)
 
 
@@ -29,10 +30,20 @@ def drawn(browser):
     )
 
 
+def put(browser, name, value):
+    """Set a number as a reader does, and let the page follow."""
+    number = f"const input = document.getElementById('number-{name}'); input.value = arguments[0];"
+    browser.execute_script(number + "input.dispatchEvent(new Event('change', { bubbles: true }));", str(value))
+
+
 def preset(browser, name):
     button = browser.find_element(By.CSS_SELECTOR, f"[data-preset={name}]")
     browser.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", button)
     button.click()
+
+
+def value(browser, name):
+    return float(browser.find_element(By.ID, f"number-{name}").get_attribute("value"))
 
 
 def message(browser):

@@ -123,3 +123,17 @@ def test_the_command_line_says_each_doubt_once_in_one_line():
 )
 def test_channels_in_another_unit_are_questioned(doubts, said):
     assert len(doubts) == 1 and doubts[0].endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: rd.Damping.cr(85), r"at most 1; was it in per cent \(0.85\)\?"),
+        (lambda: rd.equivalent(85, 0.04, 0.85), r"at most 1; was it in per cent \(0.85\)\?"),
+        (lambda: rd.Wall(0.3, 4.5, hinge_ratio=57), r"both excluded; was it in per cent \(0.57\)\?"),
+        (lambda: rd.Damping.cr(1.2), "at most 1$"),
+    ],
+)
+def test_a_percentage_is_recognised(make, said):
+    with pytest.raises(rd.InputError, match=said):
+        make()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from report_browser import By, complaints, message, preset, shown
+from report_browser import PATIENCE, By, WebDriverWait, complaints, message, open_page, preset, put, shown, value
 
 import rockdamp
 from rockdamp.config.walls import make_wall
@@ -10,13 +10,15 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import normalisation
 from rockdamp.mechanics.wall import Wall
 from rockdamp.report import answer
 from rockdamp.report.earthquake_criterion import off
-from rockdamp.report.interactive import LENGTH
+from rockdamp.report.interactive import CONTROLS, LENGTH
 from rockdamp.vocabulary import (
     DEFAULT_RESPONSE_LENGTH,
     RECOMMENDED,
+    RECOMMENDED_ORDER,
     RECOMMENDED_SOURCE,
     VISCOUS_MODELS,
 )
@@ -116,3 +118,55 @@ def test_one_unit_of_tau_is_that_of_the_wall_and_err_is_summed_up_to_the_dotted_
     (reference, *_), span = browser.execute_script(POINTS, "plot-decays")
     start, end = reference[0][0], reference[-1][0]
     assert (span - start) / (end - start) == pytest.approx(DEFAULT_RESPONSE_LENGTH / LENGTH, abs=0.002)
+
+
+@pytest.mark.peers
+def test_the_moving_wall_is_where_the_decay_is_at_its_time(browser, content):
+    preset(browser, "study")
+    p, seconds = float(make_wall(content.config["wall"]).frequency_parameter), 0.5
+    last, corner = browser.execute_script(
+        "const time = document.getElementById('wall-time'); time.value = arguments[0];"
+        "time.dispatchEvent(new Event('input'));"
+        "const outline = document.querySelector('.wall-reference').getAttribute('d');"
+        "return [Number(time.max), Number(outline.match(/H[\\d.]+L(-?[\\d.]+)/)[1])]",
+        seconds,
+    )
+    assert last == pytest.approx(LENGTH / p, abs=0.011)
+    decay = rockdamp.free_decay(TrilinearCurve(0.04, 0.85), Damping.cr(0.85), release_amplitude=0.5)
+    u = float(decay["displacement"].interp(tau=seconds * p).squeeze())
+    assert corner == pytest.approx((230 + 44) / 2 + 44 * u, abs=0.5)  # the middle and the thickness in pixels
+
+
+@pytest.mark.peers
+def test_a_law_is_drawn_at_the_speeds_of_the_decay(browser, content):
+    """ECD16 takes nothing at the release, where the wall is at rest, and at the crossing N_m times what ECD takes."""
+    preset(browser, "study")
+    lines, _ = browser.execute_script(POINTS, "plot-laws")
+    drawn = dict(zip(VISCOUS_MODELS, lines, strict=True))
+    nothing = max(y for _, y in drawn[RECOMMENDED])
+    at_release = next(y for x, y in drawn[RECOMMENDED] if x >= (drawn["CDC"][0][0] + drawn["CDC"][-1][0]) / 2)
+    assert at_release == pytest.approx(nothing, abs=0.11)
+    constant = nothing - drawn["CDC"][0][1]
+    curve = TrilinearCurve(0.04, 0.85)
+    of_ecd, of_cdc = (float(damping_ratio_energy(curve, model, 0.85, 0.5)) for model in (RECOMMENDED, "CDC"))
+    largest = nothing - min(y for _, y in drawn[RECOMMENDED])
+    assert largest / constant == pytest.approx(normalisation(RECOMMENDED_ORDER) * of_ecd / of_cdc, rel=0.05)
+
+
+@pytest.mark.peers
+def test_a_setting_is_in_the_address_and_opens_from_there(chromium, explorer_page):
+    open_page(chromium, explorer_page)
+    put(chromium, "a1", 0.1)
+    put(chromium, "m", 9)
+    put(chromium, "e", 0.9)
+    WebDriverWait(chromium, PATIENCE).until(lambda one: "e=0.9" in one.current_url)
+    fragment = "#" + chromium.current_url.partition("#")[2]
+    names = [control.name for control in CONTROLS]
+    before = shown(chromium), [value(chromium, name) for name in names]
+    open_page(chromium, explorer_page, fragment=fragment)
+    assert (shown(chromium), [value(chromium, name) for name in names]) == before
+    top = "return document.getElementById('explorer').getBoundingClientRect().top"
+    WebDriverWait(chromium, PATIENCE).until(lambda one: abs(one.execute_script(top)) < 60)  # lands where it points
+    open_page(chromium, explorer_page, fragment="#explorer?a1=0.9&b1=x&e=2&softening=none&m=3.4")
+    assert complaints(chromium) == [] and "b1 is not a number in the address" in message(chromium)
+    assert "e is 2; it must be" in message(chromium)
