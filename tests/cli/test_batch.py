@@ -78,10 +78,8 @@ def test_netcdf_and_nrml_are_written_too(table, tmp_path):
     ("text", "options", "said"),
     [
         (TABLE, ["--pgv", "0.1:0.3:0.1"], "--pgv has 3 values; batch takes one"),
-        (TABLE, [], "either --pgv or --pga"),
         ("id,thickness,height\n", ["--pgv", 0.4], "has no rows"),
         ("id,thickness,height\nx,1,\n", ["--pgv", 0.4], "no row could be computed; line 2: height is empty"),
-        ("id,thickness,hight\n", ["--pgv", 0.4], "there is no column 'hight'"),
     ],
 )
 def test_bad_input_is_told_and_nothing_is_written(text, options, said, tmp_path):

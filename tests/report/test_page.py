@@ -43,12 +43,6 @@ def test_every_file_of_the_report_is_an_input_of_its_rule():
     assert own <= set(files_of("rockdamp.report"))
 
 
-def test_a_report_is_written_whole(content, html, tmp_path):
-    report.write(content, tmp_path / "new" / "report.html")
-    assert (tmp_path / "new" / "report.html").read_text(encoding="utf-8") == html
-    assert [path.name for path in (tmp_path / "new").iterdir()] == ["report.html"]
-
-
 # --- complete --------------------------------------------------------------------------------------------------------
 
 

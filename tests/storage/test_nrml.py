@@ -86,8 +86,3 @@ def test_what_is_no_fragility_is_refused(changes, message):
     right = {"name": "a", "median": 0.4, "dispersion": 0.3, "intensity": [0.1, 0.3], "share": [0.0, 0.5]}
     with pytest.raises(InputError, match=message):
         text([Collapse(**right | changes)], "PGV", "m", "")
-
-
-def test_a_model_without_a_function_is_refused():
-    with pytest.raises(InputError, match="the number of fragilities is 0; it must be at least 1"):
-        text([], "PGV", "m", "")
