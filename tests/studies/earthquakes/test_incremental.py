@@ -78,14 +78,6 @@ def compared(config, study):
 # --- the walls -------------------------------------------------------------------------------------------------------
 
 
-def test_the_walls_span_what_masonry_spans(walls):
-    dataset.check(walls, "earthquake_walls")
-    assert walls.sizes["wall"] >= 8
-    for name, low, high in (("thickness", 0.10, 0.50), ("slenderness", 8, 27), ("overburden_ratio", 0, 6.2)):
-        assert walls[name].min() == low and walls[name].max() == high
-    assert set(walls["parapet"].values) == {0, 1}
-
-
 def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
     for section in config["earthquakes"]["walls"]:
         curve = make_named_wall(section).curve
