@@ -159,15 +159,7 @@ class _Study:
         for exponent in track(n, "general exponent"):
             start = fit(self.shown, _fixed(by_solver(self.block, "POWER", impacts, float(exponent))), start=start)
             values.append(start.log_likelihood)
-        best, interval, _ = profile(n, np.array(values))
-        return xr.Dataset(
-            {
-                "log_likelihood_by_exponent": ("exponent", values),
-                "general_exponent": best,
-                "general_exponent_interval": ("bound", interval),
-            },
-            coords={"exponent": n, "bound": ["lower", "upper"]},
-        )
+        return xr.Dataset({"log_likelihood_by_exponent": ("exponent", values)}, coords={"exponent": n})
 
     def by_amplitude(self) -> xr.Dataset:
         """Return the exponent of the energy left that the loss has, by the number of impacts; by bootstrap for one."""
@@ -241,7 +233,8 @@ class _Study:
     @staticmethod
     def _mean_profile(trials: Trials, predict: Predict, fitted: Fit) -> Array:
         """Return a damper's loss at each impact over the mean, over the trials by what they tell of it."""
-        loss = trials.mean_losses(*_seen(trials, predict, fitted))
+        of_loss = trials.total(*_seen(trials, predict, fitted))[1]
+        loss = (of_loss * fitted.nodes.loss).sum(axis=1)
         log_loss = np.log(-np.log(predict(loss, fitted.shape).ratio))
         log_loss -= log_loss.mean(axis=0)
         # What a trial tells of the logarithm of its loss grows with the square of the loss.
@@ -314,8 +307,9 @@ class _Study:
             random = np.random.RandomState([s.seed, row])
             for _ in track(range(s.draws), f"sets made by {maker}"):
                 made = simulated(trials, predictions[maker], fits[maker], random)
+                last = fit(made, predictions[maker], start=fits[maker], other_ratios=True)
                 likelihood = [
-                    fit(made, predictions[model], start=fits[model], other_ratios=True).log_likelihood
+                    (last if model == maker else fit(made, predictions[model], start=last)).log_likelihood
                     for model in COMPARED
                 ]
                 chosen[row, int(np.argmax(likelihood))] += 1
