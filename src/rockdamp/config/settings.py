@@ -121,7 +121,6 @@ class MeasuredRocking(Section):
     release_amplitude: Ascending
     shown_yield_displacement_ratio: float
     shown_release_amplitude: float
-    exponent: Ascending
     amplitude_exponent: Ascending
     held_out: int
     bootstrap: Resampling

@@ -76,15 +76,15 @@ class Expansion:
     def fit(self, weights: NDArray[Any]) -> Array:
         """Return the point of the largest log-likelihood of the weighted trials."""
         at, weights = self.fitted.point, np.asarray(weights, dtype=float)
-        unit = self.deviation  # the parameters' sizes differ
+        root = np.linalg.cholesky(self.covariance)  # by which the parameters become independent and of one size
 
         def negative(change: Array) -> tuple[float, Array]:
-            value, gradient = self.negative(at + unit * change, weights)
-            return value, unit * gradient
+            value, gradient = self.negative(at + root @ change, weights)
+            return value, gradient @ root
 
-        bounds = [(-FARTHEST, FARTHEST)] * unit.size
-        found = minimize(negative, np.zeros(unit.size), jac=True, method="L-BFGS-B", bounds=bounds)
-        return np.asarray(at + unit * found.x)
+        bounds = [(-FARTHEST, FARTHEST)] * at.size
+        found = minimize(negative, np.zeros(at.size), jac=True, method="L-BFGS-B", bounds=bounds)
+        return np.asarray(at + root @ found.x)
 
     @property
     def deviation(self) -> Array:

@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import digamma, gammaln, log_ndtr, logsumexp, softmax
+from scipy.special import digamma, erfcx, gammaln, log_ndtr, logsumexp, softmax
 
 from rockdamp.arrays import Array
 
@@ -380,7 +380,7 @@ class Trials:
         joint *= ((softmax(of_geometries, axis=1)[self.geometry] * times) / at_centres)[:, None, :]
         within, deviations = values["within"], CENTRES[0] * values["between"]
         centre = self._centres(values) / within
-        hazard = (np.exp(-0.5 * centre**2 - log_ndtr(centre)) / np.sqrt(2 * np.pi))[self.geometry]
+        hazard = (np.sqrt(2 / np.pi) / erfcx(-centre / np.sqrt(2)))[self.geometry]  # phi / Phi
         centre = centre[self.geometry]
         z = nodes.loss[:, :, None] / within - centre[:, None, :]
         by_centre = (joint * (z - hazard[:, None, :])).sum(axis=(0, 1)) / within

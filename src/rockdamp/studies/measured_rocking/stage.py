@@ -61,7 +61,6 @@ def measured_rocking(config: Config) -> xr.Dataset:
     parts = [
         models,
         study.by_curve(fits),
-        study.by_exponent(shown),
         study.by_amplitude(),
         study.by_error_model(),
         study.by_impact(fits),
@@ -151,15 +150,6 @@ class _Study:
                 "release_amplitude": s.release_amplitude,
             },
         )
-
-    def by_exponent(self, start: Fit) -> xr.Dataset:
-        """Return the log-likelihood of the general damper C ~ w^n by its exponent n."""
-        n, impacts = self.settings.exponent, self.settings.shown_impacts
-        values = []
-        for exponent in track(n, "general exponent"):
-            start = fit(self.shown, _fixed(by_solver(self.block, "POWER", impacts, float(exponent))), start=start)
-            values.append(start.log_likelihood)
-        return xr.Dataset({"log_likelihood_by_exponent": ("exponent", values)}, coords={"exponent": n})
 
     def by_amplitude(self) -> xr.Dataset:
         """Return the exponent of the energy left that the loss has, by the number of impacts; by bootstrap for one."""
