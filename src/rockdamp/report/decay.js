@@ -1,5 +1,5 @@
 "use strict";
-// Free decays in the reader's browser, by the steps of rockdamp/solvers/newmark_kernel.py: explicit Newmark, impacts located inside the step. Tests hold
+// Free decays in the reader's browser, by the steps of rockdamp/solvers/step_kernel.py: explicit Newmark, impacts located inside the step. Tests hold
 // both against each other.
 
 function freeDecays(form) {

@@ -27,13 +27,14 @@ NO_COMPARISON = (np.empty((0, 0)), np.empty((0, 0), dtype=np.int64), np.zeros(1,
 class Batch:
     """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
 
-    Few lanes have a narrower block, as an idle lane costs as much as a busy one.
+    The blocks are as narrow as they can be with so many of them, as an idle lane costs as much as a busy one.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
         self.lanes = math.prod(shape)
-        self.width = next((width for width in kernel.WIDTHS if width >= self.lanes), kernel.LANES)
+        least = -(-self.lanes // kernel.LANES)
+        self.width = next(width for width in kernel.WIDTHS if width * least >= self.lanes)
         self.blocks = -(-self.lanes // self.width)
 
     def require_room(self, stored: int, checkpoints: int) -> None:
