@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 import xarray as xr
@@ -85,13 +85,16 @@ def build(subject: Subject) -> str:
     """Return the page as HTML, which needs nothing but itself."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
+    environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
     environment.globals |= {"percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
     measure = answer.attrs["intensity_measure"]
     unit, size = _in_units(UNITS[measure], subject.about.units)
-    names = {f"median_{measure.lower()}": "median", f"median_{measure.lower()}_interval": "median_interval"}
-    both = answer.rename(names)
+    name, asked, last = measure.lower(), answer[measure.lower()].values, answer.sizes["intensity"] - 1
+    both = answer.rename({f"median_{name}": "median", f"median_{name}_interval": "median_interval", name: "asked"})
     frequency, period = map(number, frequencies(subject.wall, subject.curve))
+    rows = typed_in(subject.wall, subject.curve, float(answer["restitution"]))
+    typed = {row["damping_model"]: row for row in rows}
     cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE)),
@@ -103,19 +106,28 @@ def build(subject: Subject) -> str:
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
-        dampers=_dampers(subject),
+        dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
+        coefficient=_in_units("N s m-1", subject.about.units),
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
         frequency=frequency,
         period=period,
-        moved=_moved(subject),
+        moved=sensitivity(
+            *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
+            *(float(answer["tail"]), placement.building),
+        ),
         missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model))),
-        halving=_halving(answer),
-        shares=_shares(answer, subject.about.units),
-        left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
+        outcomes=int(answer["records"]) * answer.sizes["stripe"],
+        # At most `MOST_ROWS` intensities, evenly spread over all of them.
+        shares=[
+            both.isel(intensity=i)
+            for i in np.unique(np.linspace(0, last, min(last + 1, MOST_ROWS)).round()).astype(int)
+        ],
+        left_out=max(last + 1 - MOST_ROWS, 0),
         fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
         cr=cr,
-        headline=_headline(answer, cr, subject.about.units),
+        onset=float(answer["rocking_onset"]),
+        acceleration=_in_units("m s-2", subject.about.units),
         placement=placement,
         check=placement.checks[-1] if placement.checks else None,
         measure=measure,
@@ -165,8 +177,8 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
                 peak = float(histories["peak_ratio"].sel(damping_model=REFERENCE))
                 return {
                     "record": str(name),
-                    "intensity": _level(answer, intensity, units=subject.about.units),
-                    "peak": number(peak),
+                    "intensity": intensity,
+                    "peak": peak,
                     "histories": histories,
                 }
     return {}
@@ -229,91 +241,15 @@ def _line(
     return {"name": name, "symbol": symbol, "value": show(float(value) / size), "unit": shown}
 
 
-def _dampers(subject: Subject) -> list[dict[str, Any]]:
-    """Return the damping of each viscous model for e, the model of least error under earthquakes first."""
-    unit, size = _in_units("N s m-1", subject.about.units)
-    rows = typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
-    typed = {row["damping_model"]: row for row in rows}
-    return [
-        {
-            "offer": offer,
-            "model": model,
-            "title": kinds()[model].title,
-            "ratio": percent(row["damping_ratio"], 3) if row["rms_error"] is not None else None,
-            "energy": percent(row["damping_ratio_energy"], 3),
-            "refers_to": row["refers_to"],
-            "coefficient": f"{number(c / size)} {unit}" if (c := row["damping_coefficient"]) else None,
-            "missed": percent(row["false_safe_rate"]),
-        }
-        for model, offer in OFFERS.items()
-        for row in (typed[model],)
-    ]
-
-
-def _moved(subject: Subject) -> list[dict[str, str]]:
-    """Return how the share and the median move with the inputs, at the highest intensity asked for."""
-    answer = subject.answer
-    measure = answer.attrs["intensity_measure"]
-    asked = float(answer[measure.lower()][-1])
-    rows = sensitivity(
-        subject.wall,
-        subject.curve,
-        float(answer["restitution"]),
-        subject.motions,
-        measure,
-        asked,
-        float(answer["tail"]),
-        subject.placement.building,
-    )
-    return [
-        {
-            "name": row.name,
-            "value": number(row.value),
-            "share": percent(row.share),
-            "median": _level(answer, row.median, 3, subject.about.units) if np.isfinite(row.median) else DASH,
-        }
-        for row in rows
-    ]
-
-
-def _halving(answer: xr.Dataset) -> str:
-    """Return what the last halving of the solver's step changed under restitution."""
-    cr = answer.sel(damping_model=REFERENCE)
-    text = f"{int(cr['unsettled'])} of {int(answer['records']) * answer.sizes['stripe']} outcomes"
-    if np.isfinite(float(cr["median_uncertainty"])):
-        text += f", the median by {percent(float(cr['median_uncertainty']))}"
-        text += f" and the dispersion by {number(float(cr['dispersion_uncertainty']), 2)}"
-    return text
-
-
-def _shares(answer: xr.Dataset, units: str) -> list[tuple[str, list[xr.Dataset]]]:
-    """Return the answer at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
-    count, name = answer.sizes["intensity"], answer.attrs["intensity_measure"].lower()
-    return [
-        (_level(answer, float(at[name]), units=units), [at.sel(damping_model=one) for one in (REFERENCE, RECOMMENDED)])
-        for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int))
-        for at in (answer.isel(intensity=int(index)),)
-    ]
-
-
 def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
     return " to ".join(map(show, bounds.values)) if np.isfinite(bounds).all() else DASH
 
 
-def _headline(answer: xr.Dataset, cr: xr.Dataset, units: str) -> dict[str, Any]:
-    """Return the answer under restitution, `cr`, at the highest intensity asked for."""
-    onset = float(answer["rocking_onset"])
-    unit, size = _in_units("m s-2", units)
-    return {
-        "intensity": _level(answer, float(cr[answer.attrs["intensity_measure"].lower()]), units=units),
-        "interval": _span(cr["collapse_probability_interval"], percent),
-        "median": _level(answer, float(cr["median"]), 3, units) if np.isfinite(cr["median"]) else None,
-        "onset": f"{number(onset / STANDARD_GRAVITY, 2)} g ({number(onset / size)} {unit})",
-    }
-
-
-def _level(answer: xr.Dataset, value: float, digits: int = 4, units: str = "si") -> str:
-    """Return an intensity with its unit, an acceleration in g too."""
+def _level(answer: xr.Dataset, units: str, value: SupportsFloat, digits: int = 4) -> str:
+    """Return an intensity with its unit, an acceleration in g too; a dash where it is not finite."""
+    value = float(value)
+    if not np.isfinite(value):
+        return DASH
     measure = answer.attrs["intensity_measure"]
     unit, size = _in_units(UNITS[measure], units)
     also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
