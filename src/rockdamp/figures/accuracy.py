@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
-from rockdamp.figures.style import GREY, PALE, by_model, line_of, marks_of, new_figure, numbers, styled
+from rockdamp.figures.style import GREY, PALE, by_model, line_of, marks_of, new_figure, styled
 from rockdamp.text import at_most, number, percent, plain
 
 TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
@@ -98,7 +98,7 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
 @styled
 def fig_rigid(accuracy: xr.Dataset) -> Figure:
     """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness."""
-    releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
+    releases, hinges = accuracy["rocking_release_amplitude"].values.tolist(), accuracy["hinge_ratio"].values.tolist()
     figure = new_figure(25.0 + 55.0 * len(releases))
     grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)
     for row, x0 in zip(grid, releases, strict=True):
@@ -116,7 +116,7 @@ def fig_rigid(accuracy: xr.Dataset) -> Figure:
 
 def _differences(axes: Axes, differences: xr.Dataset) -> None:
     slenderness = differences["slenderness"].values
-    for tolerance in numbers(differences, "tolerance"):
+    for tolerance in differences["tolerance"].values.tolist():
         axes.axhline(tolerance, color=GREY, linewidth=0.6, zorder=0)
         text, at = f"{100 * tolerance:g} %", (slenderness.max(), tolerance)
         axes.annotate(text, at, (0, 1), textcoords="offset points", ha="right", fontsize=7, color=GREY)

@@ -15,13 +15,10 @@ from rockdamp.figures.style import (
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
-    at_nearest,
     dampers,
-    few_ticks,
     marks_of,
     nearest,
     new_figure,
-    numbers,
     one_two_five,
     ramp,
     style_of,
@@ -56,7 +53,7 @@ def reference_case(dataset: xr.Dataset) -> int:
 @styled
 def fig_amplitude_dependence(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw the damping ratio over that of ECD against the amplitude, and what spread each damper leaves."""
-    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
+    at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     figure = new_figure(92.0)
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
     _fan(fan, at_e)
@@ -146,14 +143,14 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
 @styled
 def fig_exponent(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw the exponent with the least spread against a1 for several b1, and the spread that it leaves."""
-    a1, b1 = (numbers(amplitude_dependence, f"map_{name}_ratio") for name in ("yield_displacement", "strength"))
+    a1, b1 = (amplitude_dependence[f"map_{name}_ratio"].values.tolist() for name in ("yield_displacement", "strength"))
     figure = new_figure(88.0)
     left, right = figure.subplots(1, 2)
     _exponents(left, amplitude_dependence, a1, b1)
     _spreads(right, amplitude_dependence, a1)
     for axes in (left, right):
         axes.set(xlabel="$a_1$ [-]", xlim=(0, 1.02 * max(a1)))
-        few_ticks(axes, 5)
+        axes.locator_params("x", nbins=5, steps=[1, 2, 5, 10])
     return figure
 
 
@@ -197,7 +194,7 @@ def _exponents(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float], b1
 def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> None:
     """Draw the spread that every damper leaves: a band over b1 and the variants, a line for the paper's b1."""
     spread = PERCENT * amplitude_dependence["map_spread"]
-    plain = nearest(numbers(amplitude_dependence, "map_strength_ratio"), REFERENCE["strength_ratio"])
+    plain = nearest(amplitude_dependence["map_strength_ratio"].values.tolist(), REFERENCE["strength_ratio"])
     exact = [model for model in dampers(amplitude_dependence) if model in Damping.exact_models()]
     for model in map(str, amplitude_dependence["damping_model"].values):
         if model in exact:
@@ -210,7 +207,7 @@ def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> N
     axes.set_yscale("log")
     one_two_five(axes.yaxis)
     axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
-    b1 = numbers(amplitude_dependence, "map_strength_ratio")
+    b1 = amplitude_dependence["map_strength_ratio"].values.tolist()
     shown = f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; {', '.join(exact)}: 0"
     axes.legend(title=shown, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
@@ -232,7 +229,7 @@ def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
         axes.set_title(name_of(model), color=style_of(model).colour, fontweight="bold")
     for axes in grid[-1]:
         axes.set(xlabel=r"$u_0/u_3$ [-]", xticks=[0, 0.5, 1], xlim=(0, 1))
-    e = texts(numbers(amplitude_dependence, "restitution"))
+    e = texts(amplitude_dependence["restitution"].values.tolist())
     handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
     handles.append(Line2D([], [], color=GREY, **MIDDLE))
     labels = [*(f"$e = {value}$" for value in e), f"at the half cycle's middle energy, $e = {e[len(e) // 2]}$"]
@@ -268,7 +265,7 @@ def by_named_damper(
 
 def fig_amplitude_dependence_caption(amplitude_dependence: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
+    at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     share = at_e["release_share"]
     return f"""
     One ξ of ECD serves every amplitude of every curve. The standard deviation of ln&nbsp;ξ over the amplitudes is, over
@@ -293,7 +290,7 @@ def fig_exponent_caption(amplitude_dependence: xr.Dataset) -> str:
 
 def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
+    at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
 
     def largest(measure: str) -> str:
         away = abs(at_e["damping_ratio_energy"] / at_e[measure] - 1)

@@ -15,11 +15,9 @@ from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
     PALE,
-    at_nearest,
     by_model,
     line_of,
     new_figure,
-    numbers,
     present,
     ramp,
     style_of,
@@ -53,7 +51,7 @@ def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure
 
 def at_shown(damper_order: xr.Dataset) -> xr.Dataset:
     """Return what was measured at the e nearest to that of the histories."""
-    return at_nearest(damper_order, restitution=float(damper_order["shown_restitution"]))
+    return damper_order.sel(restitution=float(damper_order["shown_restitution"]), method="nearest")
 
 
 def at_middle(earthquake_orders: xr.Dataset) -> xr.Dataset:
@@ -64,8 +62,9 @@ def at_middle(earthquake_orders: xr.Dataset) -> xr.Dataset:
 # --- error against order ---------------------------------------------------------------------------------------------
 
 
-def _by_order(axes: Axes, orders: Sequence[float], sensitivity: xr.DataArray, change: float) -> Sequence[int]:
+def _by_order(axes: Axes, at_e: xr.Dataset, sensitivity: xr.DataArray) -> Sequence[int]:
     """Prepare a panel with the orders evenly spaced and a band for CR's sensitivity to e; return their places."""
+    orders, change = at_e["order"].values.tolist(), float(at_e["restitution_change"])
     places = range(len(orders))
     low, high = float(sensitivity.min()), float(sensitivity.max())
     # With an edge, so that a band as thin as a line is seen.
@@ -84,7 +83,7 @@ def _line(label: str, marker: str | None = None, **changed: Any) -> dict[str, An
 
 def _decay(axes: Axes, at_e: xr.Dataset) -> None:
     """Draw the error on the reference curve, its range over all curves and releases, and those of fitted dampers."""
-    places = _by_order(axes, numbers(at_e, "order"), at_e["varied_curve_rms_error"], float(at_e["restitution_change"]))
+    places = _by_order(axes, at_e, at_e["varied_curve_rms_error"])
     every = ("case", "release_share")
     low, high = (at_e["rms_error"].reduce(end, every).values for end in (np.min, np.max))
     axes.fill_between(
@@ -99,7 +98,7 @@ def _decay(axes: Axes, at_e: xr.Dataset) -> None:
 
 
 def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
-    places = _by_order(axes, numbers(at_e, "order"), at_e["varied_pulse_log_error"], float(at_e["restitution_change"]))
+    places = _by_order(axes, at_e, at_e["varied_pulse_log_error"])
     axes.plot(places, at_e["pulse_log_error"], **_line("whole response"))
     before = _line("before the first impact", marker="^", linestyle=(0, (4.0, 1.6)), markerfacecolor="white")
     axes.plot(places, at_e["pulse_before_impact_log_error"], **before)
@@ -109,8 +108,7 @@ def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
 
 def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
     at_e = at_middle(earthquake_orders)
-    changed, change = at_e["varied_log_error"].sel(variation=E_VARIATIONS), float(at_e["restitution_change"])
-    places = _by_order(axes, numbers(at_e, "order"), changed, change)
+    places = _by_order(axes, at_e, at_e["varied_log_error"].sel(variation=E_VARIATIONS))
     low, high = (at_e["log_error_interval"].isel(bound=bound) for bound in (0, -1))
     axes.fill_between(places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="95 % interval")
     axes.plot(places, at_e["log_error"], **_line("all walls"))
@@ -135,7 +133,7 @@ def _titled(axes: Axes, title: str, columns: int = 1) -> None:
 
 def _drawn(damper_order: xr.Dataset) -> list[tuple[xr.Dataset, dict[str, Any]]]:
     """Return the histories of the orders that are shown, and how each is drawn."""
-    orders = present(numbers(damper_order, "order"), SHOWN)[: len(LINES)]
+    orders = present(damper_order["order"].values.tolist(), SHOWN)[: len(LINES)]
     colours = ramp(style_of("ECD").colour, len(orders))
     return [
         (

@@ -16,19 +16,7 @@ from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import (
-    GREY,
-    PALE,
-    by_damper,
-    dampers,
-    grid_of,
-    line_of,
-    marks_of,
-    new_figure,
-    ramp,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import GREY, PALE, by_damper, dampers, line_of, marks_of, new_figure, ramp, style_of, styled
 from rockdamp.text import number, percent, plain, span
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
@@ -78,7 +66,7 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
     figure = new_figure(20.0 + 160.0 / columns * -(-len(models) // columns))
-    panels = grid_of(figure, len(models), columns)
+    panels = _grid(figure, len(models), columns)
     low = float(comparison["band_start"].min()) / 2
     # The shades end at a hundredth of the histories of a panel.
     norm = LogNorm(1, max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0))
@@ -101,6 +89,17 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
         title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
     )
     return figure
+
+
+def _grid(figure: Figure, count: int, columns: int) -> list[Axes]:
+    """Return `count` panels that share their axes, row by row; the lowest of each column has its ticks labelled."""
+    grid = figure.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
+    panels = grid.ravel().tolist()
+    for spare in panels[count:]:
+        spare.remove()
+    for axes in panels[max(count - columns, 0) : count]:
+        axes.tick_params(labelbottom=True)
+    return panels[:count]
 
 
 def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from rockdamp.figures.style import PALE, by_model, line_of, new_figure, numbers, style_of, styled
+from rockdamp.figures.style import PALE, by_model, line_of, new_figure, style_of, styled
 from rockdamp.text import number, percent, plain
 
 APART = 1.06  # of the marks of two dampers in one band
@@ -29,7 +29,7 @@ def fig_local_damping(local_damping: xr.Dataset) -> Figure:
 
 
 def _panel(axes: Axes, by_band: xr.Dataset) -> None:
-    edges = [*numbers(by_band, "band_start"), float(by_band["band_end"][-1])]
+    edges = [*by_band["band_start"].values.tolist(), float(by_band["band_end"][-1])]
     middle = np.sqrt(by_band["band_start"].values * by_band["band_end"].values)
     models = list(map(str, by_band["damping_model"].values))
     axes.axhline(1.0, color=PALE, linewidth=0.8)

@@ -9,18 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import (
-    DISPLACEMENT,
-    GREY,
-    PALE,
-    TAU,
-    line_of,
-    literal,
-    new_figure,
-    scaling,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, TAU, line_of, literal, new_figure, scaling, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
@@ -108,7 +97,7 @@ def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
             of_model["elapsed"][last],
             displacement[last],
             "x",
-            color=style_of(model).colour,
+            color=line_of(model)["color"],
             markersize=6,
             clip_on=False,
         )
