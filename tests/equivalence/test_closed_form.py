@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from rockdamp.equivalence.closed_form import (
+    damping_ratio_energy,
     damping_ratio_middle,
     damping_ratio_secant,
     equivalence_factor,
@@ -98,3 +99,9 @@ def test_the_ratio_at_the_secant_period_is_that_of_a_loop_s_area():
     for x0 in (0.3 * float(curve.yield_displacement_ratio), 0.1, 0.5):
         loss, strain_energy = 2 * (1 - e**2) * float(curve.energy(x0)), float(curve.force(x0)) * x0 / 2
         assert float(damping_ratio_secant(curve, e, x0)) == pytest.approx(loss / (4 * np.pi * strain_energy), rel=1e-14)
+
+
+def test_a_power_law_without_an_exponent_is_a_constant_coefficient():
+    curve = TrilinearCurve(0.04, 0.85)
+    for ratio_of in (damping_ratio_energy, damping_ratio_middle):
+        assert ratio_of(curve, "POWER", 0.85, 0.5) == ratio_of(curve, "CDC", 0.85, 0.5)

@@ -61,10 +61,6 @@ def test_noise_near_zero_makes_no_half_cycles():
     np.testing.assert_allclose(noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7))
 
 
-def test_a_history_that_stays_below_the_threshold_has_no_half_cycles():
-    assert half_cycles(np.arange(5.0), np.full(5, 0.1), 0.2).peak.size == 0
-
-
 def test_turns_are_where_and_when_the_motion_turns_to_second_order_and_the_release_is_none():
     lanes = np.array([[1.0], [2.5]])  # a linear spring of two stiffnesses: turns at every half period, in amplitude 1
     away = []

@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 from exact_cases import CURVES, DAMPERS, NAMES, smooth_load
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from rockdamp.mechanics.damping import Damping
@@ -78,33 +76,6 @@ def test_load_is_linear_between_its_samples_and_zero_afterwards():
     state = {"release_amplitude": coarse.displacement[25], "release_velocity": coarse.velocity[25]}
     rest = history(curve, DAMPERS[2], times[25:] - times[25], **state)
     assert coarse.displacement[25:] == pytest.approx(rest.displacement, abs=1e-12)
-
-
-@settings(deadline=None, max_examples=25)
-@given(
-    x0=st.floats(-0.95, 0.95),
-    v0=st.floats(-0.5, 0.5),
-    seed=st.integers(0, 1000),
-    damper=st.sampled_from(DAMPERS[:3]),
-    curve=st.sampled_from(CURVES),
-)
-def test_the_mirrored_motion_is_the_mirror_image(x0, v0, seed, damper, curve):
-    load, x0 = smooth_load(seed, 11), x0 * float(curve.ultimate_displacement_ratio)
-    right, left = (
-        history(
-            curve,
-            damper,
-            np.linspace(0, 4, 9),
-            release_amplitude=sign * x0,
-            release_velocity=sign * v0,
-            load=sign * load,
-            load_step=0.3,
-        )
-        for sign in (1, -1)
-    )
-    assert left.outcome == right.outcome
-    assert left.outcome_tau == pytest.approx(right.outcome_tau, abs=1e-9)
-    assert left.displacement == pytest.approx(-right.displacement, abs=1e-9, nan_ok=True)
 
 
 @pytest.mark.parametrize("v0", [-0.4, 0.4])

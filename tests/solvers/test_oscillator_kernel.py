@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rockdamp.solvers.oscillator_kernel import acceleration_zeros, closed_turn
+from rockdamp.solvers.oscillator_kernel import acceleration_zeros, closed_state, closed_turn
 
 SLOPE = 0.7
 DAMPED = [(0.3, 4.0), (0.0, 4.0), (5.0, 2.0), (4.0, 4.0), (0.5, -1.2), (0.4, 0.0)]  # c and k, all kinds of roots
@@ -20,6 +20,14 @@ def motion(c, k, start, t):
     """Return x, v and the acceleration after t."""
     x, v, q, _ = step_of(c, k, t) @ [*start, 1.0]
     return x, v, q - c * v - k * x
+
+
+@pytest.mark.parametrize(("c", "k"), DAMPED)
+@pytest.mark.parametrize("start", STARTS)
+def test_the_state_is_that_of_the_matrix_exponential(c, k, start):
+    x, v, q = start
+    for t in (1e-3, 0.4, 2.5):
+        np.testing.assert_allclose(closed_state(x, v, c, k, q, SLOPE, t), motion(c, k, start, t)[:2], rtol=1e-9)
 
 
 @pytest.mark.parametrize(("c", "k"), [pair for pair in DAMPED if pair[1]])

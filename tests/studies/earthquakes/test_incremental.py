@@ -32,7 +32,11 @@ def config():
     """The study's own, for two jobs of three records."""
     full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     full["records"] = RECORDS
-    full["earthquakes"] |= {"records_per_job": 2, "bootstrap": {"replicates": 50, "seed": 1}}
+    full["earthquakes"] |= {
+        "records_per_job": 2,
+        "restitution": [0.80, 0.85],
+        "bootstrap": {"replicates": 50, "seed": 1},
+    }
     return full
 
 
