@@ -63,6 +63,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         **_walls(compared, walls),
         "change": change,
         "fit_plateau": plain(config["curve"]["strength_ratio"]),
+        "limit": MULTIPLE,
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
@@ -169,8 +170,10 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     same = [choice.source for choice in (first, *others) if choice.model == first.model]
     leading = Choice(first.model, RECOMMENDED_SOURCE)
     cell, sensitivity = _cell(compared, leading), advice["sensitivity"]
-    well = _cell(advice, leading)["holds"]
-    amplitudes = [_amplitude(cell, sensitivity, well, band) for band in range(1, compared.sizes["band"])]
+    holds = _cell(advice, leading)["holds"].astype(bool)
+    bands = xr.Dataset({"error": cell["log_error"], "least": sensitivity, "holds": holds}).isel(band=slice(1, None))
+    names = [_band(compared, band) for band in range(1, compared.sizes["band"])]
+    share = holds.isel(band=slice(1, None)).mean("restitution").values
     over = (cell["log_error"] / sensitivity).isel(band=0)
     return {
         "use": first.model,
@@ -178,12 +181,10 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "others": grouped([choice for choice in others if choice.model != first.model]),
         "times": span(over),
         "within": bool((over <= MULTIPLE).all()),
-        "amplitudes": amplitudes,
-        "never": listed(row["band"] for row in amplitudes if not any(entry["holds"] for entry in row["cells"])),
-        "sometimes": listed(
-            row["band"] for row in amplitudes if 0 < sum(entry["holds"] for entry in row["cells"]) < len(row["cells"])
-        ),
-        "everywhere": listed(row["band"] for row in amplitudes if all(entry["holds"] for entry in row["cells"])),
+        "amplitudes": [(name, list(_each(band))) for name, band in zip(names, _each(bands, "band"), strict=True)],
+        "never": listed(np.compress(share == 0, names)),
+        "sometimes": listed(np.compress((share > 0) & (share < 1), names)),
+        "everywhere": listed(np.compress(share == 1, names)),
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: number(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], percent),
         "sizes": criterion.sizes(compared, cell),
@@ -210,22 +211,6 @@ def _orders(orders: xr.Dataset | None, advice: xr.Dataset) -> dict[str, Any]:
         "counted": listed(criterion.counted(orders)),
         "splits": criterion.splits(orders),
     }
-
-
-def _amplitude(cell: xr.Dataset, sensitivity: xr.DataArray, well: xr.DataArray, band: int) -> dict[str, Any]:
-    """Return the error and CR's sensitivity of a band at every e, and whether the damper holds there."""
-    of_band = (values.isel(band=band) for values in (cell["log_error"], sensitivity, well))
-    cells = [
-        {
-            "error": error,
-            "sensitivity": least,
-            "known": bool(np.isfinite(error)),
-            "holds": bool(holds),
-            "by_multiple": float(error) <= MULTIPLE * float(least),
-        }
-        for error, least, holds in zip(*map(_each, of_band), strict=True)
-    ]
-    return {"band": _band(cell, band), "cells": cells}
 
 
 def _refused(compared: xr.Dataset, advice: xr.Dataset) -> list[dict[str, Any]]:

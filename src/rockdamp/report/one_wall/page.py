@@ -46,6 +46,7 @@ U_INS = Markup("u<sub>ins</sub>")
 RESOLUTION = 200  # dots per inch
 MOST_ROWS = 4  # intensities in the table
 MOST_NAMES = 8  # records named
+Row = tuple[str, str, Any, str]  # name, symbol, value and unit of a quantity
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,9 @@ def build(subject: Subject) -> str:
     """Return the page as HTML, which needs nothing but itself."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
+    environment.globals["in_units"] = partial(_in_units, system=subject.about.units)
     environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
-    environment.globals |= {"percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
+    environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
     measure = answer.attrs["intensity_measure"]
     unit, size = _in_units(UNITS[measure], subject.about.units)
@@ -103,11 +105,11 @@ def build(subject: Subject) -> str:
         wall=subject.wall,
         parapet=isinstance(subject.wall, Parapet),
         inputs=_inputs(subject),
+        show_input=partial(number, digits=4) if subject.about.units == "imperial" else plain,
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
         dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
-        coefficient=_in_units("N s m-1", subject.about.units),
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
         frequency=frequency,
@@ -127,7 +129,6 @@ def build(subject: Subject) -> str:
         fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
         cr=cr,
         onset=float(answer["rocking_onset"]),
-        acceleration=_in_units("m s-2", subject.about.units),
         placement=placement,
         check=placement.checks[-1] if placement.checks else None,
         measure=measure,
@@ -187,9 +188,9 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _inputs(subject: Subject) -> list[dict[str, Any]]:
+def _inputs(subject: Subject) -> list[Row]:
     wall, curve = subject.wall, subject.curve
-    rows: list[tuple[str, str, Any, str]] = [
+    rows: list[Row] = [
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
         ("length of the strip", "", wall.width, "m"),
@@ -209,14 +210,13 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
             ("period of the building", "", building.period, "s"),
             ("damping ratio of the building", "", building.damping_ratio, "-"),
         ]
-    show = partial(number, digits=4) if subject.about.units == "imperial" else plain
-    return [_line(*row, units=subject.about.units, show=show) for row in rows]
+    return rows
 
 
-def _derived(subject: Subject) -> list[dict[str, Any]]:
+def _derived(subject: Subject) -> list[Row]:
     wall = subject.wall
     onset = float(subject.answer["rocking_onset"])
-    rows: list[tuple[str, str, Any, str]] = [
+    return [
         ("slenderness", "h/t", wall.slenderness, "-"),
         ("weight", "W", float(wall.weight) / 1000, "kN"),
         ("overburden", "O", float(wall.overburden) / 1000, "kN"),
@@ -226,19 +226,11 @@ def _derived(subject: Subject) -> list[dict[str, Any]]:
         ("rocking starts at", "", onset / STANDARD_GRAVITY, "g"),
         ("rocking starts at", "", onset, "m s-2"),
     ]
-    return [_line(*row, units=subject.about.units) for row in rows]
 
 
 def _in_units(unit: str, system: str) -> tuple[str, float]:
     name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
     return (name if name == "-" else name.translate(RAISED)), size
-
-
-def _line(
-    name: str, symbol: str, value: Any, unit: str, units: str = "si", show: Callable[[float], str] = number
-) -> dict[str, Any]:
-    shown, size = _in_units(unit, units)
-    return {"name": name, "symbol": symbol, "value": show(float(value) / size), "unit": shown}
 
 
 def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
