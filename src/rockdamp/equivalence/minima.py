@@ -13,7 +13,7 @@ from rockdamp.equivalence.bracketed_minima import bracketed_minima
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Options, Reference
@@ -93,8 +93,7 @@ class Cases:
 
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""
-        curve = self.curve
-        shape = [curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio]
+        shape = [getattr(self.curve, name) for name in TEXTS]
         problem = np.stack([*shape, self.release_amplitude, self.restitution, self.exponents], axis=1)
         _, first, which = np.unique(problem, axis=0, return_index=True, return_inverse=True)
         return first, which

@@ -15,11 +15,10 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import true_values
+from rockdamp.identification.candidates import size_deviations, true_values
 from rockdamp.identification.excursions import Excursions, Solution
 from rockdamp.identification.losses import Losses, exponent_of
 from rockdamp.identification.releases import Release, releases_of, rest_deviation
-from rockdamp.identification.uncertain_sizes import size_deviations
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
