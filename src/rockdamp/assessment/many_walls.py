@@ -268,11 +268,5 @@ def fragilities(results: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
     for one in results:
         if isinstance(one, Answer):
             for i, model in enumerate(MODELS):
-                name = f"{one.row.taxonomy}-{model}"
-                yield Collapse(
-                    name,
-                    float(one.median[i]),
-                    float(one.dispersion[i]),
-                    one.stripe.tolist(),
-                    one.stripe_share[i].tolist(),
-                )
+                name, fit = f"{one.row.taxonomy}-{model}", (float(one.median[i]), float(one.dispersion[i]))
+                yield Collapse(name, *fit, one.stripe.tolist(), one.stripe_share[i].tolist())

@@ -13,7 +13,7 @@ from rockdamp.equivalence.bracketed_minima import bracketed_minima
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Options, Reference
@@ -91,10 +91,27 @@ class Cases:
         """Return the dampers of some cases."""
         return Damping.from_values(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
 
+    def errors(
+        self, damping_model: str, damping_ratio: Array, case: Any, marks: Any, scheme: str, every: int = 1
+    ) -> Array:
+        """Return Err, Eq. (17), of damping ratios of some cases at each of the marks; these count `every` steps as one.
+
+        The shape is that of the ratios, after that of the marks.
+        """
+        response = solve(
+            self.curve_of(case),
+            self.damping_of(damping_model, damping_ratio, case),
+            release_amplitude=self.release_amplitude[case],
+            step=self.step * every,
+            steps=int(marks[-1]),
+            reference=Reference(self.displacement[:, ::every], case, marks),
+            scheme=scheme,
+        )
+        return response.error
+
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""
-        curve = self.curve
-        shape = [curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio]
+        shape = [getattr(self.curve, name) for name in TEXTS]
         problem = np.stack([*shape, self.release_amplitude, self.restitution, self.exponents], axis=1)
         _, first, which = np.unique(problem, axis=0, return_index=True, return_inverse=True)
         return first, which
@@ -141,15 +158,8 @@ def global_minima(
     for some in np.array_split(np.arange(lengths.size), -(-lengths.size // LENGTHS_AT_ONCE)):
         chosen = np.isin(length, some)
         around = [trial[case[chosen], point[chosen] + shift] for shift in (0, 1, 2)]
-        ratio[chosen], error[chosen] = _refine(
-            cases,
-            damping_model,
-            lengths[some],
-            length[chosen] - some[0],
-            case[chosen],
-            around,
-            scheme,
-        )
+        place = length[chosen] - some[0], case[chosen]
+        ratio[chosen], error[chosen] = _refine(cases, damping_model, lengths[some], *place, around, scheme)
     best = Minima(np.full(lowest.shape, np.nan), np.full(lowest.shape, np.inf), lower.sum(axis=-1))
     for w, c, xi, value in zip(length, case, ratio, error, strict=True):
         # Ascending in xi: of equal errors the first stays.
@@ -198,16 +208,7 @@ def _scan(cases: Cases, model: str, trial: Array, lengths: NDArray[np.int64], sc
     every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
     marks = np.maximum(lengths // every, 1)
     index = np.arange(cases.restitution.size)[:, None]
-    response = solve(
-        cases.curve_of(index),
-        cases.damping_of(model, trial, index),
-        release_amplitude=cases.release_amplitude[:, None],
-        step=cases.step * every,
-        steps=int(marks[-1]),
-        reference=Reference(cases.displacement[:, ::every], index, marks),
-        scheme=scheme,
-    )
-    return response.error
+    return cases.errors(model, trial, index, marks, scheme, every)
 
 
 def _refine(
@@ -222,17 +223,8 @@ def _refine(
     """Return damping ratio and Err at the minimum next to each bracket of the scan."""
 
     def err(xi: Array, lane: NDArray[np.int64]) -> Array:
-        each = case[lane]
-        response = solve(
-            cases.curve_of(each),
-            cases.damping_of(model, xi, each),
-            release_amplitude=cases.release_amplitude[each],
-            step=cases.step,
-            steps=int(lengths[-1]),
-            reference=Reference(cases.displacement, each, lengths),
-            scheme=scheme,
-        )
-        return np.take_along_axis(response.error, length[lane][None], axis=0)[0]
+        error = cases.errors(model, xi, case[lane], lengths, scheme)
+        return np.take_along_axis(error, length[lane][None], axis=0)[0]
 
     every = np.arange(case.size)
     place, value = np.stack(around), np.stack([err(xi, every) for xi in around])

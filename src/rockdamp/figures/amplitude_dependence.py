@@ -85,17 +85,9 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
         places.setdefault(round(value, 2), []).append(model)
     for value, (model, *others) in places.items():
         last = max(value, last + gap)
-        axes.annotate(
-            ", ".join(map(name_of, (model, *others))),
-            (share[-1], last),
-            xytext=(4, 0),
-            textcoords="offset points",
-            color=style_of(model).colour,
-            fontweight="bold",
-            va="center",
-            fontsize=8,
-            annotation_clip=False,
-        )
+        look: dict[str, Any] = {"color": style_of(model).colour, "fontweight": "bold", "fontsize": 8}
+        text = ", ".join(map(name_of, (model, *others)))
+        _beside(axes, text, (share[-1], last), (4, 0), va="center", annotation_clip=False, **look)
     axes.set(xlim=(0, share[-1]), xlabel=SHARE, ylabel=r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
 
 
@@ -110,25 +102,9 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
         axes.plot(values, np.full(values.size, row), "|", color=style.colour, markersize=9)
         axes.plot(values[reference], row, markersize=5, **marks_of(model))
         text = "0" if values.max() < 0.05 else f"{values.min():.1f} to {values.max():.1f} %"
-        axes.annotate(
-            text,
-            (values.max(), row),
-            xytext=(5, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=7,
-            color=style.colour,
-        )
-        axes.text(
-            -0.03,
-            row,
-            name_of(model),
-            transform=axes.get_yaxis_transform(),
-            color=style.colour,
-            fontweight="bold",
-            ha="right",
-            va="center",
-        )
+        _beside(axes, text, (values.max(), row), (5, 0), va="center", fontsize=7, color=style.colour)
+        look: dict[str, Any] = {"color": style.colour, "fontweight": "bold", "ha": "right", "va": "center"}
+        axes.text(-0.03, row, name_of(model), transform=axes.get_yaxis_transform(), **look)
     axes.set_yticks([])
     axes.invert_yaxis()
     axes.set_xlim(0, 1.5 * float(spread.max()))
@@ -138,6 +114,11 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
         r"standard deviation of $\ln\,\xi$ [%]"
     )
     axes.set_title("a mark for each curve")
+
+
+def _beside(axes: Axes, text: str, point: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:
+    """Write a text beside a point, by an offset in points."""
+    axes.annotate(text, point, xytext=offset, textcoords="offset points", **look)
 
 
 @styled
@@ -177,17 +158,9 @@ def _exponents(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float], b1
     for order, model in ((1.0, "CDR"), (2.0, "SDR")):
         axes.axhline(order, color=style_of(model).colour, linewidth=0.8, linestyle=style_of(model).linestyle)
         inside = -1 if order > 1.5 else 1  # of the two lines
-        axes.annotate(
-            f"{model}, $n = {order:g}$",
-            (0.02, order),
-            xytext=(0, 3 * inside),
-            textcoords="offset points",
-            xycoords=axes.get_yaxis_transform(),
-            color=style_of(model).colour,
-            fontsize=7,
-            ha="left",
-            va="top" if inside < 0 else "bottom",
-        )
+        look: dict[str, Any] = {"color": style_of(model).colour, "fontsize": 7, "va": "top" if inside < 0 else "bottom"}
+        text, xycoords = f"{model}, $n = {order:g}$", axes.get_yaxis_transform()
+        _beside(axes, text, (0.02, order), (0, 3 * inside), xycoords=xycoords, ha="left", **look)
     axes.set_ylabel(r"exponent $n$ with the least spread [-]")
 
 

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
-from rockdamp.figures.earthquakes import SOURCE_NAMES, at_source, plain_logarithmic
+from rockdamp.figures.earthquakes import SOURCE_NAMES, at_source, legend_above, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
@@ -84,13 +84,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         ),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
     ]
-    figure.legend(
-        handles=handles,
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
-        **LEGEND,
-    )
+    legend_above(figure, peaks, handles, **LEGEND)
     return figure
 
 

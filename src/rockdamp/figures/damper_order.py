@@ -30,7 +30,6 @@ from rockdamp.vocabulary import DECISIVE_CHANGE, REFERENCE
 SHOWN = (0, 1, 4, 16)  # orders whose histories are drawn
 LINES: tuple[Any, ...] = ("dotted", "dashdot", (0, (3.0, 1.4)), (0, (8.0, 1.6)))
 NEAR = 0.35  # in tau, shown before and after the crossing
-E_VARIATIONS = ["lower e", "higher e"]
 
 
 @styled
@@ -108,7 +107,7 @@ def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
 
 def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
     at_e = at_middle(earthquake_orders)
-    places = _by_order(axes, at_e, at_e["varied_log_error"].sel(variation=E_VARIATIONS))
+    places = _by_order(axes, at_e, at_e["varied_log_error"].sel(variation=["lower e", "higher e"]))
     low, high = (at_e["log_error_interval"].isel(bound=bound) for bound in (0, -1))
     axes.fill_between(places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="95 % interval")
     axes.plot(places, at_e["log_error"], **_line("all walls"))

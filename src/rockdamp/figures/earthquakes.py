@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
@@ -77,18 +78,20 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     for axes in panels[::columns]:
         axes.set_ylabel(r"peak with the damper, $u/u_\mathrm{ins}$ [-]")
     _count_bar(figure, panels, norm)
-    figure.legend(
-        handles=[
-            Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
-            Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label="twice and half"),
-            Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
-            Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
-        ],
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
-    )
+    handles = [
+        Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
+        Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label="twice and half"),
+        Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
+        Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
+    ]
+    legend_above(figure, histories, handles)
     return figure
+
+
+def legend_above(figure: Figure, drawn: xr.Dataset, handles: Sequence[Artist], also: str = "", **look: Any) -> None:
+    """Put a legend above all panels, headed by e and the source of the damping ratios."""
+    title = f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall{also}"
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, title=title, **look)
 
 
 def _grid(figure: Figure, count: int, columns: int) -> list[Axes]:
@@ -173,13 +176,8 @@ def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
     ratios.set(ylim=limits, ylabel="median of peak over that of CR [-]")
     errors.set(ylim=(0, None), ylabel="rms of the logarithm of that ratio [-]")
     misfits.set(ylim=(0, None), ylabel="misfit over the decay over CR's peak [-]")
-    figure.legend(
-        handles=_handles(drawn),
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall; "
-        "95 % bootstrap intervals; bars: CR itself after a small change",
-    )
+    also = "; 95 % bootstrap intervals; bars: CR itself after a small change"
+    legend_above(figure, drawn, _handles(drawn), also)
     return figure
 
 

@@ -135,13 +135,8 @@ def _overburden(axes: Axes, t: float, top: float) -> None:
     axes.text(at + 0.1 * t, plate + 0.62 * t, "$O$", ha="left", va="center")
     axes.plot([t / 2] * 2, [plate + 0.05 * t, plate + 1.2 * t], color=GREY, linewidth=THIN, linestyle="dashdot")
     axes.plot([at] * 2, [plate + 0.85 * t, plate + 1.2 * t], color=GREY, linewidth=THIN)
-    axes.annotate(
-        "",
-        (t / 2, plate + 1.1 * t),
-        (at, plate + 1.1 * t),
-        arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
-    )
-    axes.text(at + 0.1 * t, plate + 1.1 * t, "ecc", ha="left", va="center")
+    level = plate + 1.1 * t
+    _dimension(axes, (t / 2, level), (at, level), "ecc", (at / 2 - 0.15 * t, 0.0), "left")
 
 
 def _pivot(axes: Axes, point: Any, symbol: str, shift: tuple[float, float]) -> None:
@@ -163,12 +158,7 @@ def _angle(
 def _dimension(
     axes: Axes, start: Any, end: Any, symbol: str, shift: tuple[float, float], ha: str, va: str = "center"
 ) -> None:
-    axes.annotate(
-        "",
-        start,
-        end,
-        arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
-    )
+    axes.annotate("", start, end, arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW})
     middle = (np.asarray(start) + np.asarray(end)) / 2 + shift
     axes.text(middle[0], middle[1], symbol, ha=ha, va=va)
 

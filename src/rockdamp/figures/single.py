@@ -1,4 +1,4 @@
-"""Pictures of one wall that the command line draws: free decays, responses to a record, a calibration."""
+"""Pictures that the command line draws: a record, and one wall's free decays, response to a record, calibration."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, TAU, line_of, literal, new_figure, scaling, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
+from rockdamp.motions.free_rocking import FreeRocking
+from rockdamp.motions.records import Record
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
@@ -73,6 +75,27 @@ def response_figure(response: xr.Dataset) -> Figure:
     figure.align_ylabels([ground, axes])
     figure.suptitle(record_title(response), fontsize=8)
     _legend(figure, axes)
+    return figure
+
+
+@styled
+def record_figure(record: Record | FreeRocking) -> Figure:
+    """Draw the histories of a record, or that of a free-rocking test."""
+    shown = [(ACCELERATION, record.ground_acceleration)] if isinstance(record, Record) else []
+    if record.displacement is not None:
+        shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
+    if isinstance(record, FreeRocking) and record.rotation is not None:
+        shown.append((r"rotation [rad]", record.rotation))
+    figure = new_figure(20.0 + 42.0 * len(shown))
+    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
+    for axes, (label, values) in zip(panels, shown, strict=True):
+        axes.plot(record.elapsed, values, color="black", linewidth=0.8)
+        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+        axes.set_ylabel(label)
+    panels[-1].set_xlabel(TIME)
+    figure.align_ylabels(panels)
+    kind = "SYNTHETIC record" if record.synthetic else "Record"
+    figure.suptitle(fill(literal(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
     return figure
 
 

@@ -15,7 +15,7 @@ from rockdamp.histories.forcing import require_affordable
 from rockdamp.histories.half_cycles import LEAST, half_cycles
 from rockdamp.histories.labelled import FINEST, STEP, free_decay, respond
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
@@ -137,12 +137,8 @@ def _side_by_side(
     parameters: dict[str, Any] = {
         name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings]) for name in names
     }
-    return together.assign(
-        **parameters,
-        yield_displacement_ratio=float(curve.yield_displacement_ratio),
-        strength_ratio=float(curve.strength_ratio),
-        ultimate_displacement_ratio=float(curve.ultimate_displacement_ratio),
-    ).assign_attrs(softening=curve.softening)
+    parameters |= {name: float(getattr(curve, name)) for name in TEXTS}
+    return together.assign(parameters).assign_attrs(softening=curve.softening)
 
 
 def _require_numbers(model: str, run: xr.Dataset) -> None:

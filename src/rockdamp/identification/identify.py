@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -70,18 +71,11 @@ def posterior(
         with _concerning_run(run, len(records)):
             require_possible(instance("record", one, Record), instance("wall", wall, Wall, Parapet))
 
+    a3 = ultimate_displacement_ratio
+    known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": step}
+
     def fits(name: str) -> list[Fit]:
-        return [
-            Fit.of(
-                one,
-                wall,
-                Candidate.of(name),
-                ultimate_displacement_ratio=ultimate_displacement_ratio,
-                softening=softening,
-                step=step,
-            )
-            for one in records
-        ]
+        return [Fit.of(one, wall, Candidate.of(name), **known) for one in records]
 
     solutions, misfits = [], []
     for run, fit in enumerate(fits(names[0]), start=1):

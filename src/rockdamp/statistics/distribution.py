@@ -69,6 +69,5 @@ class Distribution:
     @property
     def _standard_bounds(self) -> tuple[float, float]:
         """Return the bounds in standard deviations from the mean, as SciPy's truncnorm takes them."""
-        if self.mean is None or self.standard_deviation is None:
-            raise InputError("a distribution without mean and standard_deviation has no standard bounds")
+        assert self.mean is not None and self.standard_deviation is not None
         return (self.low - self.mean) / self.standard_deviation, (self.high - self.mean) / self.standard_deviation

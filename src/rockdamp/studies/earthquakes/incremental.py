@@ -18,7 +18,7 @@ from rockdamp.config.earthquakes import EarthquakeRecordSettings, EarthquakeWall
 from rockdamp.config.walls import NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
@@ -82,10 +82,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 def _damping_ratios(settings: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
     count, e = len(settings.walls), settings.restitution
-    a1, b1, a3 = (
-        np.array([float(getattr(named.curve, name)) for named in settings.walls])
-        for name in ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
-    )
+    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in settings.walls]) for name in TEXTS)
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
     amplitude = np.full(each_e.size, settings.release_amplitude)
     step, scheme, label = settings.solver.step, settings.solver.scheme, "Damping ratios of the walls"
