@@ -55,6 +55,7 @@ def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table
         ("x,0.25,3,,0.7,yes,,,,,new,", "hinge_ratio is 0.7; a parapet has no hinge"),
         ("x,0.25,3,,,,,,,,new,high", "restitution is 'high'; it must be a number, or one of measured"),
         ("x,0.25,3,,,,,,,,new,1.2", "is 1.2"),
+        ("x,0.25,3,,,,,,,,new,0.8_5", "restitution is '0.8_5'"),
         ("x,0.25,3", "there are 3 cells; there must be 12"),
         (",0.25,3,,,,,,,,new,", "id is empty"),
         ("north,0.25,3,,,,,,,,new,", "id is 'north', as on line 2; each wall must have its own"),

@@ -76,9 +76,17 @@ def test_a_folder_that_is_there_or_can_be_made_is_writable(tmp_path):
 
 
 @pytest.mark.parametrize("at", ["logs", "logs/minimal/match"])
-def test_a_file_where_a_folder_must_be_is_named(at, tmp_path):
+@pytest.mark.parametrize("broken", [False, True], ids=["file", "link"])
+def test_a_file_or_a_broken_link_where_a_folder_must_be_is_named(at, broken, tmp_path):
     path = tmp_path / at
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.touch()
+    if broken:
+        path.symlink_to(tmp_path / "nowhere")
+    else:
+        path.touch()
     with pytest.raises(InputError, match=rf"{at} cannot be written; the logs need a folder"):
         require_folders(tmp_path / "logs/minimal", ["match", "figures"], "the logs")
+    path.unlink()
+    (tmp_path / "elsewhere").mkdir()
+    path.symlink_to(tmp_path / "elsewhere")
+    require_folders(tmp_path / "logs/minimal", ["match", "figures"], "the logs")

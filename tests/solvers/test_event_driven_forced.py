@@ -106,3 +106,11 @@ def test_the_history_does_not_depend_on_the_times_asked_for():
         )
         assert np.array_equal(many.displacement[::100], few.displacement)
         assert np.array_equal(many.impacts, few.impacts)
+
+
+@pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
+def test_a_wall_at_rest_stays_at_rest_until_the_load_comes(damper):
+    run = history(CURVES[0], damper, [0.0, 1.0, 2.0, 2.2], load=[0.0, 0.0, -0.5], load_step=1.0)
+    assert not run.displacement[:2].any()
+    assert run.displacement[2] < 0
+    assert run.impacts.size == 0

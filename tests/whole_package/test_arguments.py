@@ -26,7 +26,13 @@ class Metres:
     __array_ufunc__ = None
 
 
-NO_NUMBERS = [np.array(["0.3"]), np.ma.masked_array([0.3, 0.4], mask=[True, False]), Unit(0.3), xr.DataArray(Metres())]
+NO_NUMBERS = [
+    [0.3, 1j],
+    np.array(["0.3"]),
+    np.ma.masked_array([0.3, 0.4], mask=[True, False]),
+    Unit(0.3),
+    xr.DataArray(Metres()),
+]
 
 
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=lambda value: type(value).__name__)

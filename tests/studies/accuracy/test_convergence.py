@@ -136,3 +136,11 @@ def orders(paper):
 def test_the_default_scheme_is_second_order_for_every_damper(orders, model, excitation):
     order = float(orders["order"].sel(scheme="newmark", damping_model=model, excitation=excitation))
     assert order == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_printed_scheme_is_first_order_but_for_a_constant_coefficient(orders):
+    paper = orders.sel(scheme="paper")
+    assert (np.abs(paper["order"].sel(damping_model="CDC") - 2) < 0.1).all()
+    # C frozen over the step is a small first-order term, which takes over from the second-order ones at fine steps.
+    frozen = paper["finest_order"].sel(damping_model=["CR", "CDR", "SDR", "ECD"])
+    assert ((frozen > 0.75) & (frozen < 1.5)).all()
