@@ -72,7 +72,7 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
 
 def holds(condition: ArrayLike) -> bool:
     """Return True if a condition holds everywhere."""
-    if isinstance(condition, bool | np.bool_):
+    if type(condition) is bool:  # the usual case, quickly
         return bool(condition)
     condition = np.asarray(condition)
     if condition.size == 1:
