@@ -96,7 +96,7 @@ def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
     turned = 0
     for _ in range(60):
         x, v, q, slope = rng.normal(size=4)
-        stop, turns, _ = piece(branch, (), (x, v, q, slope), 5.0, 0.0, np.inf, None)
+        stop, turns, *_ = piece(branch, (), (x, v, q, slope), 5.0, 0.0, np.inf, None)
 
         def velocity(t, x=x, v=v, q=q, slope=slope):
             return event_kernel.closed_state(x, v, c, k, q, slope, t)[1]

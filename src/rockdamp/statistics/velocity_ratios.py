@@ -311,17 +311,17 @@ class Trials:
                 np.einsum("tla,tla->tl", by_error[:count], z + correlation * before) + of_loss[:count]
             )
             log_rise += 0.5 * growth * float((log_energy * of_loss[:count]).sum())
-        reached = float(self.reached.sum())
+        ratios = float(self.reached.sum())
         each = gammaln((freedom + 1) / 2) - gammaln(freedom / 2) - 0.5 * np.log(freedom * np.pi)
-        logarithms = log_rise + reached * each - float((self.reached[:, None] * levels * of_level).sum())
+        logarithms = log_rise + ratios * each - float((self.reached[:, None] * levels * of_level).sum())
         logarithms = (logarithms - float((share * misfit).sum())) / (freedom + 1)  # half their mean
         by_freedom = (freedom + 1) / (2 * freedom) * squares - logarithms
-        by_freedom += reached * 0.5 * (digamma((freedom + 1) / 2) - digamma(freedom / 2) - 1 / freedom)
+        by_freedom += ratios * 0.5 * (digamma((freedom + 1) / 2) - digamma(freedom / 2) - 1 / freedom)
         by_parameter = {
             "freedom": by_freedom * (freedom - 1),
             "correlation": by_correlation,
             "growth": 0.5 * float((prediction.log_energy * by_energy).sum()),
-            "noise": (freedom + 1) * squares - reached,
+            "noise": (freedom + 1) * squares - ratios,
         }
         if self.errors.by_trial:
             change = (nodes.level - np.log(values["noise"])) / values["noise_deviation"]

@@ -86,7 +86,7 @@ class EnergyConsistent(Damping):
         return of_order(int(order)) if order in MULTIPLIED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
-        return 2 * self.damping_ratio * half_cycle_loss.normalisation(self.order), self.order
+        return 2 * self.damping_ratio * half_cycle_loss.of_order(self.order), self.order
 
     @property
     def constant_branches(self) -> int:
