@@ -315,7 +315,9 @@ class Fit:
             around[..., 0] *= np.exp(NEARBY[:, None, 0] * spacing[0])
             around[..., 1:] += NEARBY[:, None, 1:] * spacing[1:]
             around = np.clip(around.reshape(-1, 3), *self.range)
-            points, misfit = np.concatenate([points, around]), np.concatenate([misfit, self.misfit(around)])
+            # Three of four are another point's neighbours too, but for rounding.
+            _, first, which = np.unique(around.round(11), axis=0, return_index=True, return_inverse=True)
+            points, misfit = np.concatenate([points, around]), np.append(misfit, self.misfit(around[first])[which])
             best = np.argsort(misfit, kind="stable")[:KEPT]
             points, misfit = points[best], misfit[best]
         return points[0]
