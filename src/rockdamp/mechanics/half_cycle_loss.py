@@ -113,7 +113,8 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
     by_closed_form = delta / np.hypot(np.pi, delta)
     xi = np.where(m == 0, by_closed_form, delta / np.pi)
     solved = (m > 0) & (delta > SMALL_DECREMENT)
-    xi[solved] = _newton(delta[solved], m[solved])
+    # What depends on the order alone is computed once where there is one order.
+    xi[solved] = _newton(delta[solved], m[solved] if np.ndim(order) else m.reshape(-1)[:1])
     return xi
 
 
