@@ -81,7 +81,7 @@ def test_a_step_turns_where_the_closed_form_does(start_velocity, way):
     rates[:, event_kernel.STAGES] = end[1], a_end
     found, turns = by_law["turn"](branch, given, start, h, end, rates)
     branch[event_kernel.CONSTANT] = c
-    expected, turned, _ = by_law["piece"](branch, given, start, h, 0.0, np.inf, rates)
+    expected, turned, *_ = by_law["piece"](branch, given, start, h, 0.0, np.inf, rates)
     assert [turns, turned] == 2 * [start_velocity < 0.0061]
     assert found == pytest.approx(expected, abs=1e-12)
 

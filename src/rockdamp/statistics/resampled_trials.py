@@ -23,6 +23,7 @@ from rockdamp.statistics.velocity_ratios import CENTRES, HIERARCHY, LOSSES, STAR
 
 DIFFERENCE = 0.3  # of derivatives, of the parameters' scales
 OF_SHAPE = 0.1  # scale of a parameter of the shape
+NEGLIGIBLE = 1e-14  # probability of a loss
 FARTHEST = 5.0  # from the maximum, in standard deviations, that an expansion is believed
 
 
@@ -153,5 +154,6 @@ def share_below(trials: Trials, values: Mapping[str, float], members: NDArray[np
     predicted = np.exp(-LOSSES)[:, None, None] + (values["lean"] + values["alternation"] * lean)[:, None]
     weight = np.exp(level_weight + lean_weight[:, None])
     losses = new_losses(trials, values)[trials.geometry[members]]
-    below = stdtr(values["freedom"], (trials.ratio[members, 0, None, None, None] - predicted) / deviation)
-    return np.asarray(np.einsum("tcal,al,tc->t", below, weight, losses, optimize=True))
+    seen = losses.max(axis=0) > NEGLIGIBLE
+    below = stdtr(values["freedom"], (trials.ratio[members, 0, None, None, None] - predicted[seen]) / deviation)
+    return np.asarray(np.einsum("tcal,al,tc->t", below, weight, losses[:, seen], optimize=True))

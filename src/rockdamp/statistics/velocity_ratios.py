@@ -377,16 +377,18 @@ class Trials:
         at_centres = joint.sum(axis=1) + 1e-300
         of_geometries = self._membership @ ((np.log(at_centres) + most) * times) + CENTRES[1]
         # By Fisher's identity a slope is the mean of the joint density's over what is not observed.
-        joint *= ((softmax(of_geometries, axis=1)[self.geometry] * times) / at_centres)[:, None, :]
+        of_centre = softmax(of_geometries, axis=1)[self.geometry] * times
+        joint *= (of_centre / at_centres)[:, None, :]
         within, deviations = values["within"], CENTRES[0] * values["between"]
         centre = self._centres(values) / within
         hazard = (np.sqrt(2 / np.pi) / erfcx(-centre / np.sqrt(2)))[self.geometry]  # phi / Phi
         centre = centre[self.geometry]
         z = nodes.loss[:, :, None] / within - centre[:, None, :]
-        by_centre = (joint * (z - hazard[:, None, :])).sum(axis=(0, 1)) / within
+        slope = joint * z
+        by_centre = (slope.sum(axis=(0, 1)) - (of_centre * hazard).sum(axis=0)) / within
         by_hierarchy = {
             "centre": float(by_centre.sum()),
             "between": float(by_centre @ deviations),
-            "within": float((joint * (z**2 - 1 + (hazard * centre)[:, None, :])).sum()),
+            "within": float(np.vdot(slope, z) + (of_centre * (hazard * centre - 1)).sum()),
         }
         return float(np.logaddexp.reduce(of_geometries, axis=1).sum()), joint.sum(axis=2), by_hierarchy
