@@ -34,6 +34,14 @@ def write(data, path):
     dataset.write(data, path, "convergence", config={"seed": 1}, code_version="0+0")
 
 
+def test_an_interval_has_the_dimensions_of_its_variable_and_its_bounds_and_coordinates_stand_by_themselves():
+    variables = dataset.variables("comparison")
+    interval = variables["log_error_interval"]
+    assert interval["dims"] == [*variables["log_error"]["dims"], "bound"] and interval["units"] == "1"
+    assert interval["long_name"] == "95 % bootstrap interval of log_error"
+    assert variables["wall"] == {"dims": ["wall"], "units": "1", "long_name": "name of the wall"}
+
+
 def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):
     write(orders, tmp_path / "convergence.nc")
     with xr.open_dataset(tmp_path / "convergence.nc") as back:
