@@ -237,7 +237,8 @@ def appended(rows, count, first, second):
     """Return rows with one more of two numbers; they are moved to where there is room."""
     if count == rows.shape[0]:
         longer = np.empty((2 * count, 2))
-        longer[:count] = rows
+        for row in range(count):  # Numba compiles an assignment of arrays with all that describes wrong shapes: seconds
+            longer[row, 0], longer[row, 1] = rows[row, 0], rows[row, 1]
         rows = longer
     rows[count, 0] = first
     rows[count, 1] = second
