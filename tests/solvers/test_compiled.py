@@ -91,9 +91,9 @@ def test_the_sources_that_all_share_count_and_the_file_of_ones_own_formula(monke
 
 def test_code_from_the_cache_and_code_just_compiled_do_not_stand_for_each_other(built, copy):
     """A process that finds one damper in the cache and compiles the others gives each its step."""
-    models = ("CDC", VISCOUS_MODELS[1])
+    models = ("CDC", *VISCOUS_MODELS[1:3])
     mixed = run(copy, *models).stdout
-    assert mixed.startswith(built[1]) and len({line.split()[-1] for line in mixed.splitlines()[1::2]}) == 2
+    assert mixed.startswith(built[1]) and len({line.split()[-1] for line in mixed.splitlines()[1::2]}) == 3
     assert run(copy, *models).stdout == mixed  # now all of them from the cache
 
 
