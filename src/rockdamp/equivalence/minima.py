@@ -235,21 +235,29 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Return damping ratio and Err at the minimum next to each bracket of the scan."""
 
-    def err(xi: Array, lane: NDArray[np.int64]) -> Array:
-        each = case[lane]
+    compared = np.ascontiguousarray(cases.displacement[:, : lengths[-1] + 1])
+
+    def errors(xi: Array, each: NDArray[np.int64]) -> Array:
         response = solve(
             cases.curve_of(each),
             cases.damping_of(model, xi, each),
             release_amplitude=cases.release_amplitude[each],
             step=cases.step,
             steps=int(lengths[-1]),
-            reference=Reference(cases.displacement, each, lengths),
+            reference=Reference(compared, each, lengths),
             scheme=scheme,
         )
-        return np.take_along_axis(response.error, length[lane][None], axis=0)[0]
+        return response.error
 
-    every = np.arange(case.size)
-    place, value = np.stack(around), np.stack([err(xi, every) for xi in around])
+    def err(xi: Array, lane: NDArray[np.int64]) -> Array:
+        return np.take_along_axis(errors(xi, case[lane]), length[lane][None], axis=0)[0]
+
+    # Brackets of several lengths share most of their points, and a history tells Err at all lengths.
+    place = np.stack(around)
+    shared, which = np.unique(
+        np.stack([np.broadcast_to(case, place.shape), place]).reshape(2, -1), axis=1, return_inverse=True
+    )
+    value = errors(shared[1], shared[0].astype(np.int64))[length, which.reshape(place.shape)]
     open_ = np.flatnonzero(~_is_bracket(value))
     if open_.size:  # the coarser step of the scan moved the minimum by a point
         from scipy.optimize import elementwise  # slow to import, and seldom needed
