@@ -226,8 +226,11 @@ def _refine(
         error = cases.errors(model, xi, case[lane], lengths, scheme)
         return np.take_along_axis(error, length[lane][None], axis=0)[0]
 
-    every = np.arange(case.size)
-    place, value = np.stack(around), np.stack([err(xi, every) for xi in around])
+    # Brackets of several lengths share most of their points, and a history tells Err at all lengths.
+    place = np.stack(around)
+    points = np.stack([np.broadcast_to(case, place.shape), place]).reshape(2, -1)
+    (of_case, xi), which = np.unique(points, axis=1, return_inverse=True)
+    value = cases.errors(model, xi, of_case.astype(np.int64), lengths, scheme)[length, which.reshape(place.shape)]
     low, middle, high = value
     bracketed = (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))
     open_ = np.flatnonzero(~bracketed)

@@ -188,7 +188,8 @@ class Fit:
             store_every=self._substeps,
         ).displacement
         # Collapsed walls must stay comparable numbers, and lose.
-        return np.asarray(wall.instability_displacement)[..., None] * np.nan_to_num(response, nan=LOST)
+        response[np.isnan(response)] = LOST
+        return np.asarray(wall.instability_displacement)[..., None] * response
 
     def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
         """Curve and damping of parameters of shape (..., 3 or more)."""

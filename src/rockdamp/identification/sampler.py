@@ -101,7 +101,7 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
             advance(len(cube))
             return density
 
-        drawn = _of_cube(partial(stretched, about), about.centre.size, effective, seed)
+        drawn = _of_cube(partial(stretched, about), about.centre.size, effective, most, seed)
         if drawn is None:
             about = replace(about, lower=WIDER * about.lower)
             drawn = _closing_in(partial(stretched, about), about.centre.size, effective, most, seed)
@@ -116,11 +116,14 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
 Drawn = tuple[Array, Array, Array, float]  # points, logarithms of their weights and densities, and of the evidence
 
 
-def _of_cube(density: Callable[[Array], Array], dimensions: int, effective: float, seed: int) -> Drawn | None:
+def _of_cube(
+    density: Callable[[Array], Array], dimensions: int, effective: float, most: int, seed: int
+) -> Drawn | None:
     """Draw from the whole cube; None if few of these draws are effective."""
+    most = min(most, round(effective / GOOD))
     sampler = _sampler(density, dimensions, AT_ONCE, AT_ONCE, seed)
     sampler.run(f_live=1.0, n_eff=effective, n_like_max=AT_ONCE)
-    if sampler.n_eff < GOOD * AT_ONCE or not sampler.run(f_live=1.0, n_eff=effective, n_like_max=effective / GOOD):
+    if sampler.n_eff < GOOD * AT_ONCE or not sampler.run(f_live=1.0, n_eff=effective, n_like_max=most):
         return None
     return (*sampler.posterior(), float(sampler.log_z))
 
