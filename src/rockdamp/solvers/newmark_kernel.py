@@ -173,8 +173,11 @@ def march_alone(w, ground, substeps, first, last, every, displacement, velocity)
     while alive > 0.0 and step < last:
         step += 1
         p0, before = p1, x
-        if forced:
-            p1 = ground_at(ground, 0, step, substeps)
+        if forced:  # as `ground_at`, which takes a tenth longer here
+            sample, part = divmod(step, substeps)
+            p1 = ground[0, sample]
+            if part > 0:
+                p1 += (ground[0, sample + 1] - p1) * part / substeps
         x, v, a = stepped(x, v, a, h, product(g, p0), product(g, p1), curve, damper)
         z = np.abs(x)
         if crossed(before, x):
