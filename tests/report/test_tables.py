@@ -3,10 +3,7 @@
 import dataclasses
 import re
 
-import pytest
-
 from rockdamp import report
-from rockdamp.errors import InputError
 from rockdamp.report import tables
 from rockdamp.text import number
 
@@ -34,11 +31,6 @@ def test_ranges_by_half_cycle_become_a_table_and_the_parts_lists(short):
 def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
     assert tables.inline("`solve` if a < b") == "<code>solve</code> if a &lt; b"
     assert tables.inline("-3% of u_ins, large-rotation, -a") == "−3&nbsp;% of u<sub>ins</sub>, large-rotation, -a"
-
-
-def test_a_figure_that_is_no_png_is_refused(short):
-    with pytest.raises(InputError, match="the PNG of .* cannot be read; delete it"):
-        report.build(dataclasses.replace(short, figures={"fig1": b"%PDF-1.7, or so it says here"}))
 
 
 def test_prose_loses_its_title_its_links_into_the_tree_its_comments_and_any_markup():

@@ -99,7 +99,7 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     write(output, made)
     click.echo(f"{output} written", err=True)
     if plot is not None:
-        from rockdamp.figures.record import record_figure
+        from rockdamp.figures.single import record_figure
 
         write_figure(record_figure(made), plot)
     values = {"samples": made.elapsed.size, "step": made.step, "duration": float(made.elapsed[-1] - made.elapsed[0])}

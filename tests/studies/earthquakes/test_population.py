@@ -201,12 +201,6 @@ def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
     assert (confidence > 0).all()
 
 
-def test_collapses_that_never_differ_have_no_sensitivity(walls):
-    index, _ = population._sensitivity(walls, np.ones((walls.sizes["wall"], 5)), 1)
-    total, _ = population.total_effects(np.ones(120), np.ones((7, 120)), Bootstrap(10, 1))
-    assert np.isnan(index).all() and np.isnan(total).all()
-
-
 def test_a_redrawn_parameter_keeps_its_distribution_and_what_it_shares_with_the_others(config):
     given = settings(config, walls=4000, redrawn=1000, correlations={"restitution": {"slenderness": -0.7}})
     drawn, redrawn = population.sample(given), population.redraw(given)
