@@ -88,15 +88,8 @@ def test_between_nodes_the_table_is_read_by_a_cubic_in_each_variable():
 OUTSIDE = {
     "restitution (e) is 0.6; it must be between 0.7 and 0.99": (CURVE, 0.6, 0.5),
     "strength_ratio (b1) is 0.95; it must be between 0.4 and 0.9": (rd.TrilinearCurve(0.03, 0.95), 0.85, 0.5),
-    "ultimate_displacement_ratio (a3) is 0.65; it must be between 0.7 and 1": (
-        rd.TrilinearCurve(0.04, 0.85, 0.65),
-        0.85,
-        0.5,
-    ),
     "yield_displacement_ratio (a1) is 0.14; it must be between 0.02 and": (rd.TrilinearCurve(0.14, 0.85), 0.85, 0.5),
-    "yield_displacement_ratio (a1) is 0.019; it must be": (rd.TrilinearCurve(0.019, 0.85), 0.85, 0.5),
     "release_amplitude is 0.15; it must be between 0.1 + 1.5 a1 and 0.8 a3": (CURVE, 0.85, 0.15),
-    "release_amplitude is 0.81; it must be": (CURVE, 0.85, 0.81),
 }
 
 
@@ -172,10 +165,3 @@ def test_the_stated_error_was_not_exceeded_by_any_wall_drawn_or_searched():
     for row in rows:
         assert float(row["largest"]) <= float(row["largest_searched"]) <= tabulated.LARGEST_ERROR
         assert int(row["walls"]) >= 4000 and int(row["searched"]) >= 500
-
-
-def test_cells_beside_one_that_is_off_and_at_a_corner_with_two_minima_are_found():
-    off = np.zeros((3, 4), dtype=bool)
-    off[1, 2] = True
-    assert np.argwhere(tabulate_ratios.and_beside(off)).tolist() == [[0, 2], [1, 1], [1, 2], [1, 3], [2, 2]]
-    assert np.argwhere(tabulate_ratios.at_a_corner(off)).tolist() == [[0, 1], [0, 2], [1, 1], [1, 2]]

@@ -228,20 +228,21 @@ def _refine(
 
     every = np.arange(case.size)
     place, value = np.stack(around), np.stack([err(xi, every) for xi in around])
-    ends, middle = value[[0, 2]], value[1]
-    # The coarser step of the scan may have moved the minimum by a point.
-    if not ((middle <= ends).all(axis=0) & (middle < ends).any(axis=0)).all():
+    low, middle, high = value
+    bracketed = (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))
+    open_ = np.flatnonzero(~bracketed)
+    if open_.size:  # the coarser step of the scan moved the minimum by a point
         from scipy.optimize import elementwise  # slow to import, and seldom needed
 
         def err_of(xi: Array, lane: Array) -> Array:
             return err(xi, lane.astype(np.int64))
 
-        low, middle, high = around
-        found = elementwise.bracket_minimum(err_of, middle, xl0=low, xr0=high, xmin=0.0, args=(every.astype(float),))
+        low, middle, high = place[:, open_]
+        found = elementwise.bracket_minimum(err_of, middle, xl0=low, xr0=high, xmin=0.0, args=(open_.astype(float),))
         if not found.success.all():
             bad = np.flatnonzero(~found.success)[0]
             raise InputError(f"the minimum of Err of {model} near xi = {middle[bad]:.6g} could not be bracketed")
-        place, value = np.stack(found.bracket), np.stack(found.f_bracket)
+        place[:, open_], value[:, open_] = found.bracket, found.f_bracket
     ratio, error = bracketed_minima(err, place, value, RESOLUTION)
     if not np.isfinite(ratio).all():
         bad = np.flatnonzero(~np.isfinite(ratio))[0]

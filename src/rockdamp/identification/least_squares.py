@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -24,7 +23,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.tangent import derivatives
 from rockdamp.vocabulary import SOFTENING
 
@@ -34,9 +33,10 @@ KEPT, REFINEMENTS, ROUNDS = 64, 6, 4
 NEARBY = np.array([offset for offset in product((-1, 0, 1), repeat=3) if any(offset)])
 EXPLAINED = 1.5  # the residuals' deviation over the resting sensor's up to which no better minimum is looked for
 DESCENT = {"max_nfev": 100, "xtol": 1e-9, "ftol": 1e-10, "gtol": None}
-BATCH = 1024  # histories held at once
+BATCH = 512  # histories held at once, in the processor's cache
 DIFFERENCE = 1e-4  # of a parameter's range: step of the central differences
 DRAWS, DRAWS_SEED = 256, 0  # of the motion's noise
+TOGETHER = 16  # of them: of more, each would take longer for the others' motions
 DRAWN = 0.3  # of its size: small enough for the response to be linear, and large against the solver's roughness
 LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
 LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stands
@@ -268,12 +268,13 @@ class Fit:
         motions = self.at_steps(acceleration + draws)
 
         wall, (curve, damping) = self.mechanism(parameters), self._wall(parameters[None])
-
-        def shift(motion: Array) -> Array:
-            return (self._displacement(wall, curve, damping, wall.load_factor, motion)[0] - computed) / DRAWN
-
-        with ThreadPoolExecutor(available_threads()) as pool:
-            return np.array(list(track(pool.map(shift, motions), "noise of the motion", DRAWS)))
+        parts = [motions[at : at + TOGETHER] for at in range(0, DRAWS, TOGETHER)]
+        # Each lane has a motion alone: the others times 0.
+        responses = [
+            self._displacement(wall, curve, damping, wall.load_factor * np.eye(len(part)), part)
+            for part in track(parts, "noise of the motion")
+        ]
+        return (np.concatenate(responses) - computed) / DRAWN
 
     def solution(self) -> Solution:
         """Search the least squares, and say what surrounds it."""
@@ -312,7 +313,9 @@ class Fit:
             around[..., 0] *= np.exp(NEARBY[:, None, 0] * spacing[0])
             around[..., 1:] += NEARBY[:, None, 1:] * spacing[1:]
             around = np.clip(around.reshape(-1, 3), *self.range)
-            points, misfit = np.concatenate([points, around]), np.concatenate([misfit, self.misfit(around)])
+            # Three of four are another point's neighbours too, but for rounding.
+            _, first, which = np.unique(around.round(11), axis=0, return_index=True, return_inverse=True)
+            points, misfit = np.concatenate([points, around]), np.append(misfit, self.misfit(around[first])[which])
             best = np.argsort(misfit, kind="stable")[:KEPT]
             points, misfit = points[best], misfit[best]
         return points[0]

@@ -4,13 +4,15 @@ Nested sampling starts from draws of the whole prior and closes in on the poster
 the posterior is within the prior: of a record it is some 1e-12 of it. Nearly all of that way is spared, as the place of
 the posterior is known beforehand, by a change of variables (`Neighbourhood`): the cube that nautilus meets is the
 prior's, stretched where the posterior is thought to be. The density is corrected for the stretch, so that posterior and
-evidence are those of the prior, wherever the stretch was put: a poor guess costs time alone.
+evidence are those of the prior, wherever the stretch was put: a poor guess costs time alone. Of a good guess draws of
+the whole cube suffice, which is importance sampling; only otherwise does nautilus close in.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,9 @@ from rockdamp.errors import InputError
 from rockdamp.progress import counting
 
 DEGREES = 2.0  # of freedom of the neighbourhood's t distributions: their tails reach what is far from the guess
-WIDER = 1.5  # the neighbourhood than the guess of the posterior
+AT_ONCE = 256  # densities, while all draws are of the whole cube
+GOOD = 0.15  # effective share of the first of these, from which on the guess is good
+WIDER = 1.5  # the neighbourhood than the guess of the posterior, where it is not
 # Few large batches: the bounds that nautilus computes between two of them take longer than the densities.
 LIVE, BATCH = 100, 512  # live points, and densities computed at once
 REMAINING = 0.5  # share of the evidence in the live points at which nautilus stops to close in, and draws
@@ -46,7 +50,7 @@ class Neighbourhood:
         """Map another unit cube to this one: points, and the logarithm of the distribution's density there."""
         tails = t(DEGREES)
         standard, points, log_density = np.empty_like(cube), np.empty_like(cube), np.zeros(len(cube))
-        for i, (row, centre) in enumerate(zip(WIDER * self.lower, self.centre, strict=True)):
+        for i, (row, centre) in enumerate(zip(self.lower, self.centre, strict=True)):
             middle, scale = centre + standard[:, :i] @ row[:i], row[i]
             below, above = tails.cdf(-middle / scale), tails.sf((1 - middle) / scale)
             inside = 1 - below - above
@@ -91,13 +95,16 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
     most = MOST + round(MOST_A_DRAW * effective)
     with counting(most, "draws, by likelihoods at most") as advance:
 
-        def stretched(cube: Array) -> Array:
+        def stretched(about: Neighbourhood, cube: Array) -> Array:
             points, stretch = about.points(cube)
             density = np.maximum(log_density(points) - stretch, ZERO)
             advance(len(cube))
             return density
 
-        drawn = _drawn(stretched, about.centre.size, effective, most, seed)
+        drawn = _of_cube(partial(stretched, about), about.centre.size, effective, seed)
+        if drawn is None:
+            about = replace(about, lower=WIDER * about.lower)
+            drawn = _closing_in(partial(stretched, about), about.centre.size, effective, most, seed)
     if drawn is None:
         raise InputError(f"{most} likelihoods do not suffice for the posterior; the record may not determine it")
     cube, log_weights, log_stretched, log_evidence = drawn
@@ -106,24 +113,40 @@ def sample(log_density: Callable[[Array], Array], about: Neighbourhood, effectiv
     return Draws(points, weights / weights.sum(), log_stretched + stretch, log_evidence)
 
 
-def _drawn(
+Drawn = tuple[Array, Array, Array, float]  # points, logarithms of their weights and densities, and of the evidence
+
+
+def _of_cube(density: Callable[[Array], Array], dimensions: int, effective: float, seed: int) -> Drawn | None:
+    """Draw from the whole cube; None if few of these draws are effective."""
+    sampler = _sampler(density, dimensions, AT_ONCE, AT_ONCE, seed)
+    sampler.run(f_live=1.0, n_eff=effective, n_like_max=AT_ONCE)
+    if sampler.n_eff < GOOD * AT_ONCE or not sampler.run(f_live=1.0, n_eff=effective, n_like_max=effective / GOOD):
+        return None
+    return (*sampler.posterior(), float(sampler.log_z))
+
+
+def _closing_in(
     density: Callable[[Array], Array], dimensions: int, effective: float, most: int, seed: int
-) -> tuple[Array, Array, Array, float] | None:
-    """Return points, logarithms of their weights and densities, and of the evidence; None if it takes too long."""
-    sampler = nautilus().Sampler(
+) -> Drawn | None:
+    """Close in on the posterior, and draw anew; None if it takes too long."""
+    sampler = _sampler(density, dimensions, LIVE, BATCH, seed)
+    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=most, discard_exploration=True):
+        return None
+    return (*sampler.posterior(), float(sampler.log_z))
+
+
+def _sampler(density: Callable[[Array], Array], dimensions: int, live: int, batch: int, seed: int) -> Any:
+    return nautilus().Sampler(
         lambda cube: cube,
         density,
         dimensions,
-        n_live=LIVE,
-        n_batch=BATCH,
+        n_live=live,
+        n_batch=batch,
         n_networks=0,  # ellipsoids alone: networks take longer to train than they spare
         vectorized=True,
         pass_dict=False,
         seed=seed,
     )
-    if not sampler.run(f_live=REMAINING, n_eff=effective, n_like_max=most, discard_exploration=True):
-        return None
-    return (*sampler.posterior(), float(sampler.log_z))
 
 
 def nautilus() -> Any:

@@ -149,8 +149,8 @@ class TrilinearCurve(ByValue):
         """Shape that the parameters broadcast to."""
         return broadcast(a1=self.yield_displacement_ratio, b1=self.strength_ratio, a3=self.ultimate_displacement_ratio)
 
-    def parameters(self) -> tuple[Array, ...]:
-        """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
+    @cached_property
+    def _parameters(self) -> tuple[Array, ...]:
         return (
             self.initial_stiffness,
             np.asarray(self.strength_ratio),
@@ -159,6 +159,10 @@ class TrilinearCurve(ByValue):
             self.plateau_end,
             np.asarray(self.ultimate_displacement_ratio),
         )
+
+    def parameters(self) -> tuple[Array, ...]:
+        """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
+        return self._parameters
 
     def force(self, x: ArrayLike) -> Array:
         """Return f(x), the force over K0 u_ins. [-]

@@ -43,7 +43,11 @@ def normalisation(order: ArrayLike) -> Array:
 
     It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2; exactly 1 at order 0, to 2e-15 elsewhere.
     """
-    m = check_order(order)
+    return of_order(check_order(order))
+
+
+def of_order(m: Array) -> Array:
+    """Return `normalisation` of orders that were checked."""
     return _normalisation(m) if m.ndim else _normalisation_of_one(float(m))
 
 
@@ -109,7 +113,8 @@ def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
     by_closed_form = delta / np.hypot(np.pi, delta)
     xi = np.where(m == 0, by_closed_form, delta / np.pi)
     solved = (m > 0) & (delta > SMALL_DECREMENT)
-    xi[solved] = _newton(delta[solved], m[solved])
+    # What depends on the order alone is computed once where there is one order.
+    xi[solved] = _newton(delta[solved], m[solved] if np.ndim(order) else m.reshape(-1)[:1])
     return xi
 
 

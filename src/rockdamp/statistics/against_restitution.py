@@ -130,7 +130,7 @@ def _ratios(
     for low, high in bands:
         part = stand & (reference >= low) & (reference < high)
         logarithm = np.log(other[part] / reference[part])
-        whole, drawn = (_moments(logarithm, w) for w in (np.ones((1, logarithm.size)), weights[:, record[part]]))
+        whole, drawn = (_moments(logarithm, record[part], w) for w in (np.ones((1, len(reference))), weights))
         of_band: dict[str, Any] = {name: value[0] for name, value in whole.items()}
         of_band |= {f"{name}_interval": interval(value) for name, value in drawn.items()}
         results.append({**of_band, **tail(logarithm), "pairs": logarithm.size})
@@ -152,11 +152,12 @@ def tail(logarithm: Array) -> dict[str, float]:
     return {"log_error_median": float(median), "log_error_90": float(high), "tail_share": share}
 
 
-def _moments(logarithm: Array, weight: Array) -> dict[str, Array]:
-    """Return statistics of each replicate from the weight of each pair, shape (replicates, pairs)."""
-    mean, square = (quotient(weight @ logarithm**power, weight.sum(axis=1)) for power in (1, 2))
+def _moments(logarithm: Array, record: NDArray[np.int64], weights: Array) -> dict[str, Array]:
+    """Return statistics of each replicate from the logarithms of records, and the weights (replicates, records)."""
+    count, total, squares = (weights @ np.bincount(record, logarithm**power, weights.shape[1]) for power in (0, 1, 2))
+    mean, square = quotient(total, count), quotient(squares, count)
     return {
-        "median_ratio": np.exp(weighted_quantile(logarithm, weight, 0.5)),
+        "median_ratio": np.exp(weighted_quantile(logarithm, record, weights, 0.5)),
         "log_dispersion": np.sqrt(np.maximum(square - mean**2, 0.0)),
         "log_error": np.sqrt(square),
     }

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import log_ndtr
+from scipy.special import erfcx
 
 from rockdamp.arguments import broadcast, numbers
 from rockdamp.arrays import Array
@@ -120,8 +120,8 @@ def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
     a -= 1 - 2 * k.sum(axis=-1) / total
     for _ in range(ITERATIONS):
         eta = a[:, None] + b[:, None] * z
-        density = np.exp(-0.5 * eta**2 - 0.5 * np.log(2 * np.pi))
-        up, down = density / np.exp(log_ndtr(eta)), density / np.exp(log_ndtr(-eta))
+        # The normal density over Phi(eta), and over Phi(-eta).
+        up, down = (np.sqrt(2 / np.pi) / erfcx(side * eta / np.sqrt(2)) for side in (-1.0, 1.0))
         slope = k * up - (n - k) * down
         curvature = k * up * (up + eta) + (n - k) * down * (down - eta)
         g0, g1 = slope.sum(axis=-1), (slope * z).sum(axis=-1)
@@ -148,20 +148,32 @@ def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
     return times[:, group]
 
 
-def weighted_quantile(values: Array, weights: Array, probability: float) -> Array:
-    """Return the quantile of values, shape (n,), under each replicate's weights, shape (replicates, n).
+def weighted_quantile(values: Array, record: NDArray[np.int64], weights: Array, probability: float) -> Array:
+    """Return the quantile of values, shape (n,), of these records, by each replicate's weights of the records.
 
-    The inverse of the weighted distribution function, averaged where it is flat; NaN where nothing was drawn.
+    The inverse of the weighted distribution function, averaged where it is flat; NaN where nothing was drawn. The
+    weights are those of `resample`.
     """
     order = np.argsort(values, kind="stable")
-    ordered, cumulative = values[order], np.cumsum(weights[:, order], axis=1)
+    upto = np.zeros((values.size + 1, weights.shape[1]))  # of each record's values, how many are among the least
+    upto[np.arange(1, values.size + 1), record[order]] = 1.0
+    np.cumsum(upto, axis=0, out=upto)
+    total = weights @ upto[-1]
     if not values.size:
-        return np.full(weights.shape[0], np.nan)
-    target = probability * cumulative[:, -1]
-    low = np.minimum((cumulative < target[:, None] * (1 - 1e-12)).sum(axis=1), values.size - 1)
-    high = np.minimum((cumulative <= target[:, None] * (1 + 1e-12)).sum(axis=1), values.size - 1)
-    middle = 0.5 * (ordered[low] + ordered[high])
-    return np.where(cumulative[:, -1] > 0, middle, np.nan)
+        return np.full(total.shape, np.nan)
+
+    def first(target: Array) -> NDArray[np.int64]:
+        """Return the first value, by bisection, up to which a weight lies that is above the target."""
+        low, high = np.zeros(total.size, dtype=np.int64), np.full(total.size, values.size - 1)
+        while np.any(low < high):
+            middle = (low + high) // 2
+            above = np.einsum("ij,ij->i", weights, upto[middle + 1]) > target
+            low, high = np.where(above, low, np.minimum(middle + 1, high)), np.where(above, middle, high)
+        return low
+
+    # Weights are whole numbers: so small a part of them decides between equal and above.
+    ends = [values[order][first(probability * total * (1 + side * 1e-12))] for side in (-1.0, 1.0)]
+    return np.where(total > 0, 0.5 * (ends[0] + ends[1]), np.nan)
 
 
 def interval(drawn: Array) -> Array:

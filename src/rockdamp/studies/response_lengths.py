@@ -73,7 +73,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
         cycle = float(given.curve.period(release))
         wide = lengths[(lengths >= cycle) & (lengths <= LONGEST * inferred)]
         if wide.size:
-            own = errors(row, wide, PAPER_MODELS)
+            own = dataset.sel(response_length=wide) if row == reference else errors(row, wide, PAPER_MODELS)
             of_release[:, row] = infer(own), misclassified(own).min()
     return (
         dataset.merge(flags(dataset))

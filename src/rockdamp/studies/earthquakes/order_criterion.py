@@ -80,7 +80,8 @@ class Sums:
         def drawn(values: Array) -> Array:
             return np.asarray(np.tensordot(weights, values, 1))
 
-        order, more, less = (root_mean_square(drawn(each), drawn(self.stand)) for each in self.squares)
+        stand = drawn(self.stand)
+        order, more, less = (root_mean_square(drawn(each), stand) for each in self.squares)
         rates = [
             quotient(drawn(wrong) - drawn(by_change), drawn(cases))
             for wrong, by_change, cases in zip(self.wrong, self.wrong_of_change, self.cases, strict=True)

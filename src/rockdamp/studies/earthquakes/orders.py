@@ -203,13 +203,16 @@ def _statistics(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Datas
 def _intensity_ratio(histories: xr.Dataset, weights: Array) -> xr.Dataset:
     """Return the ratio of the median intensity of collapse to CR's, all walls together."""
     fell, other = (histories[name].values == 1 for name in ("reference_collapsed", "collapsed"))
-    scale, walls, dims = histories["velocity_ratio"].values, histories.sizes["wall"], histories["collapsed"].dims[3:]
-    ratio, bounds = np.empty(other.shape[3:]), np.empty((*other.shape[3:], 2))
-    for e, alternative in np.ndindex(ratio.shape):
-        both = np.stack([other[..., e, alternative].sum(axis=2), fell[..., e].sum(axis=2)], axis=1)
-        fitted = fragilities(scale, both, walls, weights, (..., slice(1, 2)))
-        ratio[e, alternative] = fitted["median_intensity_ratio"][0]
-        bounds[e, alternative] = fitted["median_intensity_ratio_interval"][0]
+    both = np.concatenate([fell[..., None], other], axis=-1).sum(axis=2)  # (record, scale, e, CR and alternatives)
+    fitted = fragilities(
+        histories["velocity_ratio"].values,
+        np.moveaxis(both, 1, -1),
+        histories.sizes["wall"],
+        weights,
+        (..., slice(0, 1)),
+    )
+    dims = histories["collapsed"].dims[3:]
+    ratio, bounds = (fitted[f"median_intensity_ratio{end}"][:, 1:] for end in ("", "_interval"))
     return xr.Dataset(
         {"median_intensity_ratio": (dims, ratio), "median_intensity_ratio_interval": ((*dims, "bound"), bounds)}
     )
