@@ -13,6 +13,7 @@ bad,0.25,3.0,,,,,,0.85
 south,0.25,3.0,,,,,moderate,0.9
 low,0.25,3.0,0.04,0.85,0.4,,,0.9
 squat,0.25,3.0,,,,,moderate,0.6
+steep,0.25,3.0,0.06,0.7,0.95,steeper,,0.9
 """
 
 
@@ -28,13 +29,16 @@ def found(tmp_path):
 
 def test_each_wall_has_the_ratio_of_its_own_curve_by_each_model(found):
     north = rd.TrilinearCurve(0.06, 0.7, 0.95, "translated")
-    assert list(found) == ["north", "bad", "south", "low", "squat"]
+    assert list(found) == ["north", "bad", "south", "low", "squat", "steep"]
     for row, model in zip(found["north"], VISCOUS_MODELS, strict=True):
         assert row["damping_model"] == model and row["restitution"] == 0.9
         assert row["damping_ratio"] == float(rd.damping_ratio_table(north, model, 0.9)) and row["error"] == ""
-    south = [row["damping_ratio"] for row in found["south"]]
-    preset = rd.TrilinearCurve.preset("moderate")
-    assert south == [float(rd.damping_ratio_table(preset, model, 0.9)) for model in VISCOUS_MODELS]
+    for name, curve in {
+        "south": rd.TrilinearCurve.preset("moderate"),
+        "steep": rd.TrilinearCurve(0.06, 0.7, 0.95),
+    }.items():
+        expected = [float(rd.damping_ratio_table(curve, model, 0.9)) for model in VISCOUS_MODELS]
+        assert [row["damping_ratio"] for row in found[name]] == expected
 
 
 def test_a_row_without_a_wall_or_not_released_below_a3_has_its_error_once(found):
