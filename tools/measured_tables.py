@@ -23,7 +23,7 @@ from spectrum_table import spectrum_method
 from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
-from rockdamp.figures.style import dampers, nearest, numbers
+from rockdamp.figures.style import dampers, nearest
 from rockdamp.report.answer import by_program as programs
 from rockdamp.report.earthquake_criterion import by_source
 from rockdamp.report.earthquake_histories import STRATA
@@ -76,7 +76,7 @@ INPUTS += (
 def solver(data: Data) -> str:
     """Orders and errors of the solver at its step, against the event-driven solution."""
     accuracy = data["accuracy"]
-    at = accuracy.isel(step=nearest(numbers(accuracy, "step"), float(accuracy["solver_step"])))
+    at = accuracy.isel(step=nearest(accuracy["step"].values.tolist(), float(accuracy["solver_step"])))
     head = ["model", "order, free", "order, forced", "median error", "largest error", "largest difference"]
     rows = [
         [model, *(f"{float(order):.2f}" for order in one["order"])]
@@ -113,7 +113,7 @@ def ratios(data: Data) -> str:
 def fits(data: Data) -> str:
     """Largest relative errors of both fits of xi(e), by model and range of e."""
     equivalence = data["equivalence"]
-    ends = numbers(equivalence, "restitution_range")
+    ends = equivalence["restitution_range"].values.tolist()
     kinds = (("xi(e)", "largest_relative_error"), ("in delta", "delta_largest_relative_error"))
     head = ["model", "least R²", *(f"{kind}, e up to {end:.2f}" for kind, _ in kinds for end in ends)]
     rows = [
@@ -121,7 +121,7 @@ def fits(data: Data) -> str:
         + [percent(one[name].sel(restitution_range=end).max()) for _, name in kinds for end in ends]
         for model, one in models(equivalence)
     ]
-    last = max(numbers(equivalence, "restitution"))
+    last = max(equivalence["restitution"].values.tolist())
     return f"{table(head, rows)}\n\nEach range begins beyond the one before; e ends at {last:.2f}."
 
 
@@ -141,9 +141,9 @@ def rotations(data: Data) -> str:
     """Least slenderness at which the slender limit is within each tolerance of the two rigid bodies."""
     accuracy = data["accuracy"]
     least, smallest = accuracy["least_slenderness"], float(accuracy["slenderness"].min())
-    columns = [(hinge, bound) for hinge in numbers(accuracy, "hinge_ratio") for bound in (0.05, 0.01)]
+    columns = [(hinge, bound) for hinge in accuracy["hinge_ratio"].values.tolist() for bound in (0.05, 0.01)]
     head = ["", *(f"h1/h = {hinge:g}, {100 * bound:g} %" for hinge, bound in columns)]
-    releases = numbers(accuracy, "rocking_release_amplitude")
+    releases = accuracy["rocking_release_amplitude"].values.tolist()
     wanted = [("p", releases[0], "p, with the mass at u = 0")]
     for feature in ("first impact", "peaks"):
         wanted += [(feature, release, f"{feature}, released at {release:g} u_ins") for release in releases]
@@ -163,7 +163,7 @@ def rotations(data: Data) -> str:
 def energy(data: Data) -> str:
     """Energy that the audit leaves unaccounted for, and losses of the first half cycles in joules."""
     accuracy = data["accuracy"]
-    at = accuracy.isel(audit_step=nearest(numbers(accuracy, "audit_step"), float(accuracy["solver_step"])))
+    at = accuracy.isel(audit_step=nearest(accuracy["audit_step"].values.tolist(), float(accuracy["solver_step"])))
     reference = at.isel(audited_wall=0)
     head = ["model", "order, free", "order, forced", "median residual", "residual in `damping_force.nc`"]
     head += [f"loss of half cycle {n} [J]" for n in (1, 2, 3)]
@@ -211,7 +211,7 @@ def sources(data: Data) -> str:
     """Errors and missed collapses of each damper with each of the three damping ratios, at every e."""
     compared = data["comparison"]
     told = by_source(compared, data["earthquakes/walls"], dampers(compared), SOURCES)
-    at_e = [f"e = {e:g}" for e in numbers(compared, "restitution")]
+    at_e = [f"e = {e:g}" for e in compared["restitution"].values.tolist()]
     head = ["model", *(f"error, {e}" for e in at_e), *(f"collapses missed, {e}" for e in at_e)]
     rows = [[model, *(cell[part] for part in (0, 1) for cell in cells)] for model, cells in told["by_source"]]
     said = f"Each cell has the three ξ: {'; '.join(told['source_order'])}.\n\n{table(head, rows)}"
@@ -301,11 +301,14 @@ def response_length(data: Data) -> str:
     inferred, wrong = float(response_lengths["inferred_response_length"]), response_lengths["misclassified"]
     others, near = wrong.drop_sel(response_length=inferred), response_lengths["near_misclassified"]
     ends = [f"{float(end):g}" for end in (near["near_response_length"][0], near["near_response_length"][-1])]
-    lengths, least = numbers(response_lengths, "response_length"), int(near.min())
+    lengths, least = response_lengths["response_length"].values.tolist(), int(near.min())
     none, few = (spans(near <= most, "").strip() for most in (least, least + 2))
-    head = ["released from u0/u_ins =", *(f"{release:g}" for release in numbers(response_lengths, "release_amplitude"))]
+    head = [
+        "released from u0/u_ins =",
+        *(f"{release:g}" for release in response_lengths["release_amplitude"].values.tolist()),
+    ]
     rows = [
-        [name, *(f"{value:g}" for value in numbers(response_lengths, variable))]
+        [name, *(f"{value:g}" for value in response_lengths[variable].values.tolist())]
         for name, variable in (
             ("length implied, in tau", "inferred_response_length_of_release"),
             ("e at which it fails", "misclassified_of_release"),

@@ -4,7 +4,6 @@ import numpy as np
 import xarray as xr
 from table_text import models, percent, table
 
-from rockdamp.figures.style import numbers
 from rockdamp.report.earthquake_criterion import MARKS, NONE, by_wall, changes, counted, sizes, smallest, splits
 from rockdamp.report.earthquakes import Choice
 from rockdamp.studies.earthquakes.order_criterion import SIDES
@@ -22,7 +21,7 @@ def by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
     cell = compared.sel(damping_model=model, damping_ratio_source=RECOMMENDED_SOURCE)
     change = plain(data["recommendation"].get("restitution_change", xr.DataArray(np.nan)))
     head = ["peak of CR, u/u_ins"]
-    for e in numbers(compared, "restitution"):
+    for e in compared["restitution"].values.tolist():
         head += [f"e = {e:g}", f"e = {e:g}, e ∓ {change}"]
     rows = [[band, *(words for pair in cells for words in pair)] for band, cells in sizes(compared, cell)]
     return (
@@ -35,8 +34,8 @@ def orders(data: Data) -> str:
     """How far ECD of each order is from CR beside CR with another e, and the order that is enough, also by wall."""
     compared = data["earthquakes/orders"]
     everywhere, named = compared.isel(record_set=0), changes(compared)
-    at_e = numbers(compared, "restitution")
-    head = ["e", *(f"m = {order:g}" for order in numbers(compared, "order"))]
+    at_e = compared["restitution"].values.tolist()
+    head = ["e", *(f"m = {order:g}" for order in compared["order"].values.tolist())]
     head += [f"CR, {name}" for name in named.values()] + [f"smallest m, {name}" for name in named.values()]
     rows = []
     for one in (everywhere.sel(restitution=e) for e in at_e):
@@ -71,7 +70,7 @@ def _typical(everywhere: xr.Dataset, named: dict[str, str]) -> str:
     head = ["e", "what", f"m = {RECOMMENDED_ORDER}", *(f"CR, {name}" for name in named.values())]
     what = {"log_error_median": "median of abs(ln r)", "log_error_90": "90 % of abs(ln r)", "log_error": "error"}
     rows = []
-    for e in numbers(everywhere, "restitution"):
+    for e in everywhere["restitution"].values.tolist():
         one = everywhere.sel(restitution=e)
         of_order = one.sel(order=RECOMMENDED_ORDER, method="nearest")
         for name, words in what.items():

@@ -5,7 +5,6 @@ import math
 import xarray as xr
 from table_text import models, percent, table
 
-from rockdamp.figures.style import numbers
 from rockdamp.vocabulary import PAPER_MODELS
 
 Data = dict[str, xr.Dataset]
@@ -46,7 +45,7 @@ def rocking_curves(data: Data) -> str:
     parts += (("log_likelihood_by_release", "release_amplitude", "u0/u_ins"),)
     head, rows = ["ln L below the best"], [[name] for name in PAPER_MODELS]
     for variable, dim, symbol in parts:
-        head += [f"{symbol} = {value:g}" for value in numbers(study, dim)]
+        head += [f"{symbol} = {value:g}" for value in study[dim].values.tolist()]
         for row in rows:
             row += [f"{best - float(value):.1f}" for value in study[variable].sel(viscous_model=row[0])]
     return table(head, rows)

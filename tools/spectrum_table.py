@@ -6,14 +6,14 @@ import xarray as xr
 from table_text import percent, table
 
 from rockdamp.assessment.checks import CAPACITY as CHECKED
-from rockdamp.figures.style import REFERENCE_RESTITUTION, at_nearest
+from rockdamp.figures.style import REFERENCE_RESTITUTION
 
 Data = dict[str, xr.Dataset]
 
 
 def spectrum_method(data: Data) -> str:
     """An elastic spectrum against histories: over all walls, and the walls with the least and most bias."""
-    study = at_nearest(data["spectrum_method"], capacity=CHECKED)
+    study = data["spectrum_method"].sel(capacity=CHECKED, method="nearest")
     place = {"ground": "ground", "storey": f"storey {int(study['storey'])} of {int(study['storeys'])}"}
     head = ["supports", "e", "damping", "bias", "bias of the walls", "scatter", "unsafe", "factor"]
     rows = []
@@ -27,7 +27,7 @@ def spectrum_method(data: Data) -> str:
             + [f"{float(at['bias'].min()):.2f} to {float(at['bias'].max()):.2f}", f"{float(at['overall_scatter']):.2f}"]
             + [percent(at["overall_unsafe_share"]), f"{float(at['overall_unsafe_factor']):.2f}"]
         )
-    shown = at_nearest(study, restitution=REFERENCE_RESTITUTION).sel(spectrum_damping="5 %")
+    shown = study.sel(restitution=REFERENCE_RESTITUTION, method="nearest").sel(spectrum_damping="5 %")
     ground, storey = (
         f"{float(at['overall_bias']):.2f} times the capacity in the median, and {percent(at['overall_unsafe_share'])}"
         for at in (shown.sel(support=support) for support in place)

@@ -15,9 +15,11 @@ found is written to src/rockdamp/equivalence/ratios-check.csv, for the documents
 
 import argparse
 import csv
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +54,7 @@ def matched(
     steps = round(DEFAULT_RESPONSE_LENGTH / step)
     for start in track(range(0, unit.shape[1], AT_ONCE), description):
         here = slice(start, start + AT_ONCE)
-        e, a1, b1, a3, x0 = tabulated.walls_at(unit[:, here])
+        e, a1, b1, a3, x0 = walls_at(unit[:, here])
         cases = Cases.released(TrilinearCurve(a1, b1, a3), x0, e, step=step, steps=steps)
         found = matching.solve(cases, models, steps, scan=scan, refinement=refinement)
         for row, model in enumerate(models):
@@ -61,11 +63,50 @@ def matched(
     return ratio, minima
 
 
+def walls_at(unit: Array) -> tuple[Array, ...]:
+    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, shape (5, ...), for curves of steeper softening.
+
+    Each variable goes from 0 to 1 over its range; a1 in its logarithm.
+    """
+    e, b1, a3 = (
+        low + (high - low) * part
+        for part, (low, high) in zip(
+            unit[[0, 2, 3]], (tabulated.RESTITUTION, tabulated.STRENGTH_RATIO, tabulated.ULTIMATE_RATIO), strict=True
+        )
+    )
+    a1 = tabulated.LEAST_A1 * (tabulated.largest_a1(b1) / tabulated.LEAST_A1) ** unit[1]
+    least = tabulated.LEAST_RELEASE + tabulated.BEYOND_A1 * a1
+    return e, a1, b1, a3, least + (tabulated.LARGEST_RELEASE * a3 - least) * unit[4]
+
+
+def protocol(**made_by: float) -> str:
+    """Return in words what a table is of; the file says the same of itself."""
+    ranges = (
+        tabulated.RESTITUTION,
+        (tabulated.LEAST_A1, tabulated.ROOM),
+        tabulated.STRENGTH_RATIO,
+        tabulated.ULTIMATE_RATIO,
+    )
+    release = (tabulated.LEAST_RELEASE, tabulated.BEYOND_A1, tabulated.LARGEST_RELEASE)
+    shared = {"response_length": DEFAULT_RESPONSE_LENGTH, "nodes": tabulated.NODES, "unit": tabulated.UNIT}
+    return json.dumps({**shared, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
+
+
+def write(tables: dict[str, tabulated.Table], stated: str, path: Path) -> None:
+    """Write the tables of all models, with what they are of, to a file of NumPy's."""
+    arrays: dict[str, Any] = {"protocol": np.array(stated)}
+    for model, table in tables.items():
+        arrays[f"{model}_log_ratio"] = np.round(table.log_ratio / tabulated.UNIT).astype(np.int16)
+        arrays[f"{model}_refused"] = table.refused
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
 def make() -> int:
     tables = {model: filled(model) for model in PAPER_MODELS}
     made_by = {"step": STEP, "refinement": REFINEMENT, "trials": TRIALS, "drawn": DRAWN, "closer": CLOSER}
     with replacing(tabulated.FILE) as path:
-        tabulated.write(tables, tabulated.protocol(**made_by, doubtful=DOUBTFUL, off=OFF), path)
+        write(tables, protocol(**made_by, doubtful=DOUBTFUL, off=OFF), path)
     print(f"{tabulated.FILE}: {tabulated.FILE.stat().st_size} bytes")
     return 0
 

@@ -50,12 +50,17 @@ def real(name: str, value: Any) -> Array:
     return np.asarray(array, dtype=float, order="C")
 
 
+def finite(name: str, value: Any) -> Array:
+    """Return real, finite numbers; not copied where they are an array of floats."""
+    array = real(name, value)
+    if not (math.isfinite(array.item()) if array.size == 1 else not array.size or holds(np.isfinite(array))):
+        require(np.isfinite(array), name, array, "a finite number")
+    return array
+
+
 def numbers(name: str, value: Any) -> Array:
     """Return real, finite numbers as a read-only copy; an xarray.DataArray loses the names of its dimensions."""
-    array = np.array(value if type(value) is float else real(name, value))
-    if not (math.isfinite(array.item()) if array.size == 1 else holds(np.isfinite(array))):
-        require(np.isfinite(array), name, array, "a finite number")
-    return kept(array)
+    return kept(finite(name, value).copy())
 
 
 def kept(array: Any) -> Any:
@@ -81,6 +86,8 @@ def whole_numbers(name: str, value: Any) -> NDArray[np.int64]:
 
 def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
     """Return a whole number between `least` and `most`; 8.0 is none."""
+    if type(value) is int and least <= value and (most is None or value <= most):
+        return value  # the usual case, quickly
     try:
         count = least - 1 if isinstance(value, bool | np.bool_) else operator.index(value)
     except TypeError:
@@ -125,22 +132,21 @@ def together(**values: Quantity) -> list[Any]:
 
 
 def broadcast(**values: Any) -> tuple[int, ...]:
-    """Return the shape that arrays, or objects with a `shape`, broadcast to."""
-    shapes = [value.shape if hasattr(value, "shape") else np.shape(value) for value in values.values()]
-    unlike = {*shapes} - {()}  # NumPy is slow at scalars and at shapes that are alike
+    """Return the shape that arrays, or other objects with a `shape`, broadcast to."""
+    unlike = {value.shape for value in values.values()}
+    unlike.discard(())  # NumPy is slow at scalars and at shapes that are alike
     try:
         shape = np.broadcast_shapes(*unlike) if len(unlike) > 1 else unlike.pop() if unlike else ()
     except ValueError:
-        stated = _stated(dict(zip(values, shapes, strict=True)))
-        raise InputError(f"shapes do not broadcast against each other: {stated}") from None
+        raise InputError(f"shapes do not broadcast against each other: {_stated(values)}") from None
     if math.prod(shape) > MOST_ELEMENTS:
         most = f"there must be at most {MOST_ELEMENTS:,} elements"
-        raise InputError(f"shapes broadcast to {shape}: {_stated(dict(zip(values, shapes, strict=True)))}; {most}")
+        raise InputError(f"shapes broadcast to {shape}: {_stated(values)}; {most}")
     return shape
 
 
-def _stated(shapes: Mapping[str, tuple[int, ...]]) -> str:
-    return ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+def _stated(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} {value.shape}" for name, value in values.items() if value.shape)
 
 
 def one_of(name: str, value: Any, allowed: Collection[str], why: str = "") -> str:

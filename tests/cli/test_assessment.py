@@ -78,13 +78,6 @@ def test_several_intensities_give_lists_and_g_is_that_of_the_earth():
     assert len(values["models"][0]["collapse_probability_interval"]) == 3
 
 
-def test_a_row_of_a_table_is_the_same_wall(tmp_path):
-    table = tmp_path / "walls.csv"
-    table.write_text("id,thickness,height,preset,restitution\nbig,2.5,30,new,0.85\nmine,0.25,3,new,0.85\n")
-    by_row = printed("assess", "--walls", table, "--id", "mine", *RECORDS, "--pgv", 0.6)
-    assert by_row == printed("assess", *WALL, *RECORDS, "--pgv", 0.6)
-
-
 def test_a_row_without_its_e_has_the_share_averaged_over_e_too(tmp_path):
     table = tmp_path / "walls.csv"
     table.write_text("id,thickness,height,preset\nmine,0.25,3,new\n")
@@ -123,14 +116,8 @@ def test_the_rules_are_those_of_the_package():
         ((*WALL, *RECORDS), "either --pgv or --pga"),
         ((*WALL, *RECORDS, "--pgv", 0.4, "--project", "x"), "--project must be given with --report"),
         ((*WALL, *RECORDS, "--pgv", 0.4, "--taxonomy", "x"), "--taxonomy must be given with --nrml"),
-        ((*WALL, *RECORDS, "--pgv", 0.4, "--pga", 3), "either --pgv or --pga"),
         ((*WALL, "--pgv", 0.4), "--records"),
         ((*WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2' matches no file"),
-        ((*WALL, *RECORDS, "--pgv", "0.4kg"), "'0.4kg' is in kg; it must be a number in m s-1"),
-        ((*WALL, *RECORDS, "--pgv", 0), "pgv is 0.0; it must be greater than 0"),
-        ((*WALL, *RECORDS, "--pga", "0.6g:0.2g:0.1g"), "does not rise"),
-        ((*WALL[:-2], "--restitution", "guess", *RECORDS, "--pgv", 0.4), "one of measured, analytical, impulsive"),
-        ((*WALL[:2], *RECORDS, "--pgv", 0.4), "--thickness and --height, or --walls and --id"),
         ((*WALL, "--id", "a", *RECORDS, "--pgv", 0.4), "--id is a row of --walls"),
         (("--walls", "walls.csv", *RECORDS, "--pgv", 0.4), "--id is missing"),
         (("--walls", "walls.csv", "--id", "a", "--preset", "new", *RECORDS, "--pgv", 0.4), "--preset"),

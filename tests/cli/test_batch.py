@@ -5,7 +5,7 @@ import json
 from xml.etree import ElementTree
 
 import pytest
-from command_line import run
+from command_line import printed, run
 from report_content import of_name
 
 from rockdamp.assessment.many_walls import COLUMNS
@@ -34,25 +34,10 @@ def test_a_bad_row_is_told_and_stands_in_the_table_that_is_written(table, tmp_pa
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == list(COLUMNS) and set(CONTRACT) <= set(COLUMNS)
     assert [row["id"] for row in rows] == ["one", "one", "two", "three", "three"]
-    values = json.loads(
-        run(
-            "assess",
-            "--walls",
-            table,
-            "--id",
-            "three",
-            *RECORDS,
-            "--pgv",
-            0.5,
-            "--json",
-        ).stdout
-    )
+    values = printed("assess", "--walls", table, "--id", "three", *RECORDS, "--pgv", 0.5)
     for row, model in zip(rows[3:], values["models"], strict=True):
         assert (row["damping_model"], int(row["collapses"])) == (model["damping_model"], model["collapses"])
-        if model["median_intensity"] is None:
-            assert row["median_intensity"] == ""
-        else:
-            assert float(row["median_intensity"]) == pytest.approx(model["median_intensity"], rel=1e-8)
+        assert float(row["median_intensity"]) == pytest.approx(model["median_intensity"], rel=1e-8)
 
 
 def test_a_table_with_failed_rows_ends_with_status_3_where_that_is_asked_for(table, tmp_path):
@@ -93,10 +78,8 @@ def test_netcdf_and_nrml_are_written_too(table, tmp_path):
     ("text", "options", "said"),
     [
         (TABLE, ["--pgv", "0.1:0.3:0.1"], "--pgv has 3 values; batch takes one"),
-        (TABLE, [], "either --pgv or --pga"),
         ("id,thickness,height\n", ["--pgv", 0.4], "has no rows"),
         ("id,thickness,height\nx,1,\n", ["--pgv", 0.4], "no row could be computed; line 2: height is empty"),
-        ("id,thickness,hight\n", ["--pgv", 0.4], "there is no column 'hight'"),
     ],
 )
 def test_bad_input_is_told_and_nothing_is_written(text, options, said, tmp_path):

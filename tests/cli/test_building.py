@@ -100,23 +100,14 @@ def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--building-period", 0.25, "--storeys", 3, "--storey", 4), "storey is 4; it must be at most 3"),
         (("--building-period", 0.25, "--storey", 3), "--storeys is missing"),
         (TOP, "--storeys must be given with --building-period"),
-        ((*BUILDING, "--building-damping", 5), "was it in per cent (0.05)?"),
-        ((*BUILDING, "--shape", "frame"), "'frame' must be uniform, flexural, or a shear ratio"),
         ((*BUILDING, "--building-period", 0.2), "is given 2 times"),
         (("--capacity", 40), "was it in per cent (0.4)?"),
     ],
 )
 def test_a_building_that_cannot_be_is_questioned_before_anything_runs(options, words):
     assert words in refused("assess", *WALL, *RECORDS, "--pga", "0.25g", *options)
-
-
-def test_an_unlikely_period_is_questioned_and_computed():
-    result = run("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--building-period", 3, *TOP)
-    assert result.exit_code == 0 and "warning: the building period is 3 s; " in result.stderr
-    assert "was it a frequency in Hz (0.333 s)?" in result.stderr
 
 
 @pytest.mark.parametrize(("text", "shape"), [("flexural", "flexural"), ("shear-ratio=5", 5.0), ("shear-ratio 5", 5.0)])

@@ -3,7 +3,6 @@
 import csv
 import json
 
-import made_up_results
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,25 +13,15 @@ from repository import ROOT
 import rockdamp as rd
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import PRESETS, VISCOUS_MODELS
+from rockdamp.vocabulary import VISCOUS_MODELS
 
-RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 WALL = ("--thickness", 0.3, "--height", 4.5)
 CURVE = ("--a1", 0.04, "--b1", 0.85)
 WALLS = ROOT / "examples/my-walls.csv"
 GROUND_STOREY = rd.TrilinearCurve.preset("moderate")  # of its first wall
-CONTRACT = [
-    "weight",
-    "effective_mass",
-    "excitation_factor",
-    "rigid_strength",
-    "rigid_stiffness",
-    "instability_displacement",
-    "frequency_parameter",
-    "restitution",
-    "restitution_impulsive",
-    "restitution_measured",
-]
+CONTRACT = ["weight", "effective_mass", "excitation_factor", "rigid_strength", "rigid_stiffness"]
+CONTRACT += ["instability_displacement", "frequency_parameter"]
+CONTRACT += ["restitution", "restitution_impulsive", "restitution_measured"]
 HINGE = ["hinge_ratio", "weakest_hinge_ratio"]
 OF_CURVE = ["initial_frequency", "initial_period", "rocking_onset_g", "restitutions", "units"]
 OF_CURVE += ["damping_restitution", "damping_coefficient", "damping"]
@@ -41,24 +30,10 @@ OF_CURVE += ["damping_restitution", "damping_coefficient", "damping"]
 # --- equivalent -----------------------------------------------------------------------------------------------------
 
 
-def test_equivalent_prints_json_and_nothing_else():
-    result = run("equivalent", "--restitution", 0.85, *CURVE, "--json")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout) == rd.equivalent(0.85, 0.04, 0.85)
-
-
 def test_a_fit_of_another_plateau_is_said_to_be_one():
     said = "damping_ratio_fit is that of b1 = 0.85, not of 0.6"
     assert said in run("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.6).stderr
     assert "b1 =" not in run("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.85).stderr
-
-
-def test_equivalent_prints_a_table_to_read():
-    result = run("equivalent", "--restitution", 0.85, "--a1", 0.17, "--b1", 0.75)
-    lines = result.stdout.splitlines()
-    assert lines[0].split() == list(rd.equivalent(0.85, 0.17, 0.75)[0])
-    assert lines[2].split()[1] == "CDR"
-    assert "outside the range" in result.stderr
 
 
 def test_readme_shows_what_the_command_prints():
@@ -75,37 +50,9 @@ def test_readme_shows_what_the_command_prints():
 
 
 def test_equivalent_passes_every_option_on():
-    result = run(
-        "equivalent",
-        "--restitution",
-        0.8,
-        "--a1",
-        0.05,
-        "--b1",
-        0.7,
-        "--a3",
-        0.9,
-        "--softening",
-        "translated",
-        "--release",
-        0.4,
-        "--response-length",
-        12,
-        "--json",
-    )
-    assert json.loads(result.stdout) == rd.equivalent(0.8, 0.05, 0.7, 0.9, "translated", 0.4, 12.0)
-
-
-def test_a_range_of_restitutions_gives_rows_for_each_without_noise():
-    rows = printed("equivalent", "--restitution", "0.80:0.90:0.05,0.95", *CURVE)
-    assert [row["restitution"] for row in rows[:: len(VISCOUS_MODELS)]] == [0.8, 0.85, 0.9, 0.95]
-    assert rows == rd.equivalent([0.8, 0.85, 0.9, 0.95], 0.04, 0.85)
-
-
-def test_a_preset_stands_for_its_a1_and_b1():
-    by_name = run("equivalent", "--restitution", 0.85, "--preset", "severe", "--json")
-    b1, a1 = PRESETS["severe"]
-    assert json.loads(by_name.stdout) == rd.equivalent(0.85, a1, b1)
+    stated = "--restitution 0.8 --a1 0.05 --b1 0.7 --a3 0.9 --softening translated --release 0.4 --response-length 12"
+    rows = printed("equivalent", *stated.split())
+    assert rows == rd.equivalent(0.8, 0.05, 0.7, 0.9, "translated", 0.4, 12.0)
 
 
 def test_ratios_of_a_table_of_walls_are_printed_written_or_given_as_json(tmp_path):
@@ -200,30 +147,7 @@ def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
     assert "'12' is no load with its unit" in refused("wall", *WALL, "--overburden", 12)
 
 
-def test_amplitudes_beyond_the_curve_are_left_out_unless_asked_for():
-    reduced = (*WALL, "--a1", 0.04, "--b1", 0.85, "--a3", 0.55)
-    assert "0.6" not in [line.split()[0] for line in run("wall", *reduced).stdout.splitlines() if line]
-    assert "release_amplitude is 0.6" in refused("wall", *reduced, "--amplitude", 0.6)
-
-
-def test_units_are_taken_where_people_have_them():
-    plain = run("wall", "--thickness", 0.102, "--height", 2.75, "--width", 1.2192, "--density", 1800, "--json")
-    units = run(
-        "wall", "--thickness", "102mm", "--height", "275 cm", "--width", "4ft", "--density", "1.8t/m^3", "--json"
-    )
-    one, other = json.loads(units.stdout), json.loads(plain.stdout)
-    for key in (*CONTRACT, "rocking_onset", "rocking_onset_g"):
-        assert one[key] == pytest.approx(other[key], rel=1e-12)
-
-
 # --- presets, datasets ----------------------------------------------------------------------------------------------
-
-
-def test_presets_are_those_of_the_package():
-    rows = printed("presets")
-    found = {row["preset"]: (row["strength_ratio"], row["yield_displacement_ratio"]) for row in rows}
-    assert found == PRESETS
-    assert "moderate" in run("presets").stdout
 
 
 def test_datasets_lists_what_is_built_with_its_dimensions(tmp_path):
@@ -245,22 +169,6 @@ def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
     assert "broken.nc cannot be read" in refused("datasets", tmp_path)
 
 
-def test_verify_names_what_is_not_of_this_tree(tmp_path, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    made_up_results.make(tmp_path, made_up_results.minimal())
-    verify = ("verify", tmp_path, "--configfile", "config/minimal.yaml")
-    result = run(*verify)
-    assert (result.exit_code, result.stdout) == (0, "")
-    assert result.stderr == f"{tmp_path}: all results are of this tree\n"
-    (tmp_path / "damping_force.nc").write_text("another's", encoding="utf-8")
-    reason = "is not what the last complete build wrote, by its checksum"
-    result = run(*verify)
-    assert (result.exit_code, result.stdout) == (1, f"{tmp_path}/damping_force.nc {reason}\n")
-    assert result.stderr == f"{tmp_path}: 1 of its files is not of this tree\n"
-    rows = json.loads(run(*verify, "--json").stdout)
-    assert rows == [{"file": f"{tmp_path}/damping_force.nc", "reason": reason}]
-
-
 def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "config/default.yaml: there is no such file; it must be YAML" in refused("verify")
@@ -273,49 +181,19 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
     "arguments, named",
     [
         (("equivalent", "--restitution", 1.85, *CURVE), "restitution (e) is 1.85"),
-        (("equivalent", "--restitution", "x", *CURVE), "'x' is no finite number"),
-        (("equivalent", "--restitution", "0.9:0.8:0.01", *CURVE), "'0.9:0.8:0.01' does not rise"),
-        (("equivalent", "--restitution", "0.8:0.9:0", *CURVE), "does not rise"),
-        (("equivalent", "--restitution", "0.8:0.9", *CURVE), "no range of three"),
-        (("equivalent", "--restitution", "0.8:0.9:1e-9", *CURVE), "more than 1000 values"),
-        (("equivalent", "--restitution", "0:nan:0.1", *CURVE), "'nan' is no finite number"),
         (("equivalent", *CURVE), "--restitution"),
         (("equivalent", "--restitution", 0.85, "--b1", 0.85), "--a1 is missing"),
         (("equivalent", "--restitution", 0.85, *CURVE, "--preset", "new"), "--preset stands for --a1 and --b1"),
-        (("equivalent", "--restitution", 0.85, "--preset", "old"), "'old'"),
-        (("equivalent", "--restitution", 0.85, *CURVE, "--release", "nan"), "release_amplitude is nan"),
-        (("equivalent", "--restitution", 0.85, "--a1", "1e-300", "--b1", 0.85), "a1 = 1e-300"),
-        (("wall", "--thickness", 0, "--height", 4.5), "thickness is 0.0"),
         (("wall", *WALL, "--a3", 0.9), "--a3 must be given with --a1 and --b1, or --preset"),
         (("wall", *WALL, "--hinge-ratio", 1), "hinge_ratio (h1/h) is 1.0"),
-        (("wall", *WALL, "--eccentricity", "20cm"), "eccentricity is 0.2"),
-        (("wall", *WALL, "--amplitude", "0.5,1"), "release_amplitude is 1.0"),
         (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
-        (("wall", "--thickness", "9**9**9", "--height", 4.5), "'9**9**9' is no finite quantity"),
-        (("wall", "--thickness", "0.3 foo", "--height", 4.5), "unknown unit, foo"),
-        (("wall", "--thickness", "1/m", "--height", 4.5), "'1/m' is no finite quantity"),
-        (("wall", "--thickness", "nan", "--height", 4.5), "'nan' is no finite quantity"),
-        (("wall", "--thickness", "1e400", "--height", 4.5), "no finite quantity"),
-        (("wall", "--thickness", 1e300, "--height", 1e300), "its sizes are out of all scale"),
-        (("wall", *WALL, "--density", "1800m"), "'1800m' is in m; it must be a number in kg m-3"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
-        (
-            ("equivalent", "--restitution", 0.85, *CURVE, "--window", 9),
-            "--window is now called --response-length",
-        ),
+        (("equivalent", "--restitution", 0.85, *CURVE, "--window", 9), "is now called --response-length"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):
     assert named in refused(*arguments)
-
-
-def test_a_full_disk_is_an_error_and_no_traceback(monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device", "results/decay.nc")
-
-    monkeypatch.setattr(dataset, "listing", full)
-    assert "results/decay.nc: No space left on device" in refused("datasets", ".")
 
 
 def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):

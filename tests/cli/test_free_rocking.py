@@ -5,19 +5,14 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
+from command_line import run
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.cli import main
 from rockdamp.figures.free_rocking import free_rocking_figure
 
 RAW, SECOND = (str(ROOT / f"examples/my-free-rocking-{name}.csv") for name in ("raw", "2"))
 WALL = ["--thickness", "250mm", "--height", "3m", "--hinge-ratio", "0.6"]
-
-
-def run(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -19,11 +19,9 @@ from command_line import run
 from report_content import of_name
 from repository import ROOT
 
-import rockdamp as rd
 from rockdamp.cli import main, shells
 from rockdamp.figures import rocking
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, SOFTENING
 
 
 def examples(command):
@@ -63,12 +61,6 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
                 assert Path(word).is_file()
 
 
-def test_help_names_the_values_of_the_vocabulary():
-    text = CliRunner().invoke(main, ["decay", "--help"]).output
-    for words in ((*MODELS, LOCAL), PRESETS, SOFTENING):
-        assert f"[{'|'.join(words)}]" in text
-
-
 @pytest.mark.parametrize("name", ["main", *main.commands])
 def test_every_option_is_described(name):
     command = main if name == "main" else main.commands[name]
@@ -76,10 +68,6 @@ def test_every_option_is_described(name):
     for parameter in command.params:
         if isinstance(parameter, click.Option):
             assert parameter.help, parameter.name
-
-
-def test_the_version_is_the_packages():
-    assert rd.__version__ in run("--version").stdout
 
 
 def test_commands_and_options_are_completed():
@@ -125,16 +113,3 @@ def test_equivalent_loads_only_what_it_computes_with():
     modules = loaded("equivalent", "--restitution", 0.85, "--a1", 0.04, "--b1", 0.85)
     assert "numba" in modules
     assert not {"xarray", "pandas", "matplotlib", "netCDF4", "tqdm", "scipy.optimize", "scipy.signal"} & modules
-
-
-def test_the_package_runs_as_a_module():
-    done = subprocess.run(
-        [sys.executable, "-m", "rockdamp", "presets", "--json"], capture_output=True, text=True, check=True
-    )
-    assert len(json.loads(done.stdout)) == len(PRESETS)
-
-
-def test_the_package_as_a_module_speaks_of_itself_as_the_command():
-    done = subprocess.run([sys.executable, "-m", "rockdamp", "wall"], capture_output=True, text=True)
-    assert done.returncode == 2 and done.stdout == ""
-    assert done.stderr.startswith("Usage: rockdamp wall")

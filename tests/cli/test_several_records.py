@@ -75,8 +75,6 @@ def test_a_wall_that_falls_has_no_peak_in_the_table(record, tmp_path):
         (("--to-pga", "0.2g", "--scale", 2), "--scale must be given with neither --to-pga nor --to-pgv"),
         (("--to-pga", "-0.2g"), "--to-pga is -1.96133; it must be greater than 0"),
         (("--scale", "1,2", "--output", "x.nc"), "--output must be given with one record and one scale"),
-        (("--scale", "1,2", "--plot", "x.png"), "--plot must be given with one record and one scale"),
-        (("--scale", "1:2"), "'1:2' is no range of three numbers"),
     ],
 )
 def test_scales_that_contradict_each_other_are_refused(record, options, said):

@@ -20,19 +20,12 @@ def record(tmp_path):
     return tmp_path / "pulse.csv"
 
 
-@pytest.mark.parametrize("name", ["--thickness", "--damping-model", "--restitution"])
-def test_an_option_of_one_value_that_is_given_twice_is_refused(record, name):
-    given = ["--record", record, *WALL, "--damping-model", "CR", "--restitution", 0.85]
-    result = run("respond", *given, name, given[given.index(name) + 1])
-    assert result.exit_code == 2 and f"{name} is given 2 times; it must be given once" in result.stderr
+def test_an_option_of_one_value_that_is_given_twice_is_refused(record):
+    result = run("respond", "--record", record, *WALL, "--restitution", 0.85, "--restitution", 0.85)
+    assert result.exit_code == 2 and "--restitution is given 2 times; it must be given once" in result.stderr
 
 
-def test_a_flag_or_an_option_of_many_values_may_be_given_twice(record):
-    assert run("wall", *WALL, "--json", "--json").exit_code == 0
-    assert run("assess", *WALL, "--records", "a.csv", "--records", "a.csv", "--pgv", 1).stderr.count("times") == 0
-
-
-@pytest.mark.parametrize("named", ["pulse.csv", "p*.csv", "**/pulse.csv", "."])
+@pytest.mark.parametrize("named", ["pulse.csv", "p*.csv", "."])
 @pytest.mark.parametrize("command", ["respond", "batch"])
 def test_an_output_that_is_one_of_the_records_is_refused(record, monkeypatch, tmp_path_factory, command, named):
     link = tmp_path_factory.mktemp("elsewhere") / "link.csv"
@@ -68,16 +61,6 @@ def test_a_response_states_the_motion_that_made_it(record):
     assert all(row["pga"] == measures.pga for row in printed(*given, "--compare"))
     text = run(*given).stdout
     assert "pga                           3 m s-2, which is 0.3059 g" in text and "pgv" in text and "duration" in text
-
-
-def test_after_a_collapse_no_peak_is_printed_and_the_json_keeps_its_keys(record):
-    given = ("respond", "--record", record, *WALL, "--restitution", 0.85, "--scale", 9)
-    lines = dict(line.split(maxsplit=1) for line in run(*given).stdout.splitlines())
-    assert lines["outcome"] == "collapsed" and lines["peak_ratio"].startswith("-") and lines["peak_elapsed"][0] == "-"
-    assert printed(*given)["peak_ratio"] > 1
-    table = run(*given, "--compare").stdout.split("\n\n")[1].splitlines()
-    assert all(row.split()[2:5] == ["-", "-", "-"] for row in table[2:] if not row.startswith("-,"))
-    assert "-, peak_ratio: a wall that collapsed has no peak" in table
 
 
 def test_a_motion_that_does_not_rock_the_wall_is_told(record):
@@ -117,20 +100,6 @@ def test_imperial_units_are_those_of_the_handbooks():
     assert imperial["units"]["rigid_stiffness"] == "lbf in-1" and imperial["units"]["displacement"] == "in"
     assert imperial["periods"][0]["displacement"] * 0.0254 == pytest.approx(si["periods"][0]["displacement"])
     assert imperial["restitutions"] == si["restitutions"] and imperial["rocking_onset_g"] == si["rocking_onset_g"]
-
-
-@pytest.mark.parametrize("text", ["1_0", "١", "1e-1_0"])
-def test_what_python_alone_takes_for_a_number_is_none(text):
-    for command in (
-        ["wall", "--thickness", text, "--height", "30"],
-        ["wall", "--thickness", "1", "--height", "30", "--overburden-ratio", text],
-        ["equivalent", "--restitution", f"0.8:0.9:{text}", "--a1", "0.04", "--b1", "0.85"],
-        ["equivalent", "--restitution", text, "--a1", "0.04", "--b1", "0.85"],
-        ["assess", *WALL, "--records", "x.csv", "--pgv", "1", "--restitution", text],
-        ["calibrate", "--record", "x.csv", *WALL[:4], "--posterior", "--seed", text],
-    ):
-        result = run(*command)
-        assert result.exit_code == 2 and text in result.stderr.splitlines()[-1], command
 
 
 SMALL = ("--thickness", "0.3", "--height", "3")

@@ -1,7 +1,6 @@
 """The command line in bad surroundings: full disks, wrong variables, Ctrl-C, and names that a terminal would obey."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -11,14 +10,12 @@ from click.testing import CliRunner
 from repository import ROOT
 
 from rockdamp.cli import main
-from rockdamp.storage import dataset
 
+RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 DECAY = ["decay", "--preset", "moderate", "--damping-model", "CDR", "--damping-ratio", "0.05"]
 
 
-@pytest.mark.parametrize(
-    "arguments", [["--help"], ["decay", "--help"], ["presets"], ["presets", "--json"], ["--version"]]
-)
+@pytest.mark.parametrize("arguments", [["--help"], ["presets", "--json"]])
 def test_output_to_a_full_disk_is_one_line(arguments):
     with open("/dev/full", "w") as full:
         run = subprocess.run(
@@ -27,7 +24,7 @@ def test_output_to_a_full_disk_is_one_line(arguments):
     assert (run.returncode, run.stderr) == (2, "Error: standard output: No space left on device\n")
 
 
-@pytest.mark.parametrize("value", ["0", "-1", "x", "", "1.5", "\u0661", "999999"])
+@pytest.mark.parametrize("value", ["0", "x", "999999"])
 def test_a_wrong_number_of_threads_is_named(monkeypatch, value):
     monkeypatch.setenv("NUMBA_NUM_THREADS", value)
     result = CliRunner().invoke(main, DECAY)
@@ -35,25 +32,11 @@ def test_a_wrong_number_of_threads_is_named(monkeypatch, value):
     assert f"NUMBA_NUM_THREADS is {value!r} in the environment; it must be a whole number" in result.stderr
 
 
-def test_a_number_of_threads_that_is_one_is_taken(monkeypatch):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    assert CliRunner().invoke(main, ["presets"]).exit_code == 0
-
-
 def test_a_date_that_is_none_is_named(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "x")
     result = CliRunner().invoke(main, DECAY)
     assert result.exit_code == 2
     assert "SOURCE_DATE_EPOCH is 'x' in the environment; it must be a whole number of seconds" in result.stderr
-
-
-def test_a_short_file_is_not_taken_for_ctrl_c(monkeypatch):
-    def listing(*_):
-        raise EOFError("x")
-
-    monkeypatch.setattr(dataset, "listing", listing)
-    result = CliRunner().invoke(main, ["datasets", "."])
-    assert isinstance(result.exception, RuntimeError) and "Aborted" not in result.output
 
 
 # Work that swallows exceptions, as imports and the deletion of objects do.
@@ -94,41 +77,10 @@ def test_what_is_said_beside_the_answer_does_not_touch_it_where_standard_error_i
     assert (tmp_path / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_no_file_is_opened_as_the_standard_error_that_is_closed():
-    script = "from rockdamp import __main__, cli; cli.main = lambda **_: print(open('/dev/null').fileno())"
-    run = ["sh", "-c", f'exec {sys.executable} -c "{script}; __main__.main()" 2>&-']
-    assert int(subprocess.run(run, stdout=subprocess.PIPE, text=True).stdout) > 2
-
-
 def test_a_name_that_a_terminal_would_obey_is_shown_as_it_is(tmp_path):
     name = "a\x1b[2J\x9b\udcff.csv"
-    result = CliRunner().invoke(main, ["calibrate", "--record", str(tmp_path / name), *WALL[:4]])
+    wall = ["--thickness", "0.3", "--height", "3"]
+    result = CliRunner().invoke(main, ["calibrate", "--record", str(tmp_path / name), *wall])
     assert result.exit_code == 2
     assert "a\\x1b[2J\\x9b\\udcff.csv: there is no such file" in result.stderr
     assert "\x1b" not in result.stderr and "\x9b" not in result.stderr
-
-
-WALL = ["--thickness", "0.3", "--height", "3", "--preset", "new", "--damping-model", "CR", "--restitution", "0.9"]
-RECORD = ROOT / "data/sin-03-00-synthetic.csv"
-
-
-HOSTILE = ["$\\frac$", "<b>&amp;"]  # more of them in figures/test_style.py
-
-
-@pytest.mark.no_cover
-@pytest.mark.parametrize("specimen", HOSTILE)
-def test_a_specimen_of_any_name_is_drawn(tmp_path, specimen):
-    text = RECORD.read_text(encoding="utf-8")
-    first = text.splitlines()[0]
-    (tmp_path / "record.csv").write_text(text.replace(first, f"# specimen: {specimen}"), encoding="utf-8")
-    path = tmp_path / "response.svg"
-    result = CliRunner().invoke(main, ["respond", "--record", str(tmp_path / "record.csv"), *WALL, "--plot", str(path)])
-    assert result.exit_code == 0, result.output
-    assert path.read_text(encoding="utf-8").startswith("<?xml")
-
-
-def test_a_named_pipe_among_datasets_is_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "made.nc")
-    result = CliRunner().invoke(main, ["datasets", str(tmp_path)])
-    assert result.exit_code == 2
-    assert result.stderr == f"Error: {tmp_path}/made.nc cannot be read as NetCDF (it is no regular file)\n"

@@ -22,12 +22,6 @@ def test_files_and_the_command_line_are_merged_as_snakemake_does():
     assert list(merged(FILES, STATED)) == list(expected)  # the report shows them in order
 
 
-def test_what_is_merged_leaves_its_sources_alone():
-    stated = {"wall": {"thickness": 1.0}}
-    merged([FILES[0]], stated)["wall"]["width"] = 5
-    assert stated == {"wall": {"thickness": 1.0}}
-
-
 # --- what Snakemake would stumble over, or read otherwise -----------------------------------------------------------
 
 

@@ -29,11 +29,9 @@ def test_a_folder_of_its_own_is_allowed(tree, folder):
     ("folder", "reason"),
     [
         *((part, f"in '{part}' of the project") for part in PARTS),
-        ("src/rockdamp", "in 'src' of the project"),
         ("results/../docs/figures", "in 'docs' of the project"),
         (".git", "in '.git' of the project"),
         (".", "which holds the project"),
-        ("..", "which holds the project"),
         ("/", "which holds the project"),
     ],
 )
@@ -41,12 +39,6 @@ def test_a_folder_of_the_project_is_refused(tree, folder, reason):
     with pytest.raises(InputError) as caught:
         require_own_folder(folder, tree)
     assert f"results is {folder!r}, {reason}" in str(caught.value)
-
-
-def test_a_link_to_a_folder_of_the_project_is_refused(tree):
-    (tree / "mine").symlink_to("src")
-    with pytest.raises(InputError, match="results is 'mine', in 'src' of the project"):
-        require_own_folder("mine", tree)
 
 
 @pytest.mark.skipif(shutil.which("git") is None, reason="there is no git")
@@ -83,7 +75,7 @@ def test_a_folder_that_is_there_or_can_be_made_is_writable(tmp_path):
     assert os.listdir(tmp_path) == ["figures"]
 
 
-@pytest.mark.parametrize("at", ["logs", "logs/minimal", "logs/minimal/match"])
+@pytest.mark.parametrize("at", ["logs", "logs/minimal/match"])
 @pytest.mark.parametrize("broken", [False, True], ids=["file", "link"])
 def test_a_file_or_a_broken_link_where_a_folder_must_be_is_named(at, broken, tmp_path):
     path = tmp_path / at
@@ -98,20 +90,3 @@ def test_a_file_or_a_broken_link_where_a_folder_must_be_is_named(at, broken, tmp
     (tmp_path / "elsewhere").mkdir()
     path.symlink_to(tmp_path / "elsewhere")
     require_folders(tmp_path / "logs/minimal", ["match", "figures"], "the logs")
-
-
-@pytest.mark.parametrize("folder", ["", "new/one"])
-def test_below_a_file_nothing_can_be_written(folder, tmp_path):
-    path = tmp_path / "taken"
-    path.touch()
-    with pytest.raises(InputError, match=r"taken cannot be written; .* a folder in which files can be made"):
-        require_writable(path / folder, "the results")
-
-
-def test_a_folder_below_without_permission_is_named(tmp_path, monkeypatch):
-    (tmp_path / "match").mkdir()
-    (tmp_path / "figures").mkdir()
-    # As on a disk that is read-only; permissions alone do not stop root.
-    monkeypatch.setattr(os, "access", lambda path, mode: path.name != "figures")
-    with pytest.raises(InputError, match="figures cannot be written"):
-        require_writable(tmp_path, "the results")

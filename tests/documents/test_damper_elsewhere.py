@@ -171,12 +171,6 @@ def test_the_numbers_show_the_mistakes_that_the_page_names():
     assert first[0] / first[1] == pytest.approx(2, rel=0.1)
 
 
-def test_each_listing_has_some_twenty_lines():
-    for language in ("python", "c", "fortran"):
-        lines = [line for line in listing(language).splitlines() if line.strip()]
-        assert len(lines) <= 34 and max(map(len, lines)) <= 120
-
-
 def test_the_constants_serve_the_restitutions_that_the_page_says():
     orders, n, third = (np.array(row[1:], dtype=float) for row in table("order m"))
     np.testing.assert_allclose(n, normalisation(orders), rtol=5e-7)

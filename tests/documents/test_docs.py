@@ -8,7 +8,6 @@ import sys
 import nbformat
 import numpy as np
 import pytest
-import rulegraph
 import yaml
 from repository import ROOT
 
@@ -76,16 +75,6 @@ def test_every_command_and_public_name_is_on_its_page(site):
 def test_the_notebook_is_kept_without_outputs():
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     assert all(not cell.get("outputs") and cell.get("execution_count") is None for cell in notebook.cells)
-
-
-def test_an_arrow_that_a_longer_way_implies_is_left_out():
-    needs = {"a": set(), "b": {"a"}, "c": {"a", "b"}}
-    assert rulegraph.reduced(needs) == {"a": set(), "b": {"a"}, "c": {"b"}}
-
-
-def test_figures_of_the_same_datasets_share_a_box():
-    needs = {"a": set(), "fig2": {"a"}, "fig1": {"a"}, "fig3": {"a", "b"}, "b": set()}
-    assert rulegraph.grouped(needs) == {"a": set(), "b": set(), "fig1\nfig2": {"a"}, "fig3": {"a", "b"}}
 
 
 def test_readme_s_first_screen_states_the_recommended_damper_s_own_numbers():

@@ -155,12 +155,6 @@ def test_the_page_holds_the_errors_of_the_table_of_ratios_that_the_package_ships
     assert SHOWN["tabulated"] == measured_tables.tabulated({})
 
 
-def test_claims_are_counted_by_their_verdicts_those_that_were_not_judged_apart(made_up):
-    lines = measured_tables.TABLES["verdicts"](made_up).splitlines()[2:]
-    assert lines[0] == "| not reproduced | 1 |" and lines[-1] == "| reproduced | 2 |"
-    assert "| not judged | 0 |" in lines
-
-
 def row(name, model, data):
     return next(line for line in measured_tables.TABLES[name](data).splitlines() if line.startswith(f"| {model} |"))
 
@@ -197,25 +191,6 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
     assert cells == pytest.approx([0.9987, *(100 * error for error in errors)], rel=0.01)
 
 
-def test_the_damper_to_use_is_the_one_of_the_report(made_up):
-    assert "**Use CDR.**" in measured_tables.earthquakes(made_up)
-    none = made_up["recommendation"].assign(recommended=0 * made_up["recommendation"]["recommended"])
-    said = measured_tables.earthquakes({**made_up, "recommendation": none})
-    assert "No damper has the least error at every e" in said
-    cells = numbers(row("earthquakes", "SDR", made_up))
-    assert cells[:3] == pytest.approx([0.9, 0.855, 0.945])
-
-
-def test_the_length_of_the_response_is_told_with_its_neighbours_and_those_of_other_releases(made_up):
-    told = measured_tables.response_length(made_up)
-    assert "It is 0 at 8 and at least 3 at every other length from 6 to 10 in steps of 2." in told
-    assert "Between 7 and 9, in tenths, it is 0 at 8 to 8.5 and at most 2 at 7.5 to 9." in told
-    assert told.splitlines()[-2:] == [
-        "| length implied, in tau | 6 | 6 | 6 | 8 | 12 | 12 |",
-        "| e at which it fails | 5 | 5 | 5 | 0 | 2 | 2 |",
-    ]
-
-
 def test_the_package_ships_the_false_safe_shares_of_the_full_study():
     shown = (measured_tables.SHIPPED / "false_safe.csv").read_text(encoding="utf-8")
     assert shown == measured_tables.false_safe(built()["comparison"])
@@ -234,15 +209,6 @@ def test_the_recommended_order_is_the_one_that_the_full_study_found_enough_at_ev
     assert int(found[1]) == RECOMMENDED_ORDER
     (smallest,) = [line.split("|")[2:-1] for line in SHOWN["orders"].splitlines() if line.startswith("| all |")]
     assert max(map(float, smallest)) == RECOMMENDED_ORDER
-
-
-def test_where_no_order_is_enough_the_table_says_none(made_up):
-    orders = made_up["earthquakes/orders"].copy(deep=True)
-    orders["smallest_order"][0, :, 0] = np.nan
-    orders["recommended_order"] = np.nan
-    told = measured_tables.orders({"earthquakes/orders": orders})
-    assert "**Order none" not in told and "No order is enough at every e" in told
-    assert re.search(r"^\| 0\.\d+ \|.*\| none \| none \| none \|$", told, flags=re.MULTILINE)
 
 
 def test_coverage_is_told_by_parameter_with_what_chance_does_to_it(made_up):
@@ -267,9 +233,3 @@ def test_probabilities_are_means_over_the_records_of_a_maker_that_were_determine
     assert told[3] == "| CR | × 2 | 1 of 2 | 0 | 0.38 | 0.62 | 0.00 |"
     assert told[4] == "| ECD | × 1 | 0 of 1 | 0 | – | – | – |"
     assert told[-1].startswith("Of 18 evidences 3 were not determined; ")
-
-
-def test_tables_of_the_full_study_of_identification_stay_where_it_is_not_built(made_up):
-    data = {name: made for name, made in made_up.items() if name not in measured_tables.NEEDED.values()}
-    text = TEXT["docs/identification.md"]
-    assert measured_tables.written(text, data) == text != measured_tables.written(text, made_up)

@@ -51,15 +51,6 @@ def test_the_error_falls_with_the_square_of_the_step():
     assert np.log2(error[0] / error[2]) / 2 > 1.6
 
 
-def test_without_loss_the_damping_ratio_stays_zero_beside_cases_with_loss():
-    cases, alone = released([0.9, 1.0]), released(0.9)
-    found = integral_minima(cases, "CDR", STEPS, np.array([0.03, 0.0]))
-    assert found[:, 1].tolist() == [0.0, 0.0]
-    np.testing.assert_array_equal(found[:, :1], integral_minima(alone, "CDR", STEPS, np.array([0.03])))
-    error = error_at(cases, "CDR", STEPS, found[0])
-    assert error[1] == 0.0 and error[0] > 0
-
-
 def test_the_error_at_a_damping_ratio_is_the_sum_of_eq_17():
     cases = released([0.8, 0.9])
     xi = np.array([0.06, 0.03])

@@ -102,11 +102,3 @@ def test_the_scheme_and_the_scan_are_those_asked_for(cases):
     coarser = matching.Scan(smallest=0.5, largest=2.0, points=30)
     few = matching.solve(cases, ["CDR"], STEPS, refinement=2, scan=coarser)["CDR"]
     np.testing.assert_allclose(few.damping_ratio, newmark.damping_ratio, rtol=2 * RESOLUTION)
-
-
-def test_models_run_side_by_side_under_the_caller_s_handling_of_floating_point_errors():
-    for handling in ("ignore", "raise"):
-        with np.errstate(over=handling):
-            assert matching.of_each(lambda model: np.geterr()["over"], ["CDC", "CDR"]) == dict.fromkeys(
-                ["CDC", "CDR"], handling
-            )

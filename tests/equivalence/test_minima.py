@@ -86,15 +86,6 @@ def test_one_pass_over_the_response_lengths_gives_what_each_gives_alone():
         np.testing.assert_allclose(together.error[index], alone.error[0], rtol=1e-9)
 
 
-def test_a_case_does_not_depend_on_the_cases_beside_it():
-    e = np.linspace(0.7, 0.98, 15)
-    cases = cases_from(Damping.cr(e), e)
-    all_of_them = global_minima(cases, "SDR", [1600])
-    alone = global_minima(cases.take(slice(4, 5)), "SDR", [1600])
-    assert alone.damping_ratio[0, 0] == all_of_them.damping_ratio[0, 4]
-    assert alone.error[0, 0] == all_of_them.error[0, 4]
-
-
 def test_a_response_length_before_the_first_impact_has_no_damping_ratio():
     first = float(CURVE.period(0.5)) / 4
     cases = cases_from(Damping.cr([0.85]), 0.85)

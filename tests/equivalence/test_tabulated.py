@@ -32,7 +32,7 @@ def differs(curve, e, x0):
 
 
 def test_walls_drawn_at_random_have_the_ratios_that_the_matcher_finds():
-    e, a1, b1, a3, x0 = tabulated.walls_at(np.random.default_rng(20).uniform(size=(5, 24)))
+    e, a1, b1, a3, x0 = tabulate_ratios.walls_at(np.random.default_rng(20).uniform(size=(5, 24)))
     off = np.abs(differs(rd.TrilinearCurve(a1, b1, a3), e, x0))
     assert np.isfinite(off).mean() > 0.8
     assert np.nanmax(off) < tabulated.LARGEST_ERROR and np.nanmedian(off) < 0.1 * tabulated.LARGEST_ERROR
@@ -71,7 +71,7 @@ def test_dampers_that_lose_the_same_from_every_amplitude_need_no_table():
 
 def test_a_point_of_the_unit_box_and_its_wall_are_each_others_inverse():
     unit = np.random.default_rng(3).uniform(size=(5, 50))
-    np.testing.assert_allclose(tabulated.unit_of(*tabulated.walls_at(unit)), unit, atol=1e-12)
+    np.testing.assert_allclose(tabulated.unit_of(*tabulate_ratios.walls_at(unit)), unit, atol=1e-12)
 
 
 def test_between_nodes_the_table_is_read_by_a_cubic_in_each_variable():
@@ -88,15 +88,8 @@ def test_between_nodes_the_table_is_read_by_a_cubic_in_each_variable():
 OUTSIDE = {
     "restitution (e) is 0.6; it must be between 0.7 and 0.99": (CURVE, 0.6, 0.5),
     "strength_ratio (b1) is 0.95; it must be between 0.4 and 0.9": (rd.TrilinearCurve(0.03, 0.95), 0.85, 0.5),
-    "ultimate_displacement_ratio (a3) is 0.65; it must be between 0.7 and 1": (
-        rd.TrilinearCurve(0.04, 0.85, 0.65),
-        0.85,
-        0.5,
-    ),
     "yield_displacement_ratio (a1) is 0.14; it must be between 0.02 and": (rd.TrilinearCurve(0.14, 0.85), 0.85, 0.5),
-    "yield_displacement_ratio (a1) is 0.019; it must be": (rd.TrilinearCurve(0.019, 0.85), 0.85, 0.5),
     "release_amplitude is 0.15; it must be between 0.1 + 1.5 a1 and 0.8 a3": (CURVE, 0.85, 0.15),
-    "release_amplitude is 0.81; it must be": (CURVE, 0.85, 0.81),
 }
 
 
@@ -137,7 +130,7 @@ def test_a_cell_near_a_switch_is_refused_and_its_neighbours_answer():
     middle = (beside[:, None] + 0.5 + np.array([[0, 0], [0, 0], [0, 0], [0, 0], [0, 1]])) / np.array(cells.shape)[
         :, None
     ]
-    e, a1, b1, a3, x0 = tabulated.walls_at(middle)
+    e, a1, b1, a3, x0 = tabulate_ratios.walls_at(middle)
     curve = rd.TrilinearCurve(a1, b1, a3)
     assert np.isnan(rd.damping_ratio_table(curve, "CDC", e, x0)).tolist() == [True, False]
     why = rd.table_refusal(curve, "CDC", e, x0)
@@ -147,7 +140,7 @@ def test_a_cell_near_a_switch_is_refused_and_its_neighbours_answer():
 
 
 def test_a_wall_has_one_ratio_whatever_stands_beside_it(monkeypatch):
-    e, a1, b1, a3, x0 = tabulated.walls_at(np.random.default_rng(4).uniform(size=(5, 9)))
+    e, a1, b1, a3, x0 = tabulate_ratios.walls_at(np.random.default_rng(4).uniform(size=(5, 9)))
     curve = rd.TrilinearCurve(a1, b1, a3)
     together = rd.damping_ratio_table(curve, "CDR", e, x0)
     monkeypatch.setattr(tabulated, "AT_ONCE", 4)
@@ -156,7 +149,7 @@ def test_a_wall_has_one_ratio_whatever_stands_beside_it(monkeypatch):
 
 def test_a_file_holds_the_table_to_the_bit_and_the_shipped_one_is_of_this_range(tmp_path):
     tables = {model: tabulated.shipped(model) for model in PAPER_MODELS}
-    tabulated.write(tables, tabulated.protocol(), tmp_path / "table.npz")
+    tabulate_ratios.write(tables, tabulate_ratios.protocol(), tmp_path / "table.npz")
     with np.load(tmp_path / "table.npz") as other, np.load(tabulated.FILE) as shipped:
         assert set(other) == set(shipped)
         for name in set(other) - {"protocol"}:
@@ -172,10 +165,3 @@ def test_the_stated_error_was_not_exceeded_by_any_wall_drawn_or_searched():
     for row in rows:
         assert float(row["largest"]) <= float(row["largest_searched"]) <= tabulated.LARGEST_ERROR
         assert int(row["walls"]) >= 4000 and int(row["searched"]) >= 500
-
-
-def test_cells_beside_one_that_is_off_and_at_a_corner_with_two_minima_are_found():
-    off = np.zeros((3, 4), dtype=bool)
-    off[1, 2] = True
-    assert np.argwhere(tabulate_ratios.and_beside(off)).tolist() == [[0, 2], [1, 1], [1, 2], [1, 3], [2, 2]]
-    assert np.argwhere(tabulate_ratios.at_a_corner(off)).tolist() == [[0, 1], [0, 2], [1, 1], [1, 2]]

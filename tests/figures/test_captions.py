@@ -88,11 +88,6 @@ def test_the_lowest_error_is_named_with_its_range_of_restitution():
     assert "CDR at e = 0.85 to 0.90 and SDR at e = 0.80 and 0.95" in written("fig6_error", study)
 
 
-def test_text_of_a_dataset_is_escaped_in_a_caption():
-    (test,) = datasets("fig8")
-    assert "&lt;b&gt;wall" in written("fig8", test.assign_attrs(record_specimen="<b>wall</b>"))
-
-
 def test_a_record_without_a_free_decay_says_so():
     (test,) = datasets("fig8")
     assert "half cycles of free decay" in written("fig8", records_of_series())

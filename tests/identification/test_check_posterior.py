@@ -1,16 +1,11 @@
 """The program that sees whether the walkers' posterior is right about itself, without the hours that it takes."""
 
-import check_slips
 import numpy as np
-import pandas as pd
 import pytest
-import random_tests
-from check_posterior import report, summary
+from check_posterior import report
 from random_tests import LEAST, LEAST_OF_BRANCH, MOST, drawn
 
-from rockdamp.histories.forcing import Forcing
 from rockdamp.identification.simulated import Judged, gathered
-from rockdamp.mechanics.curve import TrilinearCurve
 
 NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 NOTHING = np.full(5, np.nan)
@@ -34,31 +29,3 @@ def test_a_random_test_is_the_same_each_time_and_one_that_a_laboratory_would_kee
     assert max(LEAST, LEAST_OF_BRANCH * made.truth[0]) < made.peak_ratio < MOST
     shown = made.record.displacement / float(made.wall.instability_displacement)
     assert np.ptp(shown) > made.peak_ratio / 2
-
-
-def test_a_restitution_that_does_not_scatter_is_cr(monkeypatch):
-    monkeypatch.setattr(random_tests, "SCATTER", 0.0)
-    test = drawn(3, 5)
-    a1, b1, e = test.truth
-    times = float(test.wall.frequency_parameter) * test.record.elapsed
-    run = (float(e), times, Forcing.of(test.wall, test.fine).event_driven(), np.random.RandomState(1))
-    made, other = (random_tests._response(TrilinearCurve(a1, b1), maker, *run) for maker in ("CR, e scatters", "CR"))
-    np.testing.assert_allclose(made, other, atol=1e-9)
-
-
-def test_a_slip_is_made_in_a_record_of_each_maker_and_honest_records_stay_as_they_are():
-    plan = check_slips.planned(60)
-    assert set(plan) == {(check_slips.NONE, maker) for maker in random_tests.MAKERS} | {
-        (slip, maker) for slip in check_slips.SLIPS for maker in random_tests.MAKERS
-    }
-    test = drawn(3, 5)
-    for slip, change in check_slips.SLIPS.items():
-        assert (change(test, test.record, np.random.RandomState(1)) == test.record) is (slip == check_slips.NONE)
-
-
-def test_random_tests_are_counted_by_how_they_ended_and_held_by_those_that_were_answered():
-    held = {f"held_{name}": [1, 0, 0, 0] for name in NAMES[:3]}
-    ended = ["answered", "answered", "refused", "failed"]
-    found = summary(pd.DataFrame({"ended": ended, "seconds": [1.0, 5.0, 2.0, 3.0], **held}))
-    assert (found["answered"], found["refused"], found["failed"], found["longest"]) == (2, 1, 1, 5.0)
-    assert found["refused_share"] == 0.25 and found["held_restitution"] == 0.5

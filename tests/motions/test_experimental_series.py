@@ -1,23 +1,19 @@
 """The test series of experimental-style records: its walls, and the records that are shipped."""
 
 import csv
-import runpy
-import sys
 from dataclasses import replace
 
 import experimental_series as series
 import numpy as np
 import pytest
 from experimental_series import DURATION, Maker
-from experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
+from experimental_style import SAMPLING, WALL
 from repository import ROOT
 
-from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.pulse_shapes import wavelet
 from rockdamp.motions.records import read_record, write_record
-from rockdamp.solvers import event_driven, newmark
+from rockdamp.solvers import event_driven
 from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -32,23 +28,6 @@ U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
 def maker(wall, **changed):
     given = {"restitution": SETTINGS["restitution"], **WALLS[wall], **changed}
     return Maker(TrilinearCurve(**SETTINGS["curve"]), **given)
-
-
-def by_the_kernel(wall, peaks, substeps=24):
-    """The response of a wall that does not degrade, by the other solver: at the samples, for each peak in g."""
-    per_sample = OVERSAMPLING * substeps
-    fine = np.arange((ELAPSED.size - 1) * OVERSAMPLING + 1) / (SAMPLING * OVERSAMPLING)
-    motion = wavelet(fine - PULSE["centre"], PULSE["frequency"], PULSE["cycles"], STANDARD_GRAVITY)
-    return newmark.solve(
-        maker(wall).curve,
-        maker(wall).damping,
-        step=P / (SAMPLING * per_sample),
-        steps=substeps * (fine.size - 1),
-        substeps=substeps,
-        load_factor=float(WALL.load_factor) * np.asarray(peaks),
-        ground_acceleration=motion,
-        store_every=per_sample,
-    )
 
 
 # --- the walls
@@ -75,34 +54,14 @@ def test_a_wall_degrades_at_the_impact_that_ends_a_half_cycle_beyond_u1_and_at_n
     assert Maker._damaging_impact(slow, curve) is None
 
 
-def test_a_wall_that_a_level_overturns_is_refused():
-    high = {**SETTINGS, "levels": {"half": 3.0}, "walls": {"cr": {"damping_model": "CR"}}}
-    with pytest.raises(InputError, match=r"levels: half is 3.0; it must be such that cr stands"):
-        next(series.records(high))
-
-
 # --- the records
 
 
-@pytest.mark.parametrize("name", [*NAMES[:4], "ecd-quarter", *NAMES[12:]])
+@pytest.mark.parametrize("name", [NAMES[0], "ecd-quarter", *NAMES[12:]])
 def test_a_shipped_record_is_exactly_what_the_generator_makes(name, tmp_path):
     wall, _, level = name.partition("-")
     write_record(tmp_path / "made.csv", series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
     assert (tmp_path / "made.csv").read_text(encoding="utf-8") == (FOLDER / f"{name}.csv").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("wall", ["cr", "ecd", "ecd16"])
-def test_a_shipped_record_is_to_the_last_digit_what_the_other_solver_makes(wall):
-    responses = by_the_kernel(wall, list(LEVELS.values())).displacement
-    for level, response in zip(LEVELS, responses, strict=True):
-        name = f"{wall}-{level}"
-        shipped = read_record(FOLDER / f"{name}.csv")
-        motion = wavelet(
-            ELAPSED - PULSE["centre"], PULSE["frequency"], PULSE["cycles"], LEVELS[level] * STANDARD_GRAVITY
-        )
-        made = instrumented(ELAPSED, motion, U_INS * response, SETTINGS["seed"] + NAMES.index(name), {"source": ""})
-        np.testing.assert_array_equal(shipped.ground_acceleration, made.ground_acceleration)
-        np.testing.assert_allclose(shipped.displacement, made.displacement, atol=1.001e-5)  # one step of the logger
 
 
 def test_every_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_it():
@@ -118,24 +77,3 @@ def test_every_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_mad
     with (ROOT / "data/sources.csv").open(encoding="utf-8", newline="") as file:
         (row,) = [row for row in csv.DictReader(file) if row["file"] == "test_series"]
     assert row["synthetic"] == "yes"
-
-
-def test_the_levels_are_barely_rocking_a_quarter_half_and_near_nine_tenths():
-    for level, low, high in (
-        ("barely", 0.04, 0.07),
-        ("quarter", 0.23, 0.27),
-        ("half", 0.47, 0.53),
-        ("nine-tenths", 0.86, 0.93),
-    ):
-        record = read_record(FOLDER / f"cr-{level}.csv")
-        zero = record.displacement[ELAPSED < 0.3].mean()
-        assert low < np.abs(record.displacement - zero).max() / U_INS < high
-
-
-def test_the_generator_writes_the_records_beside_their_settings(tmp_path, monkeypatch):
-    few = (FOLDER / "test_series.yaml").read_text(encoding="utf-8")
-    few = few[: few.index("walls:")] + "walls: {cr: {damping_model: CR}}\n" + few[few.index("curve:") :]
-    (tmp_path / "test_series.yaml").write_text(few, encoding="utf-8")
-    monkeypatch.setattr(sys, "argv", ["test_series", str(tmp_path)])
-    runpy.run_path(str(ROOT / "tools/experimental_series.py"), run_name="__main__")
-    assert sorted(path.name for path in tmp_path.glob("*.csv")) == sorted(f"cr-{level}.csv" for level in LEVELS)

@@ -42,16 +42,6 @@ def test_the_strong_part_of_a_constant_acceleration_is_its_middle_nine_tenths():
     assert found.strong_duration == pytest.approx(0.9, rel=1e-12)
 
 
-def test_rest_around_a_motion_moves_its_strong_part_and_changes_nothing_else(motion):
-    rest = 300
-    later = record(np.pad(motion.ground_acceleration, rest), motion.step)
-    one, other = intensity_measures(motion), intensity_measures(later)
-    assert other[:2] == pytest.approx(one[:2], rel=1e-3)
-    assert other.arias == pytest.approx(one.arias, rel=1e-6)
-    assert other.strong_start - one.strong_start == pytest.approx(rest * motion.step, rel=1e-6)
-    assert other.strong_duration == pytest.approx(one.strong_duration, rel=1e-6)
-
-
 def test_measures_scale_as_they_must(motion):
     once, twice = intensity_measures(motion), intensity_measures(record(2.0 * motion.ground_acceleration, motion.step))
     factors = np.array([2, 2, 2, 4, 1, 1])

@@ -74,13 +74,6 @@ def test_displacement_may_be_missing_and_a_record_without_a_header_is_taken_as_m
     assert not record.synthetic
 
 
-def test_files_from_spreadsheets_are_read(write):
-    text = (HEADER + '"elapsed_s","ground_acceleration_m_s2","displacement_m"\n' + ROWS).replace("\n", "\r\n")
-    record = read_record(write(b"\xef\xbb\xbf" + text.encode() + b"\r\n\r\n"))
-    assert record.elapsed.size == 4
-    assert record.header["specimen"] == "A"
-
-
 finite = st.floats(-1e3, 1e3)
 
 
@@ -123,9 +116,7 @@ BAD = {
         f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001",
     ),
     "a short row": (ROWS.replace(",0.002", ""), f"line {FIRST_ROW + 1} has 2 values; it must have 3"),
-    "an empty line": (ROWS.replace("0.02,", "\n0.02,"), f"line {FIRST_ROW + 2} has 0 values; it must have 3"),
     "decimal commas": (ROWS.replace("0.2", "0,2"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),
-    "an open quote": (ROWS.replace("0.2", '"0.2'), f"ground_acceleration_m_s2 is '\"0.2' on line {FIRST_ROW + 1}"),
     "no rows": ("", f"has no rows; at least 2 must follow the columns on line {FIRST_ROW - 1}"),
     "one row": (ROWS[:15], "has 1 samples; it must have at least 2"),
 }
@@ -145,7 +136,6 @@ def test_a_bad_row_is_named_with_its_value_line_and_file(write, name):
         ("elapsed_s,displacement_m", "column 'ground_acceleration_m_s2' is missing on line 6; the columns must be"),
         ("ground_acceleration_m_s2", "column 'elapsed_s' is missing on line 6"),
         ("time,ground_acceleration_m_s2", "column 'time' on line 6 is unknown; the columns must be elapsed_s"),
-        ("elapsed_s,elapsed_s,ground_acceleration_m_s2", "column 'elapsed_s' on line 6 stands there more than once"),
     ],
 )
 def test_wrong_or_missing_columns_are_named(write, columns, message):
@@ -175,7 +165,6 @@ def test_a_file_that_is_no_record_says_why(write, content, message):
         ("-.7000000E-02", "-.7000000E-02 .1", "has 8 accelerations; it must have 7"),
         ("-.7000000E-02", "*****", r"acceleration is '\*\*\*\*\*' on line 6; it must be a number"),
         ("NPTS=   7, DT=   .0050 SEC", "7 samples", "line 4 is '7 samples'; it must give NPTS and DT"),
-        (".0050", "0.0", "DT is 0.0 on line 4; it must be greater than 0"),
     ],
 )
 def test_a_bad_at2_file_says_what_and_where(write, old, new, message):
@@ -184,25 +173,7 @@ def test_a_bad_at2_file_says_what_and_where(write, old, new, message):
         read_record(write(AT2.replace(old, new), "bad.at2"))
 
 
-def test_an_at2_file_that_ends_in_its_header_is_refused(write):
-    with pytest.raises(InputError, match="has 3 lines; a PEER AT2 file must have 4 of header"):
-        read_record(write("\n".join(AT2.splitlines()[:3]), "short.AT2"))
-
-
 # --- time
-
-
-def test_times_off_by_less_than_the_tolerance_are_uniform():
-    off = 0.9e-4 * 0.01 * np.where(np.arange(40) % 2, 1, -1)
-    record = Record(times() + off, np.zeros(40))
-    assert record.step == pytest.approx(0.01, rel=1e-4)
-
-
-def test_a_time_off_by_more_than_the_tolerance_is_refused_at_its_sample():
-    elapsed = times()
-    elapsed[17] += 3e-4 * 0.01
-    with pytest.raises(InputError, match="at sample 1[78]; .*uniform"):
-        Record(elapsed, np.zeros(40))
 
 
 def test_a_clock_that_drifts_is_refused_though_no_interval_is_far_off():
@@ -228,12 +199,6 @@ def test_the_rest_after_a_motion_lasts_at_least_as_long_as_asked_for(tail, zeros
     assert followed_by_rest(motion, 0.01, tail).tolist() == [1.0, -2.0, 3.0] + [0.0] * zeros
 
 
-@pytest.mark.parametrize("tail", [-0.1, float("nan"), float("inf")])
-def test_a_rest_that_cannot_be_is_refused(tail):
-    with pytest.raises(InputError, match=f"tail is {tail}"):
-        followed_by_rest(np.zeros(3), 0.01, tail)
-
-
 def test_a_record_stays_as_it_was_checked_as_do_its_copies():
     record = Record(times(), np.sin(times()), header={"Synthetic": "yes"}, digest="d")
     for same in (record, pickle.loads(pickle.dumps(record)), copy.copy(record), copy.deepcopy(record)):
@@ -242,3 +207,10 @@ def test_a_record_stays_as_it_was_checked_as_do_its_copies():
             same.header["synthetic"] = "no"
         with pytest.raises(ValueError, match="read-only"):
             same.ground_acceleration[0] = 1.0
+
+
+def test_a_time_off_by_more_than_the_tolerance_is_refused_at_its_sample():
+    elapsed = times()
+    elapsed[17] += 3e-4 * 0.01
+    with pytest.raises(InputError, match="at sample 1[78]; .*uniform"):
+        Record(elapsed, np.zeros(40))

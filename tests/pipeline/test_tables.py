@@ -80,15 +80,15 @@ def test_a_fifth_study_stands_in_every_list(monkeypatch):
     assert writes(STAGES["decay"], "decay/hinge") and not writes(STAGES["decay"], "decay/height")
 
 
-def test_a_figure_of_the_paper_has_its_number_and_one_beyond_it_has_none():
-    numbers = {name: figure.number for name, figure in FIGURES.items() if figure.number}
-    assert list(numbers)[:5] == [f"fig{n}" for n in range(1, 6)]
-    assert all(number == f"Fig. {name[3]}" or name == "fig6_error" for name, number in numbers.items())
-    assert FIGURES["fig_convergence"].number == ""
-
-
 def test_what_the_snakefile_reads_at_every_start_takes_no_library_that_loads_for_long():
     script = "import sys; from rockdamp.motions import catalogue; from rockdamp.pipeline import verification"
     script += "; print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert not {"xarray", "numba", "matplotlib", "scipy"} & set(run.stdout.split())
+
+
+def test_a_figure_of_the_paper_has_its_number_and_one_beyond_it_has_none():
+    numbers = {name: figure.number for name, figure in FIGURES.items() if figure.number}
+    assert list(numbers)[:5] == [f"fig{n}" for n in range(1, 6)]
+    assert all(number == f"Fig. {name[3]}" or name == "fig6_error" for name, number in numbers.items())
+    assert FIGURES["fig_convergence"].number == ""

@@ -7,8 +7,7 @@ from html_page import Page
 
 import rockdamp as rd
 from rockdamp.assessment.checks import checks
-from rockdamp.report.one_wall.checks import Placement
-from rockdamp.report.one_wall.page import Subject, build
+from rockdamp.report.one_wall.page import Placement, Subject, build
 
 PLACE = "storey 3 of 3 of a building of 0.25 s"
 PERIODS = [
@@ -24,7 +23,7 @@ def page():
     answer = rd.assess(wall, curve, motions, pga=1.0, restitution=0.85)
     checked = checks(answer, wall, motions)
     building = rd.Building(0.25, 3, 3)
-    placement = Placement(tuple(checked), PLACE, {"left_out": 0.0153, "periods": PERIODS}, building)
+    placement = Placement(checked, PLACE, {"left_out": 0.0153, "periods": PERIODS}, building)
     return checked[0], build(Subject("top", wall, curve, motions, answer, placement=placement))
 
 

@@ -59,15 +59,6 @@ def test_inside_the_first_branch_every_damper_is_the_linear_oscillator(model, xi
     assert run.displacement == pytest.approx(expected, abs=1e-11)
 
 
-def test_softening_branch_is_hyperbolic_until_the_plateau():
-    curve, x0 = CURVES[4], 0.84
-    k, a3 = float(curve.softening_stiffness), float(curve.ultimate_displacement_ratio)
-    reaches = np.arccosh((a3 - curve.plateau_end) / (a3 - x0)) / np.sqrt(k)
-    times = np.linspace(0, reaches, 20)
-    run = history(curve, Damping.cr(0.9), times, release_amplitude=x0)
-    assert run.displacement == pytest.approx(a3 - (a3 - x0) * np.cosh(np.sqrt(k) * times), abs=1e-13)
-
-
 @pytest.mark.parametrize("amplitude", [0.04 * (1 - 1e-12), 0.04, 0.04 * (1 + 1e-12), 0.15, 0.15 + 1e-12])
 @pytest.mark.parametrize("damper", [Damping.cr(1.0), Damping("CDR", 0.0), Damping("ECD", 0.0)])
 def test_motion_that_only_just_touches_a_corner_keeps_its_amplitude_and_period(amplitude, damper):
@@ -105,7 +96,7 @@ def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
     turned = 0
     for _ in range(60):
         x, v, q, slope = rng.normal(size=4)
-        stop, turns, _ = piece(branch, (), (x, v, q, slope), 5.0, 0.0, np.inf, None)
+        stop, turns, *_ = piece(branch, (), (x, v, q, slope), 5.0, 0.0, np.inf, None)
 
         def velocity(t, x=x, v=v, q=q, slope=slope):
             return event_kernel.closed_state(x, v, c, k, q, slope, t)[1]
@@ -162,13 +153,6 @@ def test_collapse_ends_the_run_at_the_time_that_the_kernel_finds(curve, damper):
     gone = times > run.outcome_tau
     assert np.isnan(run.displacement[gone]).all() and np.isnan(run.velocity[gone]).all()
     assert np.abs(run.displacement[~gone]).max() <= curve.ultimate_displacement_ratio
-
-
-def test_a_run_that_ends_before_collapse_is_completed():
-    fast = {"release_amplitude": 0.5, "release_velocity": 1.0}
-    run = history(CURVES[0], Damping("CDR", 0.05), [0.0, 5.0], **fast)
-    assert run.outcome == "collapsed"
-    assert history(CURVES[0], Damping("CDR", 0.05), [0.99 * run.outcome_tau], **fast).outcome == "completed"
 
 
 def test_energy_decides_between_collapse_and_return():

@@ -102,13 +102,6 @@ def test_an_order_by_multiplications_is_the_power_of_any_order():
         np.testing.assert_allclose(squared.coefficient(curve, x, v)[:2], power.coefficient(curve, x, v)[:2], rtol=1e-13)
 
 
-def test_at_rest_at_the_origin_there_is_no_damping_and_no_complaint():
-    curve = CURVES["paper"]
-    assert Damping("ECD", 0.05, order=4).coefficient(curve, 0.0, 0.0) == 0.0
-    run = solve(curve, Damping("ECD", 0.05, order=4), step=0.01, steps=100, store_every=1)
-    assert np.abs(run.displacement).max() < 1e-90
-
-
 def test_of_restitution_takes_the_models_that_need_no_fit():
     assert Damping.of_restitution(0.85, "CR").restitution == 0.85
     with pytest.raises(

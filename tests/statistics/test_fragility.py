@@ -39,14 +39,6 @@ def test_the_curve_is_the_one_a_general_minimiser_finds(median, dispersion, seed
         np.testing.assert_allclose([found.median, found.dispersion], most_likely(collapses, 40), rtol=1e-5)
 
 
-def test_exact_probabilities_give_their_own_curve_for_many_curves_at_once():
-    medians, dispersions = np.array([[0.5], [1.0], [2.0]]), np.array([0.2, 0.4, 0.8])
-    counts = 100 * probability(medians[..., None], dispersions[:, None])
-    found = fit_fragility(INTENSITY, counts, 100.0)
-    np.testing.assert_allclose(found.median, np.broadcast_to(medians, (3, 3)), rtol=1e-7)
-    np.testing.assert_allclose(found.dispersion, np.broadcast_to(dispersions, (3, 3)), rtol=1e-7)
-
-
 def test_an_intensity_in_another_unit_moves_the_median_alone():
     counts = np.array([0, 0, 1, 2, 4, 5, 9, 14, 18, 20, 20, 20])
     one, other = fit_fragility(INTENSITY, counts, 20), fit_fragility(9.81 * INTENSITY, counts, 20)

@@ -29,10 +29,6 @@ def test_the_interval_covers_the_share_as_often_as_it_says():
         assert 0.92 < covered < 0.99, share
 
 
-def test_records_that_stand_alone_count_as_many_as_they_are():
-    assert effective_count(np.array([True, False, True]), ["a", "b", "c"], 50, 1) == 3
-
-
 def test_components_that_agree_count_as_their_stations_and_opposite_ones_as_all():
     groups = np.repeat(np.arange(20), 2)
     alike = np.repeat(np.arange(20) < 8, 2)

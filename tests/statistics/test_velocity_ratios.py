@@ -91,10 +91,32 @@ def grid(mean, deviation):
     return mean + deviation * at, weight / weight.sum()
 
 
+@pytest.mark.parametrize(
+    ("errors", "predict", "shape"),
+    [
+        (ErrorModel(correlation=True), lambda losses, shape: power_law(losses, shape[0], IMPACTS), [0.2]),
+        (ErrorModel(by_trial=False, alternation=False), by_impact, [0.05, -0.1, 0.02, 0.1, 0.0]),
+    ],
+)
+def test_the_gradient_is_that_of_differences(trials, errors, predict, shape):
+    """With trials of fewer impacts among them."""
+    ratio = trials.ratio.copy()
+    ratio[30:, 4:] = np.nan
+    shorter = Trials(ratio, trials.geometry, HOUSNER, errors)
+    named = {name: STARTS[name][0] for name in errors.names} | ({"correlation": 0.3} if errors.correlation else {})
+    point = np.array([*named.values(), *shape])
+    nodes = shorter.spread_nodes(shorter.values(point))
+    search = Search(shorter, predict, nodes)
+    ahead, behind = (
+        [search.negative(point + sign * step)[0] for step in 1e-5 * np.eye(point.size)] for sign in (1, -1)
+    )
+    np.testing.assert_allclose(search.negative(point)[1], np.subtract(ahead, behind) / 2e-5, rtol=1e-6, atol=1e-5)
+
+
 def test_the_maximum_is_one_and_near_what_made_the_trials(trials, fitted):
     search = Search(trials, constant, fitted.nodes)
     made = truth(trials)
-    assert fitted.log_likelihood > -search.negative(made.point, np.ones(made.point.size))[0]
+    assert fitted.log_likelihood > -search.negative(made.point)[0]
     ratio = fitted.values["noise"] / made.values["noise"]
     assert 0.7 < ratio < 1.4
     assert abs(fitted.values["centre"] - made.values["centre"]) < 0.03

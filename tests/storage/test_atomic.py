@@ -1,9 +1,7 @@
 """Files that appear whole or not at all."""
 
-import errno
 import os
 import stat
-import threading
 
 import pytest
 
@@ -30,34 +28,6 @@ def test_after_a_failure_the_old_file_stands_and_nothing_is_left_over(tmp_path):
     assert os.listdir(tmp_path) == ["result.txt"]
 
 
-def test_a_full_disk_is_named_with_the_file(tmp_path):
-    path = tmp_path / "result.txt"
-    with pytest.raises(OSError, match=r"No space left on device: '.*result\.txt'"), replacing(path):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    assert os.listdir(tmp_path) == []
-
-
-def test_threads_that_write_one_file_do_not_meet(tmp_path):
-    path, failures = tmp_path / "result.txt", []
-
-    def write(letter):
-        for _ in range(30):
-            try:
-                with replacing(path) as temporary:
-                    temporary.write_text(1000 * letter, encoding="utf-8")
-            except OSError as error:
-                failures.append(error)
-
-    threads = [threading.Thread(target=write, args=(letter,)) for letter in "abcd"]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert failures == []
-    assert path.read_text(encoding="utf-8") in {1000 * letter for letter in "abcd"}
-    assert os.listdir(tmp_path) == ["result.txt"]
-
-
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o755])
 def test_the_permissions_of_a_file_that_is_replaced_stay(tmp_path, mode):
     path = tmp_path / "result.txt"
@@ -66,16 +36,6 @@ def test_the_permissions_of_a_file_that_is_replaced_stay(tmp_path, mode):
     with replacing(path) as temporary:
         temporary.write_text("new", encoding="utf-8")
     assert stat.S_IMODE(path.stat().st_mode) == mode
-
-
-def test_no_temporary_name_is_used_twice_or_taken_over(tmp_path, monkeypatch):
-    monkeypatch.setattr("secrets.token_hex", lambda count: "known")
-    victim = tmp_path / "victim"
-    victim.write_text("mine", encoding="utf-8")
-    (tmp_path / ".result.txt.known.part").symlink_to(victim)
-    with pytest.raises(FileExistsError), replacing(tmp_path / "result.txt") as temporary:
-        temporary.write_text("not reached", encoding="utf-8")
-    assert victim.read_text(encoding="utf-8") == "mine"
 
 
 def test_a_link_is_replaced_and_what_it_points_to_stays(tmp_path):

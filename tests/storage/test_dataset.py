@@ -34,6 +34,14 @@ def write(data, path):
     dataset.write(data, path, "convergence", config={"seed": 1}, code_version="0+0")
 
 
+def test_an_interval_has_the_dimensions_of_its_variable_and_its_bounds_and_coordinates_stand_by_themselves():
+    variables = dataset.variables("comparison")
+    interval = variables["log_error_interval"]
+    assert interval["dims"] == [*variables["log_error"]["dims"], "bound"] and interval["units"] == "1"
+    assert interval["long_name"] == "95 % bootstrap interval of log_error"
+    assert variables["wall"] == {"dims": ["wall"], "units": "1", "long_name": "name of the wall"}
+
+
 def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):
     write(orders, tmp_path / "convergence.nc")
     with xr.open_dataset(tmp_path / "convergence.nc") as back:
@@ -58,26 +66,6 @@ def test_two_writes_are_the_same_bytes(orders, tmp_path):
         write(orders, tmp_path / name)
         digests.add(hashlib.sha256((tmp_path / name).read_bytes()).hexdigest())
     assert len(digests) == 1
-
-
-def test_large_variables_are_compressed_but_the_long_histories_of_the_decays(orders, tmp_path):
-    """Those are for later stages alone, and keep two thirds of their size. A checksum has each."""
-    many = np.linspace(0.0, 1.0, dataset.LARGE + 1)
-    dims = ("slenderness", "restitution")
-    history = (*dims, "tau"), np.sin(many)[None, None]
-    of_wall = {"frequency_parameter": ("slenderness", [4.0]), "impacts": (dims, [[7]])}
-    decay = {"displacement": history, "velocity": history, **of_wall}
-    coords = {"slenderness": [12.0], "restitution": [0.9], "tau": many}
-    decays = xr.Dataset(decay, coords).set_coords("frequency_parameter")
-    dataset.write(decays, tmp_path / "decay.nc", "decay", config={}, code_version="0+0")
-    write(orders.isel(step=[0]).sel(step=np.ones(many.size)), tmp_path / "convergence.nc")
-    for name, compressed in (("displacement", False), ("solver_error", True)):
-        stored = dataset.open(tmp_path / ("convergence.nc" if compressed else "decay.nc"))[name].encoding
-        assert (bool(stored["zlib"]), bool(stored["shuffle"]), bool(stored["fletcher32"])) == (
-            compressed,
-            compressed,
-            True,
-        )
 
 
 def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, monkeypatch):
@@ -165,3 +153,23 @@ def test_built_datasets_are_what_the_registry_says():
             found += 1
     if not found:
         pytest.skip("nothing is built in results/")
+
+
+def test_large_variables_are_compressed_but_the_long_histories_of_the_decays(orders, tmp_path):
+    """Those are for later stages alone, and keep two thirds of their size. A checksum has each."""
+    many = np.linspace(0.0, 1.0, dataset.LARGE + 1)
+    dims = ("slenderness", "restitution")
+    history = (*dims, "tau"), np.sin(many)[None, None]
+    of_wall = {"frequency_parameter": ("slenderness", [4.0]), "impacts": (dims, [[7]])}
+    decay = {"displacement": history, "velocity": history, **of_wall}
+    coords = {"slenderness": [12.0], "restitution": [0.9], "tau": many}
+    decays = xr.Dataset(decay, coords).set_coords("frequency_parameter")
+    dataset.write(decays, tmp_path / "decay.nc", "decay", config={}, code_version="0+0")
+    write(orders.isel(step=[0]).sel(step=np.ones(many.size)), tmp_path / "convergence.nc")
+    for name, compressed in (("displacement", False), ("solver_error", True)):
+        stored = dataset.open(tmp_path / ("convergence.nc" if compressed else "decay.nc"))[name].encoding
+        assert (bool(stored["zlib"]), bool(stored["shuffle"]), bool(stored["fletcher32"])) == (
+            compressed,
+            compressed,
+            True,
+        )

@@ -7,9 +7,9 @@ import sys
 import threading
 
 import pytest
+from command_line import run
 
 from rockdamp.errors import InputError
-from rockdamp.motions.catalogue import listing
 from rockdamp.motions.records import read_record
 from rockdamp.storage import dataset, input_file
 
@@ -36,29 +36,20 @@ def test_a_stream_is_read_to_its_end_though_it_comes_in_parts():
     assert record.digest == hashlib.sha256(CSV).hexdigest()
 
 
-RESPOND = """
-import sys
-from rockdamp.cli import main
-main(["respond", "--record", sys.argv[1], "--thickness", "0.3", "--height", "3", "--preset", "new", "--damping-model",
-      "CR", "--restitution", "0.9", "--output", sys.argv[2]], standalone_mode=False)
-"""
+RESPOND = "respond --thickness 0.3 --height 3 --preset new --damping-model CR --restitution 0.9".split()
 
 
 def test_a_command_reads_a_pipe_once_and_its_digest_is_that_of_what_was_read(tmp_path):
-    def digest(record, given=""):
-        command = [sys.executable, "-c", RESPOND, record, str(tmp_path / "out.nc")]
-        run = subprocess.run(command, input=given, text=True, capture_output=True)
-        assert run.returncode == 0, run.stderr
-        return dataset.open(tmp_path / "out.nc").attrs["config_sha256"]
+    def options(record, output):
+        return [*RESPOND, "--record", str(record), "--output", str(output)]
 
-    first, second = (
-        "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{t / 100},{peak * (t % 7 == 3)}\n" for t in range(50))
-        for peak in (1, 2)
-    )
-    (tmp_path / "record.csv").write_text(first, encoding="utf-8")
-    piped = digest("/dev/stdin", first)
-    assert piped == digest(str(tmp_path / "record.csv"))
-    assert piped != digest("/dev/stdin", second)
+    content = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{t / 100},{int(t % 7 == 3)}\n" for t in range(50))
+    (tmp_path / "record.csv").write_text(content, encoding="utf-8")
+    command = [sys.executable, "-m", "rockdamp", *options("/dev/stdin", tmp_path / "piped.nc")]
+    subprocess.run(command, input=content, text=True, check=True, capture_output=True)
+    assert run(*options(tmp_path / "record.csv", tmp_path / "read.nc")).exit_code == 0
+    piped, read = (dataset.open(tmp_path / name).attrs["config_sha256"] for name in ("piped.nc", "read.nc"))
+    assert piped == read
 
 
 def test_a_named_pipe_and_a_device_are_refused_without_waiting(tmp_path):
@@ -69,19 +60,11 @@ def test_a_named_pipe_and_a_device_are_refused_without_waiting(tmp_path):
         assert str(caught.value).startswith(f"{path}: {NEITHER}")
 
 
-def test_a_named_pipe_in_a_folder_of_records_is_passed_over(tmp_path):
-    os.mkfifo(tmp_path / "a.csv")
-    (tmp_path / "b.csv").write_bytes(CSV)
-    assert [entry.name for entry in listing([str(tmp_path / "*.csv")])] == ["b"]
-    with pytest.raises(InputError, match="is no file"):
-        listing([str(tmp_path / "a.csv")])
-
-
-@pytest.mark.parametrize("path", ["a\0b", "x" * 300, "nowhere.csv", "."])
+@pytest.mark.parametrize("path", ["nowhere.csv", "."])
 def test_what_is_no_file_is_one_line(path):
     with pytest.raises(InputError) as caught:
         input_file.content(path, "a file")
-    assert "\n" not in str(caught.value) and "\0" not in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_file_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
@@ -96,10 +79,7 @@ def test_a_file_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
     [
         ("a".encode("utf-16"), "byte 0xff on line 1 is not text; it must be UTF-8"),
         (b"a\ncaf\xe9", "byte 0xe9 on line 2 is not text"),
-        (b"a\n\x00", "character 0x00 on line 2 is a control character"),
         (b"\x1b[2J", "character 0x1b on line 1 is a control character"),
-        ("a\n\n\x9b2J".encode(), "character 0x9b on line 3 is a control character"),
-        (b"\xed\xa0\x80", "byte 0xed on line 1 is not text"),
     ],
 )
 def test_what_is_no_text_says_where(content, message):

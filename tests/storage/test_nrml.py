@@ -43,13 +43,6 @@ def test_stripes_are_a_discrete_function_and_where_no_curve_is_defined_the_only_
     assert [float(share) for share in discrete.find(f"{IN}poes").text.split()] == [0.0, 0.25, 1.0]
 
 
-def test_names_that_become_one_id_stay_apart():
-    found = functions(
-        text([Collapse(name, 1.0, 0.4, [0.1, 1.0], [0.0, 0.5]) for name in ("a b", "a/b")], "PGA", "m", "")
-    )
-    assert len(found) == 4
-
-
 def test_a_file_is_whole_and_names_the_measure_with_its_unit(tmp_path):
     write(tmp_path / "f.xml", text(WALLS, "PGA", "f", "Walls <of & one> town."))
     description = ElementTree.parse(tmp_path / "f.xml").getroot().find(f"{IN}fragilityModel/{IN}description").text
@@ -84,20 +77,12 @@ def test_openquake_reads_the_same_fragility(measure, tmp_path):
     [
         ({"share": [0.0, -0.1]}, "share of collapses of 'a' is -0.1; it must be between 0 and 1"),
         ({"share": [0.0, math.nan]}, "share of collapses of 'a' is nan"),
-        ({"share": [0.5]}, "'a' has 2 intensities and 1 shares"),
         ({"intensity": [0.3, 0.1]}, "intensity of 'a' is 0.1; it must be finite, at least 0 and rising"),
-        ({"intensity": [-0.1, 0.1]}, "intensity of 'a' is -0.1"),
         ({"intensity": [], "share": []}, "'a' has 0 intensities"),
         ({"median": -1.0}, "median of 'a' is -1.0; it must be greater than 0"),
-        ({"dispersion": math.nan}, "dispersion of 'a' is nan"),
     ],
 )
 def test_what_is_no_fragility_is_refused(changes, message):
     right = {"name": "a", "median": 0.4, "dispersion": 0.3, "intensity": [0.1, 0.3], "share": [0.0, 0.5]}
     with pytest.raises(InputError, match=message):
         text([Collapse(**right | changes)], "PGV", "m", "")
-
-
-def test_a_model_without_a_function_is_refused():
-    with pytest.raises(InputError, match="the number of fragilities is 0; it must be at least 1"):
-        text([], "PGV", "m", "")

@@ -22,7 +22,6 @@ def test_values_of_users_are_those_of_yaml_1_2(text, value, tmp_path):
     ("text", "message"),
     [
         ("a: 1\nb: 2\na: 1\n", 'own.yaml, line 3: found duplicate key "a"'),
-        ("a: " + "[" * 5000 + "]" * 5000, "own.yaml: is nested too deep; it must be YAML"),
         ("a: !!int x", "own.yaml: "),
         ("a: !!python/name:os.system", "own.yaml, line 1: could not determine a constructor"),
         ("a: 0.8_5\n", "own.yaml, line 1: '0.8_5' is no number; text must stand in quotes"),

@@ -71,15 +71,6 @@ def test_the_peaks_are_exact_at_every_order_but_for_the_step():
     assert np.median(coarse[:3] / fine[:3]) == pytest.approx(4, rel=0.2)
 
 
-@pytest.mark.parametrize("scheme", ["newmark", "paper"])
-def test_every_measure_of_restitution_against_itself_is_zero(scheme):
-    itself = Dampers(np.array([]), np.array([0.85, 0.6]), 0.0)
-    for name, values in measured(
-        CURVE, np.array([0.5, 0.3]), itself, response_length=8.0, step=0.005, scheme=scheme
-    ).items():
-        assert values.shape == (2, 2) and (values == 0).all(), name
-
-
 def test_the_measures_are_those_of_the_event_driven_solver():
     e, step, x0 = 0.8, 0.0025, 0.5
     tau = step * np.arange(1, 3201)

@@ -165,6 +165,3 @@ def test_the_table_and_the_words_of_the_page_are_those_of_the_study(found):
     assert abs(float(cdc.sel(damping_ratio_source="least error")) - 1) < abs(
         float(cdc.sel(damping_ratio_source="closed form")) - 1
     )
-
-
-# --- figure and config -----------------------------------------------------------------------------------------------

@@ -1,13 +1,11 @@
 """The report in Chromium: opened as on any screen, its controls used and its pictures read as a reader does."""
 
-from rockdamp.vocabulary import VISCOUS_MODELS
-
 try:
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
-    from selenium.webdriver.support.ui import Select, WebDriverWait
+    from selenium.webdriver.support.ui import WebDriverWait
 except ImportError:  # the fixture of the browser skips the tests
-    By = Keys = Select = WebDriverWait = None
+    By = Keys = WebDriverWait = None
 
 PATIENCE = 60  # seconds, on a machine that is busy
 PLOTS = ("plot-decays", "plot-curve", "plot-ratios", "plot-laws")
@@ -32,22 +30,10 @@ def drawn(browser):
     )
 
 
-def put(browser, name, value, kind="number"):
-    """Set a number or a slider as a reader does, and let the page follow."""
-    browser.execute_script(
-        """
-        const input = document.getElementById(`${arguments[2]}-${arguments[0]}`);
-        input.value = arguments[1];
-        input.dispatchEvent(new Event(arguments[2] === "number" ? "change" : "input", { bubbles: true }));
-        """,
-        name,
-        str(value),
-        kind,
-    )
-
-
-def soften(browser, softening):
-    Select(browser.find_element(By.ID, "explorer-softening")).select_by_visible_text(softening)
+def put(browser, name, value):
+    """Set a number as a reader does, and let the page follow."""
+    number = f"const input = document.getElementById('number-{name}'); input.value = arguments[0];"
+    browser.execute_script(number + "input.dispatchEvent(new Event('change', { bubbles: true }));", str(value))
 
 
 def preset(browser, name):
@@ -62,10 +48,6 @@ def value(browser, name):
 
 def message(browser):
     return browser.find_element(By.ID, "explorer-message").text
-
-
-def ratios(browser):
-    return {model: float(browser.find_element(By.ID, f"xi-{model}").text) for model in VISCOUS_MODELS}
 
 
 def picture(browser, plot):

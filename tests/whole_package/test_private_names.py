@@ -35,16 +35,3 @@ def private_names(tree):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_no_private_name_of_another_package_is_used(path):
     assert list(private_names(ast.parse(path.read_text(encoding="utf-8")))) == []
-
-
-@pytest.mark.parametrize(
-    "code",
-    [
-        "import _thread",
-        "from numba.core import caching",
-        "import xarray as xr; xr.Dataset()._variables",
-        "import sys; sys.modules['pint'] = None",
-    ],
-)
-def test_a_private_name_is_seen(code):
-    assert list(private_names(ast.parse(code)))

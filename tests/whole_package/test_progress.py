@@ -38,8 +38,3 @@ def test_a_step_of_longer_work_shows_no_bar_of_its_own(shown):
     with without_bars():
         assert shown(Terminal()) == ""
     assert "things" in shown(Terminal())
-
-
-def test_without_standard_error_the_work_goes_on(monkeypatch):
-    monkeypatch.setattr("sys.stderr", None)
-    assert work() == 3

@@ -32,8 +32,12 @@ def described(tmp_path, monkeypatch):
         rule="one",
         threads=1,
         log=["one.log"],
-        input=SimpleNamespace(code=[str(path) for path in provenance.files_of(*modules)], datasets=["made.nc"]),
-        params=SimpleNamespace(version=provenance.code_version(*modules), attributes={"made.nc": ORIGIN}),
+        input=SimpleNamespace(datasets=["made.nc"]),
+        params=SimpleNamespace(
+            code=[str(path) for path in provenance.files_of(*modules)],
+            version=provenance.code_version(*modules),
+            attributes={"made.nc": ORIGIN},
+        ),
     )
 
 

@@ -4,13 +4,13 @@
 rule checksums:
     input:
         results=[f"{RESULTS}/{file}" for file in ORIGINS],
-        code=source_files(["rockdamp.pipeline.verification"]),
     output:
         f"{RESULTS}/{verification.CHECKSUMS}",
     log:
         f"{LOGS}/checksums.log",
     params:
         expected=ORIGINS,
+        code=source_files(["rockdamp.pipeline.verification"]),
         version=code_version("rockdamp.pipeline.verification"),
     message:
         "The checksums of all results"

@@ -6,7 +6,6 @@ rule claims:
         datasets=dataset_files(STAGES["claims"].inputs),
         claims="data/claims.yaml",
         errata="data/errata.yaml",
-        code=source_files(STAGES["claims"].modules),
     output:
         claims=f"{RESULTS}/claims.csv",
         verdicts=f"{RESULTS}/claims.json",
@@ -15,6 +14,7 @@ rule claims:
         f"{LOGS}/claims.log",
     params:
         attributes=expected_attributes,
+        code=source_files(STAGES["claims"].modules),
         version=code_version(*STAGES["claims"].modules),
     message:
         message_of(STAGES["claims"])

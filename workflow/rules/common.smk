@@ -16,7 +16,10 @@ ORIGINS = verification.origins(config, motion_count)
 
 
 def source_files(modules):
-    """Return the files of the package that modules depend on, as input of the rules."""
+    """Return the files of the package that modules depend on, which a job compares with its version at its end.
+
+    They are parameters: Snakemake looks at every input of the waiting jobs many times a second.
+    """
     return [os.path.relpath(path) for path in files_of(*modules)]
 
 

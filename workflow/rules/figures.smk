@@ -7,7 +7,6 @@ for figure in FIGURES.values():
             figure.name
         input:
             datasets=dataset_files(figure.inputs),
-            code=source_files(figure.modules),
         output:
             figure_files(figure),
         log:
@@ -16,6 +15,7 @@ for figure in FIGURES.values():
             function=figure.function,
             shows=figure.alternative,
             attributes=expected_attributes,
+            code=source_files(figure.modules),
             version=code_version(*figure.modules),
             config=config_part(["figures"]),
         message:

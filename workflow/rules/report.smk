@@ -12,7 +12,6 @@ rule report:
         datasets=dataset_files(reported()),
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
-        code=source_files(verification.REPORT),
     output:
         f"{RESULTS}/report.html",
     log:
@@ -22,6 +21,7 @@ rule report:
         datasets=reported(),
         attributes=expected_attributes,
         config=config,
+        code=source_files(verification.REPORT),
         version=code_version(*verification.REPORT),
     message:
         "The report: claims, figures, explorer, accuracy and versions on one page"

@@ -18,19 +18,18 @@ for stage in STAGES.values():
                 trials=trials_files(stage),
                 datasets=dataset_files(stage.inputs, stage),
                 motions=motion_files(stage),
-                code=source_files(stage.modules),
             output:
                 f"{RESULTS}/{stage.file}",
             log:
                 f"{LOGS}/{stage.dataset}.log",
             priority: stage.priority
-            threads: stage.threads
             params:
                 function=stage.function,
                 kind=stage.name,
                 lazy=stage.lazy,
                 test_series=bool(stage.test_series),
                 attributes=expected_attributes,
+                code=source_files(stage.modules),
                 version=code_version(*stage.modules),
                 config=config_part(stage.config),
             message:
@@ -42,7 +41,6 @@ for stage in STAGES.values():
 rule coefficients:
     input:
         datasets=dataset_files(STAGES["coefficients"].inputs),
-        code=source_files(STAGES["coefficients"].modules),
     output:
         f"{RESULTS}/{STAGES['coefficients'].file}",
     log:
@@ -50,6 +48,7 @@ rule coefficients:
     params:
         function=STAGES["coefficients"].function,
         attributes=expected_attributes,
+        code=source_files(STAGES["coefficients"].modules),
         version=code_version(*STAGES["coefficients"].modules),
     message:
         message_of(STAGES["coefficients"])

@@ -55,7 +55,7 @@ def require_unchanged_sources(snakemake):
     from rockdamp.errors import InputError
     from rockdamp.storage.provenance import version_of
 
-    now = version_of(Path(path).resolve() for path in snakemake.input.code)
+    now = version_of(Path(path).resolve() for path in snakemake.params.code)
     if now != snakemake.params.version:
         began = f"they were {snakemake.params.version} when this run began"
         raise InputError(f"the sources are {now}, and {began}; leave them alone while it runs, and run again")

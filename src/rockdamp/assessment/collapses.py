@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,12 +16,8 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
+from rockdamp.motions.intensity import intensity_measures
 
-MEASURES: Mapping[str, Callable[[IntensityMeasures], float]] = {
-    "PGV": lambda measures: measures.pgv,
-    "PGA": lambda measures: measures.pga,
-}
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
 STEP = 0.05  # of the solver, times the first branch's angular frequency, at most; a quarter of it near to collapse
 TAIL = 3.0  # rest after a record [s]
@@ -74,7 +70,7 @@ def collapses(
     `track` yields the records on, and may show progress.
     """
     supports = [intensity_measures(motion.record) for motion in motions]
-    own = np.array([MEASURES[measure](intensity_measures(motion.intensity_record)) for motion in motions])
+    own = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])
     stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
     stripe = stripe * np.median(own / [level.pgv for level in supports])
     walls = np.broadcast_shapes(stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings))[0]

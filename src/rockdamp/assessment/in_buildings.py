@@ -49,13 +49,10 @@ def _in_building(
         if alike:
             supports = floor_motions(motions, building, parapet)
             for row, result in zip(alike, answers(alike, supports, measure, intensity, tail=tail), strict=True):
-                by_line[row.line] = _stating(result, building.period)
+                if isinstance(result, Answer):
+                    result = replace(result, building_period=building.period)
+                by_line[row.line] = result
     yield from (by_line.get(row.line, row) if isinstance(row, Row) else row for row in rows)  # type: ignore[misc]
-
-
-def _stating(result: Answer | BadRow, period: float) -> Answer | BadRow:
-    """Return results that state the period of their building."""
-    return replace(result, building_period=period) if isinstance(result, Answer) else result
 
 
 def _severity(result: Answer | BadRow) -> tuple[float, float]:

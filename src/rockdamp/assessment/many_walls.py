@@ -103,8 +103,8 @@ def answers(
         for start in range(0, len(rows), walls):
             share = rows[start : start + walls]
             results: dict[int, Answer | BadRow] = {row.line: row for row in share if isinstance(row, BadRow)}
-            for alike in _alike([row for row in share if isinstance(row, Row)]):
-                results |= {_line(one): one for one in _of(alike, run)}
+            for batch in alike(share):
+                results |= {row.line: one for row, one in zip(batch, _of(batch, run), strict=True)}
             yield from (results[row.line] for row in share)
 
 
@@ -121,17 +121,18 @@ def below_onset(results: Iterable[Answer | BadRow], measure: str, intensity: flo
     return of_level(max(one.strongest for one in still), easiest, measure, intensity, walls)
 
 
-def _alike(rows: Sequence[Row]) -> Iterator[list[Row]]:
-    """Yield the rows that fit into one batch: walls or parapets, with one kind of softening."""
+def alike(rows: Iterable[Row | BadRow]) -> Iterable[list[Row]]:
+    """Return the good rows that fit into one batch: walls or parapets, with one kind of softening."""
     kinds: dict[Any, list[Row]] = {}
     for row in rows:
-        kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
-    yield from kinds.values()
+        if isinstance(row, Row):
+            kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
+    return kinds.values()
 
 
 def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
     """Run walls together; where one of them is out of all scale, halves of them, down to that one."""
-    wall, curve = (_stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
+    wall, curve = (stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
     try:
         dampings, counted = run(wall, curve, np.array([row.restitution for row in rows]))
     except (InputError, ArithmeticError) as error:
@@ -164,7 +165,7 @@ def _of(rows: Sequence[Row], run: Callable[..., Any]) -> list[Answer | BadRow]:
     ]
 
 
-def _stacked(owners: Sequence[T]) -> T:
+def stacked(owners: Sequence[T]) -> T:
     """Return walls or curves of numbers as one of arrays."""
     names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
     first = {name: getattr(owners[0], name) for name in names}
@@ -183,10 +184,6 @@ def _median(peaks: Array) -> Array:
     count = ordered.shape[-1]
     low, high = ordered[..., (count - 1) // 2], ordered[..., count // 2]
     return np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
-
-
-def _line(one: Answer | BadRow) -> int:
-    return one.line if isinstance(one, BadRow) else one.row.line
 
 
 # --- what is written --------------------------------------------------------------------------------------------------
@@ -271,11 +268,5 @@ def fragilities(results: Iterable[Answer | BadRow]) -> Iterator[Collapse]:
     for one in results:
         if isinstance(one, Answer):
             for i, model in enumerate(MODELS):
-                name = f"{one.row.taxonomy}-{model}"
-                yield Collapse(
-                    name,
-                    float(one.median[i]),
-                    float(one.dispersion[i]),
-                    one.stripe.tolist(),
-                    one.stripe_share[i].tolist(),
-                )
+                name, fit = f"{one.row.taxonomy}-{model}", (float(one.median[i]), float(one.dispersion[i]))
+                yield Collapse(name, *fit, one.stripe.tolist(), one.stripe_share[i].tolist())

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,17 +10,18 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp import plausibility
-from rockdamp.arguments import instance, number, numbers, several
+from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, Collapses, collapses
 from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule, deviation_of, spread
 from rockdamp.errors import InputError, require
 from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
+from rockdamp.histories.upper_floors import Records, motions_of
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.catalogue import GroundMotion, load_records
+from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.statistics.fragility import Fragility, fit_fragility, fit_resampled, interval, resample
 from rockdamp.statistics.proportion import effective_count, wilson
 from rockdamp.storage.dataset import variables
@@ -33,7 +33,6 @@ REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
 # share is above 2.5 %: then a bound of the interval is one station's value, and says nothing of the others.
 FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
-Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
 
 
 def assess(
@@ -156,16 +155,10 @@ def stated(wall: Wall | Parapet, restitution: float | str) -> tuple[float, str]:
 
 
 def ground_motions(records: Records) -> list[GroundMotion]:
-    """Return ground motions as they are, and read those that are named."""
-    if isinstance(records, (str, os.PathLike)):
-        return load_records(records)
-    wanted = "a name, a path, a pattern or a GroundMotion, or some of them"
-    named = [records] if isinstance(records, GroundMotion) else several("records", records, wanted)
-    if not named:
+    """Return the motions of some records; refuse none, and one that is there twice."""
+    motions = motions_of(records)
+    if not motions:
         raise InputError("there are no records; there must be at least one")
-    motions: list[GroundMotion] = []
-    for record in named:
-        motions += [record] if isinstance(record, GroundMotion) else load_records(record)
     repeated = [motion.name for motion in motions if sum(other.name == motion.name for other in motions) > 1]
     if repeated:
         raise InputError(f"the record {repeated[0]!r} is there twice; each must be there once")

@@ -47,43 +47,25 @@ def with_modelling(collapses: Iterable[Collapse], modelling: float) -> Iterator[
 
 
 def of_wall(answer: xr.Dataset, name: str) -> list[Collapse]:
-    """Return the fragility of one wall under each damping model, of what `assess` returned.
-
-    Parameters
-    ----------
-    answer : xarray.Dataset
-    name : str
-        Of the wall; that of the damping model follows it.
-    """
+    """Return the fragility of one wall under each damping model, of what `assess` returned."""
     measure = str(answer.attrs["intensity_measure"]).lower()
-    return [
-        Collapse(
-            f"{name}-{model}",
-            float(answer[f"median_{measure}"].sel(damping_model=model)),
-            float(answer["dispersion"].sel(damping_model=model)),
-            answer[f"stripe_{measure}"].values.tolist(),
-            (answer["stripe_collapses"].sel(damping_model=model) / answer["records"]).values.tolist(),
-        )
-        for model in map(str, answer["damping_model"].values)
-    ]
+    share = answer["stripe_collapses"] / answer["records"]
+    return _by_model(answer, name, f"median_{measure}", f"stripe_{measure}", share)
 
 
 def of_population(population: xr.Dataset, name: str = "population") -> list[Collapse]:
-    """Return the fragility of the population of walls under each damping model, by peak ground velocity.
+    """Return the fragility under each damping model, by peak ground velocity, of `population.nc`."""
+    return _by_model(population, name, "median_intensity", "intensity", population["collapse_fraction"])
 
-    Parameters
-    ----------
-    population : xarray.Dataset
-        Of `population.nc`.
-    name : str
-    """
+
+def _by_model(dataset: xr.Dataset, name: str, median: str, level: str, share: xr.DataArray) -> list[Collapse]:
     return [
         Collapse(
             f"{name}-{model}",
-            float(population["median_intensity"].sel(damping_model=model)),
-            float(population["dispersion"].sel(damping_model=model)),
-            population["intensity"].values.tolist(),
-            population["collapse_fraction"].sel(damping_model=model).values.tolist(),
+            float(dataset[median].sel(damping_model=model)),
+            float(dataset["dispersion"].sel(damping_model=model)),
+            dataset[level].values.tolist(),
+            share.sel(damping_model=model).values.tolist(),
         )
-        for model in map(str, population["damping_model"].values)
+        for model in map(str, dataset["damping_model"].values)
     ]

@@ -7,11 +7,11 @@ from typing import TypedDict
 
 import numpy as np
 
+from rockdamp.assessment.many_walls import alike, stacked
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.equivalence.tabulated import damping_ratio_table, table_refusal
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import SOFTENING, VISCOUS_MODELS
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 
 class Ratio(TypedDict):
@@ -34,9 +34,8 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
     """
     released = [_released(row, release_amplitude) for row in rows]
     of_walls: dict[int, list[Ratio]] = {}
-    for softening in SOFTENING:
-        alike = [row for row in released if isinstance(row, Row) and row.curve.softening == softening]
-        of_walls |= _of_alike(alike, softening, release_amplitude)
+    for batch in alike(released):
+        of_walls |= _of_alike(batch, release_amplitude)
     for row in released:
         if isinstance(row, BadRow):
             yield Ratio(id=row.id, restitution=None, damping_model="", damping_ratio=None, error=row.error)
@@ -51,16 +50,9 @@ def _released(row: Row | BadRow, x0: float) -> Row | BadRow:
     return BadRow(row.line, row.id, f"line {row.line}: {wrong}")
 
 
-def _of_alike(rows: list[Row], softening: str, x0: float) -> dict[int, list[Ratio]]:
+def _of_alike(rows: list[Row], x0: float) -> dict[int, list[Ratio]]:
     """Return, by line, the damping ratios of walls whose curves have one kind of last branch."""
-    if not rows:
-        return {}
-    lengths = [
-        (row.curve.yield_displacement_ratio, row.curve.strength_ratio, row.curve.ultimate_displacement_ratio)
-        for row in rows
-    ]
-    a1, b1, a3 = np.array(lengths, dtype=float).T
-    curve = TrilinearCurve(a1, b1, a3, softening)
+    curve = stacked([row.curve for row in rows])
     e = np.array([row.restitution for row in rows])
     by_line: dict[int, list[Ratio]] = {row.line: [] for row in rows}
     for model in VISCOUS_MODELS:

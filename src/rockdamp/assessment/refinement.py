@@ -35,12 +35,8 @@ def refined(
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Run walls with each damper under a record at each factor, at a finer step near to collapse.
 
-    Arguments are as for `peaks_and_collapses`, with `factor` of the shape (walls, factors).
-
-    Returns
-    -------
-    peak, collapsed, coarser : ndarray, shape (walls, factors, dampings)
-        Peaks and collapses at the finest step, and the collapses at twice that step. [-]
+    Arguments are as for `peaks_and_collapses`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
+    and collapses at the finest step, and the collapses at twice that step, shape (walls, factors, dampings).
     """
     peak, collapsed = peaks_and_collapses(record, wall, curve, dampings, factor, step=step, tail=tail)
     coarser = collapsed.copy()

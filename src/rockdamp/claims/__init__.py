@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -15,7 +15,6 @@ import pandas as pd
 
 from rockdamp.claims import histories, mechanics, misfits, ratios
 from rockdamp.claims import measured as measured_rocking
-from rockdamp.claims.reading import read_list
 from rockdamp.claims.verdicts import (
     CONDITIONAL,
     NOT_JUDGED,
@@ -29,6 +28,7 @@ from rockdamp.claims.verdicts import (
     sorted_out,
 )
 from rockdamp.errors import InputError
+from rockdamp.storage import yaml_file
 from rockdamp.storage.dataset import Datasets
 
 COLUMNS = (
@@ -40,8 +40,9 @@ JUDGES: dict[str, Judge] = {name: judge for module in MODULES for name, judge in
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """Read the data file of claims; an `InputError` has a line for each thing that does not fit."""
-    return read_list(path, "claims", "claims.schema.yaml", _problems)
+    """Read the data file of claims; its head says what the keys mean."""
+    claims: list[dict[str, Any]] = yaml_file.read(path)["claims"]
+    return claims
 
 
 def judge(claims: Sequence[Claim], datasets: Datasets) -> list[Verdict]:
@@ -113,31 +114,6 @@ def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
         figure=claim.get("figure", ""),
         later=claim.get("later", ""),
     )
-
-
-def _problems(claims: Sequence[Claim]) -> list[tuple[tuple[str | int, ...], str]]:
-    """Return what the schema cannot check: names within a claim that must agree."""
-    problems: list[tuple[tuple[str | int, ...], str]] = []
-    for index, claim in enumerate(claims):
-        needed = claim["needed"]
-        names = needed["of"] if isinstance(needed, Mapping) else needed
-        for name in (name for name in names if name not in claim["parts"]):
-            problems.append(
-                (("claims", index, "needed"), f"names {name!r}; it must be one of {', '.join(claim['parts'])}")
-            )
-        if isinstance(needed, Mapping) and needed["count"] > len(names):
-            text = f"is {needed['count']}; it must be at most {len(names)}, the number of parts named"
-            problems.append((("claims", index, "needed", "count"), text))
-        held_back = claim.get("inferred") or claim.get("ambiguous") or "validation" in claim["datasets"]
-        if "condition" not in claim and held_back:
-            text = "has no condition; it must say what holds the verdict back"
-            problems.append((("claims", index), text))
-        try:
-            claim["threshold"].format_map(claim["limits"])
-        except (LookupError, ValueError, TypeError) as error:
-            text = f"names {error}; it must name limits, which are {', '.join(claim['limits'])}"
-            problems.append((("claims", index, "threshold"), text))
-    return problems
 
 
 __all__ = ["COLUMNS", "JUDGES", "as_json", "judge", "judge_one", "read", "table"]

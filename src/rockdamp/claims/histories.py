@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.claims.verdicts import (
-    Judge,
     Limits,
     Part,
     between,
     brief,
+    by_id,
     judged,
     measured,
     number,
@@ -150,22 +150,14 @@ def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
     beyond = rms(u["CDR"] - u["CR"]) / float(np.abs(u["CR"]).max())
     length = number(histories["tau"].values[-1])
     steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
-    return {
-        "smooth": Part(jump <= limits["jump"], measured(steps), {"step": brief(jump)}),
-        "displacement": Part(
-            apart <= limits["same"],
-            measured(f"displacement differs by {percent(apart)} (rms)"),
-            finding={"displacement": brief(apart)},
-        ),
-        "velocity": Part(
-            apart_velocity <= limits["same_velocity"],
-            measured(f"velocity by {percent(apart_velocity)} (rms)"),
-            finding={"velocity": brief(apart_velocity)},
-        ),
-        "beyond": Part(
-            beyond <= limits["same"], measured(f"displacement by {percent(beyond)} (rms) up to tau {length}")
-        ),
-    }
+    parts = {"smooth": Part(jump <= limits["jump"], measured(steps), {"step": brief(jump)})}
+    for name, value, limit, words in (
+        ("displacement", apart, "same", "displacement differs by {} (rms)"),
+        ("velocity", apart_velocity, "same_velocity", "velocity by {} (rms)"),
+    ):
+        parts[name] = Part(value <= limits[limit], measured(words.format(percent(value))), {name: brief(value)})
+    far = measured(f"displacement by {percent(beyond)} (rms) up to tau {length}")
+    return parts | {"beyond": Part(beyond <= limits["same"], far)}
 
 
 # --- the measured test ---------------------------------------------------------------------------------------------
@@ -176,15 +168,9 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     validation, little = data["validation"].sel(damping_model=["CR", *PAPER_MODELS]), limits["slight"]
     validation = validation.isel(record=np.flatnonzero(np.isfinite(validation["measured_log_decrement"])))
     if not validation.sizes["record"]:
-        missing = "no record holds a free decay"
-        return {
-            "more": Part(
-                False, measured(missing), testable=False, finding={"decay": "there is no free decay to judge by"}
-            ),
-            "slightly": Part(False),
-            "peaks": Part(False),
-        }
-    decrement_of_test = float(validation["measured_log_decrement"].mean())
+        missing, finding = measured("no record holds a free decay"), {"decay": "there is no free decay to judge by"}
+        return {"more": Part(False, missing, finding, testable=False), "slightly": Part(False), "peaks": Part(False)}
+    of_test = number(validation["measured_log_decrement"].mean())
     decrement = validation["log_decrement"].mean("record", skipna=False)
     misfit = (validation["decay_peak_misfit"] ** 2).mean("record", skipna=False) ** 0.5
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
@@ -194,8 +180,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     return {
         "more": Part(
             bool((sdr > others).all()),
-            measured(f"logarithmic decrement {per_model(decrement)}")
-            + measured(f"measured {number(decrement_of_test)}"),
+            measured(f"logarithmic decrement {per_model(decrement)}") + measured(f"measured {of_test}"),
         ),
         "slightly": Part(
             slight,
@@ -209,10 +194,4 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     }
 
 
-JUDGES: dict[str, Judge] = {
-    "fig3-energy": fig3_energy,
-    "fig3-impact": fig3_impact,
-    "fig4-rigid": fig4_rigid,
-    "fig4-smooth": fig4_smooth,
-    "fig8-sdr": fig8_sdr,
-}
+JUDGES = by_id(fig3_energy, fig3_impact, fig4_rigid, fig4_smooth, fig8_sdr)

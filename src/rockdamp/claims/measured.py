@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Judge, Limits, Part, judged, measured, number
+from rockdamp.claims.verdicts import Limits, Part, by_id, judged, measured, number
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
@@ -90,9 +90,4 @@ def measured_restitution(limits: Limits, data: Datasets) -> dict[str, Part]:
     }
 
 
-JUDGES: dict[str, Judge] = {
-    "measured-cdr": measured_cdr,
-    "measured-sdr": measured_sdr,
-    "measured-cdc": measured_cdc,
-    "measured-restitution": measured_restitution,
-}
+JUDGES = by_id(measured_cdr, measured_sdr, measured_cdc, measured_restitution)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.verdicts import Judge, Limits, Part, between, brief, judged, measured, number, percent
+from rockdamp.claims.verdicts import Limits, Part, between, brief, by_id, judged, measured, number, percent
 from rockdamp.storage.dataset import Datasets
 
 
@@ -51,32 +51,18 @@ def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Divide the measured restitution that the paper quotes by the analytical values of the tested wall."""
-    analytical, impulsive = (
-        float(data["mechanism"][f"tested_restitution_{name}"]) for name in ("analytical", "impulsive")
-    )
+    analytical, impulsive = (data["mechanism"][f"tested_restitution_{name}"] for name in ("analytical", "impulsive"))
     low, mean, high = limits["measured"]
-
-    def near(ratio: float) -> bool:
-        return abs(ratio / limits["share"] - 1) <= limits["same"]
-
-    finding = {
-        "mean": number(mean / analytical),
-        "analytical": number(analytical),
-        "lowest": number(low / analytical),
-        "highest": number(high / analytical),
-        "impulsive": number(mean / impulsive),
-    }
+    ratio = {"mean": mean / analytical, "lowest": low / analytical, "highest": high / analytical}
+    ratio["impulsive"] = mean / impulsive
+    near = {name: bool(abs(value / limits["share"] - 1) <= limits["same"]) for name, value in ratio.items()}
+    words = {**{name: number(value) for name, value in ratio.items()}, "analytical": number(analytical)}
+    every = measured(f"mean {words['impulsive']} of {number(impulsive)}, every impulse")
+    ends = measured(f"from {words['lowest']} to {words['highest']} of it")
     return {
-        "mean": Part(
-            near(mean / analytical), measured(f"mean {finding['mean']} of {finding['analytical']}"), finding=finding
-        ),
-        "range": Part(
-            near(low / analytical) and near(high / analytical),
-            measured(f"from {finding['lowest']} to {finding['highest']} of it"),
-        ),
-        "impulsive": Part(
-            near(mean / impulsive), measured(f"mean {finding['impulsive']} of {number(impulsive)}, every impulse")
-        ),
+        "mean": Part(near["mean"], measured(f"mean {words['mean']} of {words['analytical']}"), words),
+        "range": Part(near["lowest"] and near["highest"], ends),
+        "impulsive": Part(near["impulsive"], every),
     }
 
 
@@ -115,9 +101,4 @@ def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
     return (bilinear / trilinear.where(~both & (trilinear > first_branch))).drop_vars("force_curve", errors="ignore")
 
 
-JUDGES: dict[str, Judge] = {
-    "hinge-mass": hinge_mass,
-    "bilinear-demand": bilinear_demand,
-    "ean-slender": ean_slender,
-    "e-measured": e_measured,
-}
+JUDGES = by_id(hinge_mass, bilinear_demand, ean_slender, e_measured)

@@ -9,11 +9,11 @@ from scipy.stats import spearmanr
 
 from rockdamp.claims.ratios import MODELS, is_smallest, mean_spread, papers, ratios, spans_of
 from rockdamp.claims.verdicts import (
-    Judge,
     Limits,
     Measured,
     Part,
     brief,
+    by_id,
     judged,
     measured,
     number,
@@ -73,11 +73,7 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     e = error["restitution"]
     in_range = (e >= limits["low"] - ROUNDING) & (e <= limits["high"] + ROUNDING)
     exact = spans(response_lengths["cdr_lowest_in_paper_range"], "tau")
-    wrong = response_lengths["misclassified"].sel(
-        response_length=[
-            w for w in response_lengths["response_length"].values if w != float(inferred["response_length"])
-        ]
-    )
+    wrong = response_lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
     others = measured(f"at least {int(wrong.min())} misfits at any other length studied") if wrong.size else ()
     near = response_lengths["near_misclassified"]
     none, few = spans(near == 0, "tau"), spans(near <= 2, "tau")
@@ -136,26 +132,16 @@ def best_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     amplitude = mean_spread(amplitudes, "release_amplitude")
     stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), "yield_displacement_ratio")
     of_lengths = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
-    return {
-        "error": Part(bool(is_smallest(error, "CDR")), mean_in_words, against_others("error", error)),
-        "amplitude": Part(
-            bool(is_smallest(amplitude, "CDR")),
-            measured(f"spread over amplitude {per_model(amplitude, percent)}"),
-            finding=against_others("amplitude", amplitude),
-        ),
-        "stiffness": Part(
-            bool(is_smallest(stiffness, "CDR")),
-            measured(f"over a1 {per_model(stiffness, percent)}"),
-            finding=against_others("stiffness", stiffness),
-        ),
-        "lengths": lengths(is_smallest(of_lengths, "CDR"), "CDR errs least"),
-    }
-
-
-def against_others(name: str, values: xr.DataArray) -> dict[str, str]:
-    """Return CDR's value and the smallest of the others', for a finding."""
-    others = values.drop_sel(damping_model="CDR")
-    return {name: brief(values.sel(damping_model="CDR")), f"{name}_others": brief(others.min())}
+    parts = {}
+    for name, values, in_words in (
+        ("error", error, mean_in_words),
+        ("amplitude", amplitude, measured(f"spread over amplitude {per_model(amplitude, percent)}")),
+        ("stiffness", stiffness, measured(f"over a1 {per_model(stiffness, percent)}")),
+    ):
+        cdr, others = values.sel(damping_model="CDR"), values.drop_sel(damping_model="CDR")
+        finding = {name: brief(cdr), f"{name}_others": brief(others.min())}
+        parts[name] = Part(bool(is_smallest(values, "CDR")), in_words, finding)
+    return parts | {"lengths": lengths(is_smallest(of_lengths, "CDR"), "CDR errs least")}
 
 
 def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -173,10 +159,4 @@ def good_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     }
 
 
-JUDGES: dict[str, Judge] = {
-    "err-secant": err_secant,
-    "err-range": err_range,
-    "err-e": err_e,
-    "best-cdr": best_cdr,
-    "good-sdr": good_sdr,
-}
+JUDGES = by_id(err_secant, err_range, err_e, best_cdr, good_sdr)

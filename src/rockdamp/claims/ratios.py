@@ -12,6 +12,7 @@ from rockdamp.claims.verdicts import (
     Part,
     between,
     brief,
+    by_id,
     judged,
     listed,
     measured,
@@ -129,10 +130,8 @@ def amp_sign(limits: Limits, data: Datasets) -> dict[str, Part]:
         parts[name] = judged(held, in_words, "e", limits["enough"], {name: change})
         everywhere.append(steady(wide, "release_amplitude", sign))
     sdr = mean_spread(sets["paper"], "release_amplitude").sel(damping_model="SDR")
-    finding = {"spread": brief(sdr)}
-    parts["sdr-slightly"] = Part(
-        bool(sdr <= limits["slight"]), measured(f"spread of SDR {percent(sdr)}"), finding=finding
-    )
+    of_sdr = measured(f"spread of SDR {percent(sdr)}")
+    parts["sdr-slightly"] = Part(bool(sdr <= limits["slight"]), of_sdr, {"spread": brief(sdr)})
     wide_held = everywhere[0] & everywhere[1] & everywhere[2]
     counts = listed(f"{model} {spans_of(held)}" for model, held in zip(SIGNS, everywhere, strict=True))
     parts["wide"] = judged(wide_held, measured("all amplitudes", counts), "e", limits["enough"])
@@ -173,22 +172,15 @@ def low_amp(limits: Limits, data: Datasets) -> dict[str, Part]:
     )
     excess = (reference / low).sel(damping_model="SDR") - 1
     names = [f"u0/u_ins {number(ratio['release_amplitude'])}" for ratio in (low, reference)]
-    mean = float(excess.mean())
+    mean, ends = float(excess.mean()), f"{percent(excess.min())} to {percent(excess.max())} more"
+    more = measured(f"xi of SDR at {names[1]} over that at {names[0]}", ends)
     return {
         "together": Part(
             gap <= limits["closer"] * gap_reference,
             measured(f"SDR and CDR differ by {percent(gap)} at {names[0]}, {percent(gap_reference)} at {names[1]}"),
             finding={"gap": brief(gap), "gap_reference": brief(gap_reference)},
         ),
-        "overdamps": judged(
-            excess > 0,
-            measured(
-                f"xi of SDR at {names[1]} over that at {names[0]}",
-                f"{percent(excess.min())} to {percent(excess.max())} more",
-            ),
-            "e",
-            limits["enough"],
-        ),
+        "overdamps": judged(excess > 0, more, "e", limits["enough"]),
         "slightly": Part(
             bool(mean > 0) & bool(mean <= limits["slight"]),
             measured(f"in the mean {percent(mean)}"),
@@ -241,6 +233,7 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
     at_each, dim = spread(xi, "yield_displacement_ratio"), "yield_displacement_ratio"
     values = at_each.mean("restitution")
     held = is_largest(at_each, "CDC") & is_smallest(at_each, "CDR")
+    ranked = spans_of(held)
     return {
         "cdc": Part(
             bool(is_largest(values, "CDC")),
@@ -248,9 +241,7 @@ def a1_rank(limits: Limits, data: Datasets) -> dict[str, Part]:
             finding={**words_by_model(values), "low": number(xi[dim].min()), "high": number(xi[dim].max())},
         ),
         "cdr": Part(bool(is_smallest(values, "CDR"))),
-        "each": judged(
-            held, measured(f"so ranked at {spans_of(held)}"), "e", limits["enough"], {"ranked": spans_of(held)}
-        ),
+        "each": judged(held, measured(f"so ranked at {ranked}"), "e", limits["enough"], {"ranked": ranked}),
     }
 
 
@@ -291,16 +282,8 @@ def fit_order(limits: Limits, data: Datasets) -> dict[str, Part]:
     return parts
 
 
-JUDGES: dict[str, Judge] = {
-    "amp-cdc": amp_cdc,
-    "amp-cdr": amp_cdr,
-    "amp-sign": amp_sign,
-    "amp-dispersion": amp_dispersion,
+JUDGES = by_id(amp_cdc, amp_cdr, amp_sign, amp_dispersion, a1_most, a1_rank, a1_sign, fit_order, low_amp)
+JUDGES |= {
     "slenderness": _independence("slenderness", "match/slenderness"),
     "overburden": _independence("overburden_ratio", "match/overburden"),
-    "a1-most": a1_most,
-    "a1-rank": a1_rank,
-    "a1-sign": a1_sign,
-    "fit-order": fit_order,
-    "low-amp": low_amp,
 }

@@ -94,6 +94,11 @@ class Limits(dict[str, Any]):
 Judge = Callable[[Limits, Datasets], dict[str, Part]]
 
 
+def by_id(*judges: Callable[..., Any]) -> dict[str, Any]:
+    """Return functions by the identifiers in the data file, ``fig3-energy`` for ``fig3_energy``."""
+    return {judge.__name__.replace("_", "-"): judge for judge in judges}
+
+
 def combine(claim: Claim, parts: Mapping[str, Part], capped: bool) -> str:
     """Return the verdict on a claim from its parts; `capped` allows no more than `CONDITIONAL`."""
     needed = claim["needed"]

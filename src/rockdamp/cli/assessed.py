@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import print_table
-from rockdamp.cli.options import imperial
+from rockdamp.cli.command import known, print_table
+from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -34,16 +34,16 @@ def models(answer: xr.Dataset) -> list[dict[str, Any]]:
         rows.append(
             {
                 "damping_model": model,
-                "order": _number(one["order"]),
-                "damping_ratio": _number(one["damping_ratio"]),
+                "order": known(one["order"]),
+                "damping_ratio": known(one["damping_ratio"]),
                 "records": int(answer["records"]),
                 **{name: one[name].values.tolist() for name in (*SHARES, AVERAGED) if name in one},
                 INTERVAL: [_numbers(bounds) for bounds in one[INTERVAL]],
-                "median_intensity": _number(one[median]),
+                "median_intensity": known(one[median]),
                 "median_intensity_interval": _numbers(one[f"{median}_interval"]),
-                "dispersion": _number(one["dispersion"]),
+                "dispersion": known(one["dispersion"]),
                 "dispersion_interval": _numbers(one["dispersion_interval"]),
-                **{name: _number(one[name]) for name in HALVING},
+                **{name: known(one[name]) for name in HALVING},
                 "reason": "; ".join(missing(answer, model)) or None,
             }
         )
@@ -98,8 +98,8 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     from rockdamp.text import counted
 
     measure, rows = answer.attrs["intensity_measure"], models(answer)
-    unit, size = imperial(answer[measure.lower()].attrs["units"], units)
-    onset_unit, onset_size = imperial("m s-2", units)
+    unit, size = printed(answer[measure.lower()].attrs["units"], units)
+    onset_unit, onset_size = printed("m s-2", units)
     onset, records = float(answer["rocking_onset"]), int(answer["records"])
     stated = f"{onset / STANDARD_GRAVITY:.3g} g ({onset / onset_size:.3g} {onset_unit})"
     click.echo(f"rocking starts at {stated}, by the plateau's strength")
@@ -171,7 +171,7 @@ def show_damping(typed: list[Typed], frequencies: tuple[float, float], restituti
     from rockdamp.equivalence.programs import advice
 
     w1, period = frequencies
-    unit, size = imperial("N s m-1", units)
+    unit, size = printed("N s m-1", units)
     click.echo(f"\nviscous damping for e = {restitution:.4g}; w1 = {w1:.4g} rad s-1, T1 = {period:.4g} s:\n")
     table = [
         {
@@ -185,10 +185,6 @@ def show_damping(typed: list[Typed], frequencies: tuple[float, float], restituti
     print_table(table, {"C": unit})
     click.echo("\n-: C is not constant, and the program must compute it from xi")
     click.echo(advice(restitution))
-
-
-def _number(value: xr.DataArray) -> float | None:
-    return float(value) if isfinite(value) else None
 
 
 def _numbers(values: xr.DataArray) -> list[float] | None:

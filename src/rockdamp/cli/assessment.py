@@ -21,6 +21,7 @@ from rockdamp.cli.command import Command, command_line, print_json, write_datase
 from rockdamp.cli.options import (
     CURVE,
     WALL,
+    all_of,
     column_option,
     columns_of_both,
     curve_options,
@@ -30,10 +31,10 @@ from rockdamp.cli.options import (
     refuse_unused,
     units_option,
     wall_options,
+    walls_option,
     with_default,
 )
-from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
-from rockdamp.units import number
+from rockdamp.cli.types import NUMBER, OutputFile, Read, quantities, quantity, word_or_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,41 +46,28 @@ if TYPE_CHECKING:
     from rockdamp.storage.tables import Column
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
+RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
 
-records_option = click.option(
-    "--records",
-    multiple=True,
-    required=True,
-    metavar="NAMES",
-    help="Records: fema-p695:far-field/*, a file, a pattern of files or a folder; repeatable.",
+shaking_options = all_of(
+    click.option(
+        "--records",
+        multiple=True,
+        required=True,
+        metavar="NAMES",
+        help="Records: fema-p695:far-field/*, a file, a pattern of files or a folder; repeatable.",
+    ),
+    click.option("--pgv", type=quantities("m s-1"), help="Peak ground velocity to assess."),
+    click.option("--pga", type=quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g."),
+    with_default("--tail", type=quantity("s"), default=3.0, help="Rest after each record."),
+    building_options,
 )
-pgv_option = click.option("--pgv", type=Quantities("m s-1"), help="Peak ground velocity to assess.")
-pga_option = click.option("--pga", type=Quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g.")
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
 modelling_option = with_default(
     "--modelling-dispersion",
-    type=Number(),
+    type=NUMBER,
     default=0.0,
     help="Dispersion of the model, for --nrml: added to that of the records.",
 )
-tail_option = with_default("--tail", type=Quantity("s"), default=3.0, help="Rest after each record.")
-
-
-class Restitution(click.ParamType):
-    """A coefficient of restitution, or the name of a rule for it."""
-
-    name = "restitution"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"NUMBER|{'|'.join(RULES)}"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        if value in RULES:
-            return str(value)
-        try:
-            return value if isinstance(value, float) else number(value)
-        except ValueError:
-            self.fail(f"{value!r} is no number; it must be one, or one of {', '.join(RULES)}", param, ctx)
 
 
 @click.command(
@@ -98,22 +86,13 @@ class Restitution(click.ParamType):
 @curve_options
 @click.option(
     "--restitution",
-    type=Restitution(),
+    type=RESTITUTION,
     help="Coefficient of restitution e, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
-@click.option(
-    "--walls",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Table of walls, in place of one wall.",
-)
+@walls_option
 @click.option("--id", "identifier", help="Identifier of the row of --walls.")
 @column_option
-@records_option
-@pgv_option
-@pga_option
-@tail_option
-@building_options
+@shaking_options
 @capacity_option
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
@@ -195,9 +174,8 @@ def assess_command(
     typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
     if report is not None:
         from rockdamp.report.one_wall import page
-        from rockdamp.report.one_wall.checks import Placement
 
-        placement = Placement(tuple(checked), placed.place, placed.values, placed.building)
+        placement = page.Placement(checked, placed.place, placed.values, placed.building)
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)

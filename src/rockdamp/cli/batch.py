@@ -11,14 +11,11 @@ from rockdamp.cli.assessment import (
     content_of,
     modelling_option,
     nrml_option,
-    pga_option,
-    pgv_option,
-    records_option,
     require_one,
-    tail_option,
+    shaking_options,
     write_nrml,
 )
-from rockdamp.cli.building import building_options, make_buildings
+from rockdamp.cli.building import make_buildings
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, write_dataset, write_table
 from rockdamp.cli.options import (
     column_option,
@@ -43,11 +40,7 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 )
 @click.argument("walls", type=click.Path(path_type=Path), metavar="WALLS.csv")
 @column_option
-@records_option
-@pgv_option
-@pga_option
-@tail_option
-@building_options
+@shaking_options
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
 @modelling_option

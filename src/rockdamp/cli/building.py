@@ -11,8 +11,8 @@ import click
 
 from rockdamp import units
 from rockdamp.cli.command import print_table
-from rockdamp.cli.options import Decorator, refuse_unused, with_default
-from rockdamp.cli.types import Quantities, Whole
+from rockdamp.cli.options import all_of, refuse_unused, with_default
+from rockdamp.cli.types import Read, Whole, quantities
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -30,63 +30,31 @@ RATIO = "shear-ratio"
 UNITS = {"PGA": "m s-2", "PGV": "m s-1"}
 
 
-class Share(click.ParamType):
-    """A part of one: a number, or one in per cent."""
-
-    name = "share"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "NUMBER|PER CENT"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        if not isinstance(value, str):
-            return float(value)
-        try:
-            text = value.strip()
-            return units.number(text[:-1]) / 100 if text.endswith("%") else units.number(text)
-        except ValueError:
-            self.fail(f"{value!r} is no number; it must be one, as 0.05, or in per cent, as 5%", param, ctx)
+def _share(text: str) -> float:
+    return units.number(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
 
 
-class Shape(click.ParamType):
-    """How a building deforms: a name, or the shear ratio alpha, with or without its name."""
-
-    name = "shape"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"{'|'.join(SHAPES)}|ALPHA"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str | float:
-        if value in SHAPES or not isinstance(value, str):
-            return value
-        try:
-            return units.number(value.removeprefix(RATIO).lstrip(" =:"))
-        except ValueError:
-            self.fail(f"{value!r} must be {', '.join(SHAPES)}, or a shear ratio, as 5 or {RATIO}=5", param, ctx)
+def _shape(text: str) -> str | float:
+    return text if text in SHAPES else units.number(text.removeprefix(RATIO).lstrip(" =:"))
 
 
-def building_options(command: Any) -> Any:
-    """Add the options that describe a building and the storey of the wall."""
-    options: Sequence[Decorator] = (
-        click.option(
-            "--building-period",
-            type=Quantities("s"),
-            help="Period of the building that the wall stands in, as 0.25s; of several the worst counts.",
-        ),
-        click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
-        click.option(
-            "--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."
-        ),
-        with_default("--building-damping", type=Share(), default="0.05", help="Damping ratio of the building."),
-        with_default("--shape", type=Shape(), default="uniform", help="Building in shear, in flexure, or between."),
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
+SHARE = Read(_share, "NUMBER|PER CENT", "one, as 0.05, or in per cent, as 5%")
+SHAPE = Read(_shape, f"{'|'.join(SHAPES)}|ALPHA", f"{', '.join(SHAPES)}, or a shear ratio, as 5 or {RATIO}=5")
 
 
+building_options = all_of(
+    click.option(
+        "--building-period",
+        type=quantities("s"),
+        help="Period of the building that the wall stands in, as 0.25s; of several the worst counts.",
+    ),
+    click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
+    click.option("--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."),
+    with_default("--building-damping", type=SHARE, default="0.05", help="Damping ratio of the building."),
+    with_default("--shape", type=SHAPE, default="uniform", help="Building in shear, in flexure, or between."),
+)
 capacity_option = click.option(
-    "--capacity", type=Share(), help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
+    "--capacity", type=SHARE, help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
 )
 
 

@@ -8,10 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import Command, concerning, print_json, print_table, write_dataset, write_figure
+from rockdamp.cli.command import (
+    Command,
+    concerning,
+    known,
+    print_json,
+    print_table,
+    without_unknown,
+    write_dataset,
+    write_figure,
+)
 from rockdamp.cli.free_rocking import FREE_ROCKING_EXAMPLE, or_free_rocking
 from rockdamp.cli.options import json_option, make_wall, refuse_unused, softening_options, wall_options, with_default
-from rockdamp.cli.types import Measured, OutputFile, Uncertain, Whole
+from rockdamp.cli.types import Measured, OutputFile, Whole, uncertain
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
@@ -26,7 +35,7 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     """Let sizes of the wall have a standard deviation."""
     for option in command.params:
         if option.name in UNCERTAIN:
-            option.type = Uncertain(UNCERTAIN[option.name])
+            option.type = uncertain(UNCERTAIN[option.name])
     return command
 
 
@@ -114,12 +123,12 @@ def calibrate_command(
     if posterior:
         _print_posterior(fitted, known["damping_model"], options["evidence"], as_json)
         return
-    rows = [_row(fitted.sel(parameter=name)) for name in map(str, fitted["parameter"].values)]
+    rows = _rows(fitted, "estimate", "standard_error")
     if as_json:
         print_json({"parameters": rows, **_misfit(fitted)})
         return
     click.echo(f"{_misfit_in_words(fitted)}\n")
-    print_table(_without_unknown(rows))
+    print_table(without_unknown(rows))
 
 
 def _deviations(options: dict[str, Any]) -> dict[str, float]:
@@ -157,10 +166,8 @@ def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
 
 def _misfit(fitted: xr.Dataset) -> dict[str, Any]:
     """Return what the least squares leave: the root mean square [m], over the peak, over the noise at rest."""
-    names = ("residual_rms", "residual_over_peak", "residual_over_noise")
-    return {
-        name: [_known(one) for one in fitted[name]] if fitted[name].ndim else _known(fitted[name]) for name in names
-    }
+    of_record = {name: fitted[name] for name in ("residual_rms", "residual_over_peak", "residual_over_noise")}
+    return {name: list(map(known, of)) if of.ndim else known(of) for name, of in of_record.items()}
 
 
 def _misfit_in_words(fitted: xr.Dataset) -> str:
@@ -175,27 +182,23 @@ def _misfit_in_words(fitted: xr.Dataset) -> str:
 
 
 def _print_posterior(fitted: xr.Dataset, damping_model: str, evidence: bool, as_json: bool) -> None:
-    rows = [_posterior_row(fitted.sel(parameter=name)) for name in map(str, fitted["parameter"].values)]
+    rows = _rows(fitted, "mean", "standard_deviation")
+    for row in rows:
+        at_90 = fitted["interval"].sel(level=0.9, parameter=row["parameter"])
+        row |= {"interval_90": at_90.values.tolist(), "true_value": row.pop("true_value")}
     compared = [_evidence_row(fitted.sel(damping_model=name)) for name in CANDIDATES] if evidence else []
     if as_json:
         log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
         undetermined = {row["damping_model"]: row["reason"] for row in compared if row["reason"]}
-        print_json(
-            {
-                "damping_model": damping_model,
-                "parameters": rows,
-                **_misfit(fitted),
-                "evidence": log_evidence,
-                "undetermined": undetermined,
-            }
-        )
+        evidences = {"evidence": log_evidence, "undetermined": undetermined}
+        print_json({"damping_model": damping_model, "parameters": rows, **_misfit(fitted), **evidences})
         return
     effective = f"{float(fitted['effective_draws']):.0f} effective draws"
     inside = float(fitted["share_inside"].mean())
     click.echo(f"{damping_model}; {inside:.1%} of the record in its band of 90 %; {effective}\n")
     click.echo(f"{_misfit_in_words(fitted)}\n")
     plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
-    print_table(_without_unknown(plain))
+    print_table(without_unknown(plain))
     if compared:
         click.echo()
         print_table(_evidence_in_words(compared))
@@ -217,43 +220,17 @@ def _evidence_in_words(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return shown
 
 
-def _posterior_row(fitted: xr.Dataset) -> dict[str, Any]:
-    return {
-        "parameter": str(fitted["parameter"].item()),
-        "mean": float(fitted["mean"]),
-        "standard_deviation": float(fitted["standard_deviation"]),
-        "interval_90": fitted["interval"].sel(level=0.9).values.tolist(),
-        "true_value": _known(fitted["true_value"]),
-    }
-
-
 def _evidence_row(fitted: xr.Dataset) -> dict[str, Any]:
     """One model; without numbers where the evidence could not be determined."""
-    known = math.isfinite(fitted["log_evidence"])
+    determined = math.isfinite(fitted["log_evidence"])
     names = ("log_evidence", "log_evidence_error", "probability")
-    values = {name: float(fitted[name]) if known else None for name in names}
-    return {
-        "damping_model": str(fitted["damping_model"].item()),
-        **values,
-        "reason": str(fitted["undetermined"].item()),
-    }
+    values = {name: float(fitted[name]) if determined else None for name in names}
+    return {"damping_model": fitted["damping_model"].item(), **values, "reason": fitted["undetermined"].item()}
 
 
-def _without_unknown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Leave the true values out where none is known."""
-    if any(row["true_value"] is not None for row in rows):
-        return rows
-    return [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
-
-
-def _known(value: xr.DataArray) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _row(fitted: xr.Dataset) -> dict[str, Any]:
-    return {
-        "parameter": str(fitted["parameter"].item()),
-        "estimate": float(fitted["estimate"]),
-        "standard_error": float(fitted["standard_error"]),
-        "true_value": _known(fitted["true_value"]),
-    }
+def _rows(fitted: xr.Dataset, *names: str) -> list[dict[str, Any]]:
+    """Return a row for each parameter, with the true value where it is known."""
+    return [
+        {"parameter": str(name), **{key: known(fitted[key].sel(parameter=name)) for key in (*names, "true_value")}}
+        for name in fitted["parameter"].values
+    ]

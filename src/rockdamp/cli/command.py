@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, product
+from math import isfinite
 from pathlib import Path
 from shlex import join
 from textwrap import wrap
@@ -250,6 +251,17 @@ def print_values(values: Mapping[str, Any], units: Mapping[str, str]) -> None:
         click.echo(
             f"{name:{width}s} {cell(value):>12s} {units.get(name, '' if isinstance(value, str) else '-')}".rstrip()
         )
+
+
+def known(value: xr.DataArray) -> float | int | None:
+    """Return a number for JSON; null is not known or not determined."""
+    return value.item() if isfinite(value) else None
+
+
+def without_unknown(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Leave the true values out where none is known."""
+    out = () if any(row["true_value"] is not None for row in rows) else ("true_value",)
+    return [{key: value for key, value in row.items() if key not in out} for row in rows]
 
 
 def cell(value: Any) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -11,9 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import concerning, print_json, print_table, write_dataset, write_figure
+from rockdamp.cli.command import (
+    concerning,
+    known,
+    print_json,
+    print_table,
+    without_unknown,
+    write_dataset,
+    write_figure,
+)
 from rockdamp.cli.options import SIZES, make_wall, refuse_unused
-from rockdamp.cli.types import Quantity
+from rockdamp.cli.types import quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +31,12 @@ FREE_ROCKING_EXAMPLE = (
 )
 OF_RECORDS = ("record", "records", "posterior", "damping_model", "evidence", "loss_by_run", "priors", "seed")
 RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
+HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
+IMPACT = ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution")
+SCALARS = (
+    *("restitution_scatter", "amplitude_exponent", "restitution_analytical", "restitution_impulsive"),
+    *("residual_rms", "rest_deviation", "log_likelihood_threshold", "restitution_unlike_releases"),
+)
 SHOWN = 12  # impacts that are printed
 
 
@@ -32,7 +45,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
 
     @click.option("--free-rocking", is_flag=True, help="Fit pull-and-release tests, FILES, in place of a record.")
     @click.option(
-        "--least-peak", type=Quantity("m"), help="Smallest peak of FILES to use.  [default: ten times the noise]"
+        "--least-peak", type=quantity("m"), help="Smallest peak of FILES to use.  [default: ten times the noise]"
     )
     @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
     @wraps(command)
@@ -94,48 +107,27 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
 
 def content(fitted: xr.Dataset) -> dict[str, Any]:
     """Return all of a fit but its histories, for JSON; null is not known or not determined."""
-    scalars: tuple[str, ...] = (
-        "restitution_scatter",
-        "amplitude_exponent",
-        "restitution_analytical",
-        "restitution_impulsive",
-    )
-    scalars += ("residual_rms", "rest_deviation", "log_likelihood_threshold", "restitution_unlike_releases")
     rms, peak = float(fitted["residual_rms"]), float(abs(fitted["peak_displacement"]).max())
+    impacts = zip(_rows(fitted, "impact", IMPACT), fitted["impact_restitution_interval"].T, strict=True)
     return {
         "parameters": [
             {
-                "parameter": name,
-                "estimate": float(fitted["estimate"].sel(parameter=name)),
-                "standard_error": float(fitted["standard_error"].sel(parameter=name)),
-                "interval_90": _numbers(fitted["interval"].sel(parameter=name)),
-                "true_value": _known(fitted["true_value"].sel(parameter=name)),
+                "parameter": str(of_one["parameter"].item()),
+                "estimate": float(of_one["estimate"]),
+                "standard_error": float(of_one["standard_error"]),
+                "interval_90": _numbers(of_one["interval"]),
+                "true_value": known(of_one["true_value"]),
             }
-            for name in map(str, fitted["parameter"].values)
+            for of_one in (fitted.sel(parameter=name) for name in fitted["parameter"])
         ],
-        **{name: _known(fitted[name]) for name in scalars},
+        **{name: known(fitted[name]) for name in SCALARS},
         "amplitude_exponent_interval_90": _numbers(fitted["amplitude_exponent_interval"]),
         "residual_over_peak": rms / peak,
-        "residual_over_rest": rms / float(fitted["rest_deviation"]) if _known(fitted["rest_deviation"]) else None,
+        "residual_over_rest": rms / float(fitted["rest_deviation"]) if known(fitted["rest_deviation"]) else None,
         "damping_models": models(fitted),
-        "releases": _rows(
-            fitted, "release", ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
-        ),
-        "half_cycles": _rows(
-            fitted,
-            "half_cycle",
-            ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted"),
-        ),
-        "impacts": [
-            {**row, "interval_90": _numbers(fitted["impact_restitution_interval"].isel(impact=index))}
-            for index, row in enumerate(
-                _rows(
-                    fitted,
-                    "impact",
-                    ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution"),
-                )
-            )
-        ],
+        "releases": _rows(fitted, "release", RELEASE),
+        "half_cycles": _rows(fitted, "half_cycle", HALF_CYCLE),
+        "impacts": [{**row, "interval_90": _numbers(interval)} for row, interval in impacts],
     }
 
 
@@ -156,9 +148,7 @@ def models(fitted: xr.Dataset) -> list[dict[str, Any]]:
 def _print(fitted: xr.Dataset, law: str) -> None:
     told = content(fitted)
     rows = [{**row, "interval_90": _span(row["interval_90"])} for row in told["parameters"]]
-    if all(row["true_value"] is None for row in rows):
-        rows = [{key: value for key, value in row.items() if key != "true_value"} for row in rows]
-    print_table(rows)
+    print_table(without_unknown(rows))
     e, analytical = told["parameters"][-1]["estimate"], told["restitution_analytical"]
     rocking, count = int(fitted["impact_rocking"].sum()), fitted.sizes["release"]
     over = "" if told["residual_over_rest"] is None else f", {told['residual_over_rest']:.3g} times the noise at rest"
@@ -184,17 +174,11 @@ def _print(fitted: xr.Dataset, law: str) -> None:
 
 
 def _rows(fitted: xr.Dataset, dim: str, names: tuple[str, ...]) -> list[dict[str, Any]]:
-    return [{name: _known(fitted[name].isel({dim: index})) for name in names} for index in range(fitted.sizes[dim])]
-
-
-def _known(value: xr.DataArray) -> float | int | None:
-    if value.dtype.kind == "i":
-        return int(value)
-    return float(value) if math.isfinite(value) else None
+    return [{name: known(fitted[name].isel({dim: index})) for name in names} for index in range(fitted.sizes[dim])]
 
 
 def _numbers(values: xr.DataArray) -> list[float | None]:
-    return [_known(value) for value in values]
+    return [known(value) for value in values]
 
 
 def _span(ends: list[float | None]) -> str:

@@ -38,7 +38,7 @@ from rockdamp.cli.options import (
     wall_options,
     with_default,
 )
-from rockdamp.cli.types import Number, OutputFile, Quantities, Quantity
+from rockdamp.cli.types import NUMBER, OutputFile, in_unit, quantities, quantity
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -59,22 +59,13 @@ output_option = click.option("--output", type=OutputFile(".nc"), help="Write the
 plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the history.")
 
 
-class Length(click.ParamType):
-    """A length of time: in tau, or with a unit in seconds."""
-
-    name = "length"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "TAU|SECONDS"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, float]:
-        if isinstance(value, tuple):
-            return value
-        number = Quantity("s").convert(value, param, ctx)
-        try:
-            return "tau", units.number(value)
-        except ValueError:
-            return "s", number
+def _length(text: str, unit: str) -> tuple[str, float]:
+    """Read a length of time: in tau, or with a unit in seconds."""
+    length = units.quantity(text, unit)
+    try:
+        return "tau", units.number(text)
+    except ValueError:
+        return "s", length
 
 
 @click.command(
@@ -87,10 +78,10 @@ class Length(click.ParamType):
 )
 @curve_options
 @damping_options
-@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @with_default(
     "--length",
-    type=Length(),
+    type=in_unit("s", _length, "TAU|SECONDS"),
     default=str(LENGTH),
     help="Length of the history in tau = p t; in seconds, as 5s, it needs --thickness and --height.",
 )
@@ -171,10 +162,10 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @wall_options()
 @curve_options
 @damping_options
-@with_default("--scale", type=Quantities(), default="1", help="Factor on the acceleration.")
-@click.option("--to-pga", type=Quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
-@click.option("--to-pgv", type=Quantities("m s-1"), help="Scale each record to this PGV.")
-@with_default("--tail", type=Quantity("s"), default=0.0, help="Rest after the record.")
+@with_default("--scale", type=quantities(), default="1", help="Factor on the acceleration.")
+@click.option("--to-pga", type=quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
+@click.option("--to-pgv", type=quantities("m s-1"), help="Scale each record to this PGV.")
+@with_default("--tail", type=quantity("s"), default=0.0, help="Rest after the record.")
 @building_options
 @output_option
 @plot_option

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from rockdamp.cli.types import HingeRatio, Number, Quantity
-from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, STANDARD_GRAVITY, VISCOUS_MODELS
+from rockdamp.cli.types import HINGE_RATIO, NUMBER, Read, quantity
+from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
@@ -27,31 +27,22 @@ WALL = (*SIZES, "overburden", "hinge_ratio", "parapet")
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
 
-class WallSize(Quantity):
-    """A length or density of a wall: also in feet and inches, or as a weight by volume."""
+def _size(text: str, unit: str) -> float:
+    """Read a length or density of a wall: also in feet and inches, or as a weight by volume."""
+    from rockdamp.mechanics import written_sizes
 
-    def read(self, text: str) -> float:
-        from rockdamp.mechanics import written_sizes
-
-        return written_sizes.density(text) if self.unit == "kg m-3" else written_sizes.length(text)
+    return written_sizes.density(text) if unit == "kg m-3" else written_sizes.length(text)
 
 
-class Load(click.ParamType):
-    """A vertical load with its unit, on the wall or by metre of it."""
+def _load(text: str) -> tuple[float, bool]:
+    """Read a vertical load with its unit, on the wall or by metre of it."""
+    from rockdamp.mechanics import written_sizes
 
-    name = "load"
+    return written_sizes.overburden(text)
 
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "[N|N m-1]"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, bool]:
-        from rockdamp.mechanics import written_sizes
-        from rockdamp.units import UnitError
-
-        try:
-            return value if isinstance(value, tuple) else written_sizes.overburden(value)
-        except UnitError as error:
-            self.fail(f"{error}; it must be one, as 12kN/m of wall, or 12kN on its whole width", param, ctx)
+LENGTH, DENSITY = (quantity(unit, _size) for unit in ("m", "kg m-3"))
+LOAD = Read(_load, "[N|N m-1]", "one, as 12kN/m of wall, or 12kN on its whole width")
 
 
 class Model(click.Choice):
@@ -61,7 +52,9 @@ class Model(click.Choice):
         return super().convert(str(value).upper(), param, ctx)
 
 
-def _all(*options: Decorator) -> Decorator:
+def all_of(*options: Decorator) -> Decorator:
+    """Return the options as one."""
+
     def decorate(command: Any) -> Any:
         for option in reversed(options):
             command = option(command)
@@ -75,48 +68,46 @@ with_default = partial(click.option, show_default=True)  # an option whose help 
 
 def wall_options(required: bool = True) -> Decorator:
     """Return the options that describe a wall."""
-    return _all(
-        click.option("--thickness", type=WallSize("m"), required=required, help="Thickness t of the wall."),
-        click.option("--height", type=WallSize("m"), required=required, help="Height h of the wall."),
-        with_default("--width", type=WallSize("m"), default=1.0, help="Width of the strip of wall."),
-        with_default("--density", type=WallSize("kg m-3"), default=1800.0, help="Density of the masonry."),
+    return all_of(
+        click.option("--thickness", type=LENGTH, required=required, help="Thickness t of the wall."),
+        click.option("--height", type=LENGTH, required=required, help="Height h of the wall."),
+        with_default("--width", type=LENGTH, default=1.0, help="Width of the strip of wall."),
+        with_default("--density", type=DENSITY, default=1800.0, help="Density of the masonry."),
         with_default(
             "--hinge-ratio",
-            type=HingeRatio(),
+            type=HINGE_RATIO,
             default=0.7,
             help="Height of the hinge over h, or weakest: where F0 is least between 0.5 and 0.7. A parapet has none.",
         ),
-        with_default("--overburden-ratio", type=Number(), default=0.0, help="Overburden over weight of the wall."),
-        click.option("--overburden", type=Load(), help="Overburden as a load, 12kN/m, in place of --overburden-ratio."),
-        with_default(
-            "--eccentricity", type=WallSize("m"), default=0.0, help="Overburden's distance from mid-thickness."
-        ),
+        with_default("--overburden-ratio", type=NUMBER, default=0.0, help="Overburden over weight of the wall."),
+        click.option("--overburden", type=LOAD, help="Overburden as a load, 12kN/m, in place of --overburden-ratio."),
+        with_default("--eccentricity", type=LENGTH, default=0.0, help="Overburden's distance from mid-thickness."),
         click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
     )
 
 
-softening_options = _all(
-    with_default("--a3", type=Number(), default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+softening_options = all_of(
+    with_default("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
     with_default(
         "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
-curve_options = _all(
-    click.option("--a1", type=Number(), help="Yield displacement ratio u1/u_ins."),
-    click.option("--b1", type=Number(), help="Strength ratio F_y/F0 of the plateau."),
+curve_options = all_of(
+    click.option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
+    click.option("--b1", type=NUMBER, help="Strength ratio F_y/F0 of the plateau."),
     click.option("--preset", type=click.Choice(list(PRESETS)), help="Curve by name, in place of --a1 and --b1."),
     softening_options,
 )
 
-damping_options = _all(
+damping_options = all_of(
     click.option(
         "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
     ),
-    click.option("--damping-ratio", type=Number(), help="Damping ratio xi of a viscous model."),
-    click.option("--local-damping", type=Number(), help="Coefficient alpha of LOCAL, local damping."),
-    click.option("--restitution", type=Number(), help="Restitution e, for CR, ECD of any order, LOCAL, and --compare."),
-    click.option("--order", type=Number(), help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
+    click.option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
+    click.option("--local-damping", type=NUMBER, help="Coefficient alpha of LOCAL, local damping."),
+    click.option("--restitution", type=NUMBER, help="Restitution e, for CR, ECD of any order, LOCAL, and --compare."),
+    click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
 
@@ -125,26 +116,9 @@ units_option = with_default(
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
-
-POUND, INCH = 0.45359237, 0.0254  # [kg], [m]
-# By the SI unit: the unit that is printed in its place, and its size.
-IMPERIAL = {
-    "N": ("lbf", POUND * STANDARD_GRAVITY),
-    "kg": ("lb", POUND),
-    "kg m-3": ("lb ft-3", POUND / (12 * INCH) ** 3),
-    "N m-1": ("lbf in-1", POUND * STANDARD_GRAVITY / INCH),
-    "N s m-1": ("lbf s in-1", POUND * STANDARD_GRAVITY / INCH),
-    "m": ("in", INCH),
-    "m s-1": ("in s-1", INCH),
-    "m s-2": ("ft s-2", 12 * INCH),
-}
-
-
-def imperial(unit: str, units: str) -> tuple[str, float]:
-    """Return the unit in which a value in an SI unit is printed, and its size in SI; `units` is that of --units."""
-    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
-
-
+walls_option = click.option(
+    "--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall."
+)
 strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
 column_option = click.option(
     "--column",

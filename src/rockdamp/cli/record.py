@@ -9,7 +9,7 @@ import click
 
 from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
 from rockdamp.cli.options import json_option, was_given, with_default
-from rockdamp.cli.types import Number, OutputFile, Quantity
+from rockdamp.cli.types import NUMBER, OutputFile, quantity
 
 if TYPE_CHECKING:
     from rockdamp.motions.free_rocking import FreeRocking
@@ -50,11 +50,11 @@ UNITS = {  # as printed; JSON is in SI throughout
 @click.option("--table-velocity", metavar="COLUMN:UNIT", help="Column of the supports' velocity, to differentiate.")
 @click.option("--wall", metavar="COLUMN:UNIT", help="Column of the wall's displacement at its hinge.")
 @click.option("--table", metavar="COLUMN:UNIT", help="Column of the table's displacement, subtracted from the wall's.")
-@with_default("--rest", type=Quantity("s"), default=0.5, help="Rest at the start; zeros are its means.")
+@with_default("--rest", type=quantity("s"), default=0.5, help="Rest at the start; zeros are its means.")
 @click.option("--free-rocking", is_flag=True, help="Make a pull-and-release test, without a motion of the ground.")
 @click.option("--rotation", metavar="COLUMN:UNIT", help="With --free-rocking: column of the rotation, as r:deg.")
-@click.option("--lowpass", type=Number(), help="Corner of a low-pass filter without delay, in Hz.")
-@click.option("--rate", type=Number(), help="Sampling rate of the record, in Hz.  [default: that of the channels]")
+@click.option("--lowpass", type=NUMBER, help="Corner of a low-pass filter without delay, in Hz.")
+@click.option("--rate", type=NUMBER, help="Sampling rate of the record, in Hz.  [default: that of the channels]")
 @with_default(
     "--baseline",
     type=click.Choice(["constant", "linear", "none"]),
@@ -99,7 +99,7 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     write(output, made)
     click.echo(f"{output} written", err=True)
     if plot is not None:
-        from rockdamp.figures.record import record_figure
+        from rockdamp.figures.single import record_figure
 
         write_figure(record_figure(made), plot)
     values = {"samples": made.elapsed.size, "step": made.step, "duration": float(made.elapsed[-1] - made.elapsed[0])}

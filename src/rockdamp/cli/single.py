@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.assessed import show_damping
-from rockdamp.cli.assessment import Restitution
+from rockdamp.cli.assessment import RESTITUTION
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, print_table, print_values, write_table
 from rockdamp.cli.options import (
     CURVE,
     WALL,
     column_option,
     curve_options,
-    imperial,
     json_option,
     make_curve,
     make_optional_wall,
@@ -27,9 +26,11 @@ from rockdamp.cli.options import (
     table_of_walls,
     units_option,
     wall_options,
+    walls_option,
     with_default,
 )
-from rockdamp.cli.types import Number, OutputFile, Quantities
+from rockdamp.cli.types import NUMBER, OutputFile, quantities
+from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -77,8 +78,8 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 )
 @wall_options()
 @curve_options
-@click.option("--amplitude", type=Quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
-@click.option("--restitution", type=Restitution(), help="Restitution e of the dampers, or a rule.  [default: measured]")
+@click.option("--amplitude", type=quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
+@click.option("--restitution", type=RESTITUTION, help="Restitution e of the dampers, or a rule.  [default: measured]")
 @units_option
 @json_option
 def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
@@ -113,7 +114,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
         typed = typed_in(built, curve, e)
-    shown = {key: imperial(unit, units)[0] for key, unit in UNITS.items()}
+    shown = {key: printed(unit, units)[0] for key, unit in UNITS.items()}
     values, rows = _converted(values, units), [_converted(row, units) for row in rows]
     restitutions = _restitutions(built)
     if as_json:
@@ -144,7 +145,7 @@ def _damping(typed: list[Typed], e: float) -> dict[str, Any]:
 
 def _converted(values: dict[str, float], units: str) -> dict[str, float]:
     """Convert the values whose names have a unit to those of --units."""
-    return {key: value / imperial(UNITS.get(key, ""), units)[1] for key, value in values.items()}
+    return {key: value / printed(UNITS.get(key, ""), units)[1] for key, value in values.items()}
 
 
 def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
@@ -189,11 +190,11 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=Quantities(), help="Coefficient of restitution e.")
+@click.option("--restitution", type=quantities(), help="Coefficient of restitution e.")
 @curve_options
-@with_default("--release", type=Number(), default=0.5, help="Release amplitude u0/u_ins.")
-@click.option("--response-length", type=Number(), help="Length of the matched response in tau = p t.  [default: 8]")
-@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
+@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
+@walls_option
 @column_option
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @strict_option

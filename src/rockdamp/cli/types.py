@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,31 +23,54 @@ EXAMPLES = {
 }
 
 
-class Number(click.ParamType):
-    """A number as other programs read it: click also takes 1_0 and digits of any script."""
+class Read(click.ParamType):
+    """What a function reads from a text; its `ValueError` ends in what is allowed. Defaults that are no text stay."""
 
-    name = "float"
+    name = "value"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        try:
-            return value if isinstance(value, float) else units.number(value)
-        except ValueError:
-            self.fail(f"{value!r} is no number; it must be one with a decimal point, as 0.85", param, ctx)
-
-
-class HingeRatio(click.ParamType):
-    """A height of the hinge, or the word for the one at which the wall is weakest."""
-
-    name = "hinge"
+    def __init__(self, read: Callable[[str], Any], metavar: str, allowed: str) -> None:
+        self.read, self.metavar, self.allowed = read, metavar, allowed
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "FLOAT|weakest"
+        return self.metavar
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
         try:
-            return value if isinstance(value, float) or value == "weakest" else units.number(value)
-        except ValueError:
-            self.fail(f"{value!r} is no number; it must be one, or weakest", param, ctx)
+            return self.read(value)
+        except ValueError as error:
+            self.fail(f"{error}; it must be {self.allowed}", param, ctx)
+
+
+def word_or_number(*words: str) -> Callable[[str], str | float]:
+    """Return a reader of a number, or of one of some words."""
+    return lambda text: text if text in words else units.number(text)
+
+
+NUMBER = Read(units.number, "FLOAT", "one with a decimal point, as 0.85")  # click's own also takes 1_0
+HINGE_RATIO = Read(word_or_number("weakest"), "FLOAT|weakest", "one, or weakest")
+
+
+def in_unit(unit: str, read: Callable[[str, str], Any], metavar: str) -> Read:
+    """Return the type of what `read` reads in an SI unit, or of plain numbers."""
+    kind = f"a number in {unit}, or one with its unit" if unit else "a number"
+    return Read(lambda text: read(text, unit), metavar, f"{kind}, as {EXAMPLES[unit]}")
+
+
+def quantity(unit: str, read: Callable[[str, str], float] = units.quantity) -> Read:
+    """Return the type of a number in SI, or with its unit, as `102mm`; g is standard gravity for an acceleration."""
+    return in_unit(unit, read, f"[{unit}]")
+
+
+def quantities(unit: str = "") -> Read:
+    """Return the type of a quantity, a list `A,B,...`, or a range `start:stop:step`; without a unit, of numbers."""
+    return in_unit(unit, units.quantities, f"{f'[{unit}]' if unit else 'NUMBER'}|A:B:STEP|A,B,...")
+
+
+def uncertain(unit: str) -> Read:
+    """Return the type of a quantity, exact or with its standard deviation: `110mm±2mm`, `0.11+-0.002`."""
+    return in_unit(unit, _measured, f"{f'[{unit}]' if unit else 'NUMBER'}[±DEVIATION]")
 
 
 class Whole(click.IntRange):
@@ -57,79 +82,24 @@ class Whole(click.IntRange):
         return super().convert(value, param, ctx)
 
 
-class _InUnit(click.ParamType):
-    """A text that `rockdamp.units` reads in one SI unit."""
-
-    def __init__(self, unit: str = "") -> None:
-        self.unit = unit
-
-    def read(self, text: str) -> Any:
-        raise NotImplementedError
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not isinstance(value, str):
-            return value
-        try:
-            return self.read(value)
-        except units.UnitError as error:
-            kind = f"a number in {self.unit}, or one with its unit" if self.unit else "a number"
-            self.fail(f"{error}; it must be {kind}, as {EXAMPLES[self.unit]}", param, ctx)
-
-
-class Quantity(_InUnit):
-    """A number in SI, or a number with its unit, as `102mm`; g is standard gravity for an acceleration."""
-
-    name = "quantity"
-
-    def read(self, text: str) -> float:
-        return units.quantity(text, self.unit)
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"[{self.unit}]"
-
-
 class Measured(float):
     """A number with its standard deviation, 0 where it is exact."""
 
     deviation: float = 0.0
 
-    @classmethod
-    def of(cls, value: float, deviation: float) -> Measured:
-        measured = cls(value)
-        measured.deviation = deviation
-        return measured
 
-
-class Uncertain(_InUnit):
-    """A quantity, exact or with its standard deviation: `110mm±2mm`, `0.11+-0.002`."""
-
-    name = "uncertain quantity"
-
-    def read(self, text: str) -> Measured:
-        value, *deviation = text.replace("+-", "±").split("±")
-        if len(deviation) > 1:
-            raise units.UnitError(f"{text!r} has more than one standard deviation")
-        if not deviation:
-            return Measured(units.quantity(value, self.unit))
-        numbers = units.quantities(f"{value},{deviation[0]}", self.unit)
-        if len(numbers) != 2 or not numbers[1] > 0:
-            raise units.UnitError(f"{text!r} has no standard deviation above 0")
-        return Measured.of(*numbers)
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"{f'[{self.unit}]' if self.unit else 'NUMBER'}[±DEVIATION]"
-
-
-class Quantities(_InUnit):
-    """A quantity, a list `A,B,...`, or a range `start:stop:step`; without a unit, plain numbers."""
-
-    name = "quantities"
-
-    def read(self, text: str) -> list[float]:
-        return units.quantities(text, self.unit)
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"{f'[{self.unit}]' if self.unit else 'NUMBER'}|A:B:STEP|A,B,..."
+def _measured(text: str, unit: str) -> Measured:
+    value, *deviation = text.replace("+-", "±").split("±")
+    if len(deviation) > 1:
+        raise units.UnitError(f"{text!r} has more than one standard deviation")
+    if not deviation:
+        return Measured(units.quantity(value, unit))
+    numbers = units.quantities(f"{value},{deviation[0]}", unit)
+    if len(numbers) != 2 or not numbers[1] > 0:
+        raise units.UnitError(f"{text!r} has no standard deviation above 0")
+    measured = Measured(numbers[0])
+    measured.deviation = numbers[1]
+    return measured
 
 
 class OutputFile(click.ParamType):
@@ -149,20 +119,17 @@ class OutputFile(click.ParamType):
         return [CompletionItem(incomplete, type="file")]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        path = Path(value)
+        path, fail = Path(value), partial(self.fail, param=param, ctx=ctx)
         if path.suffix not in self.suffixes:
-            self.fail(f"{str(path)!r} must end in {' or '.join(self.suffixes)}", param, ctx)
+            fail(f"{str(path)!r} must end in {' or '.join(self.suffixes)}")
         try:
             str(path).encode("utf-8")  # NetCDF takes no other names
-            self._check_place(path, param, ctx)
+            if not path.parent.is_dir():
+                fail(f"{str(path)!r} would be in {str(path.parent)!r}, which is no folder")
+            if path.is_dir():
+                fail(f"{str(path)!r} is a folder; it must be a file")
+            if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+                fail(f"{str(path)!r} may not be written")
         except (OSError, ValueError) as error:  # a name too long, or with a null in it
-            self.fail(f"{str(path)!r} is no file name ({error})", param, ctx)
+            fail(f"{str(path)!r} is no file name ({error})")
         return path
-
-    def _check_place(self, path: Path, param: click.Parameter | None, ctx: click.Context | None) -> None:
-        if not path.parent.is_dir():
-            self.fail(f"{str(path)!r} would be in {str(path.parent)!r}, which is no folder", param, ctx)
-        if path.is_dir():
-            self.fail(f"{str(path)!r} is a folder; it must be a file", param, ctx)
-        if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-            self.fail(f"{str(path)!r} may not be written", param, ctx)

@@ -18,7 +18,7 @@ from rockdamp.config.parsing import (
     section,
     whole,
 )
-from rockdamp.config.settings import DampingForce, Matching, Pulses, Solver
+from rockdamp.config.settings import Bootstrap, DampingForce, Matching, Pulses, Solver
 from rockdamp.config.walls import Curve, NamedWall, make_named_wall
 from rockdamp.mechanics.building import Building
 from rockdamp.statistics.distribution import Distribution
@@ -35,11 +35,6 @@ PARAMETERS = (
 )
 
 NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
-
-
-class Bootstrap(Section):
-    replicates: int
-    seed: int
 
 
 class Splits(Section):
@@ -73,14 +68,19 @@ class EarthquakeWallSettings(Settings):
     matching: Matching
 
 
-class RecordSettings(Settings):
-    """The records that shake the walls, and how."""
+class ShakenWallSettings(Settings):
+    """The walls, and the records that shake them."""
 
     records: tuple[str, ...]
     walls: Annotated[NamedWalls, "earthquakes.walls"]
+    tail: Annotated[float, "earthquakes.tail"]
+
+
+class RecordSettings(ShakenWallSettings):
+    """The walls, and the records that shake them at several intensities, a share at a time."""
+
     restitution_change: Annotated[float, "earthquakes.restitution_change"]
     scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
-    tail: Annotated[float, "earthquakes.tail"]
     records_per_job: Annotated[int, "earthquakes.records_per_job"]
 
 
@@ -108,17 +108,14 @@ class OrderComparisonSettings(ComparisonSettings):
     splits: Annotated[Splits, "earthquakes.orders.splits"]
 
 
-class LocalDampingSettings(ComparisonSettings):
+class LocalDampingSettings(ComparisonSettings, ShakenWallSettings):
     """The pulses on the reference curve, and the records that shake the walls."""
 
     curve: Curve
     damping_force: DampingForce
     pulses: Pulses
-    records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "earthquakes.walls"]
     scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
     step: Annotated[float, "earthquakes.orders.step"]
-    tail: Annotated[float, "earthquakes.tail"]
 
 
 def make_building(value: Any, key: str = "spectrum_method.building") -> Building:
@@ -131,21 +128,15 @@ def make_building(value: Any, key: str = "spectrum_method.building") -> Building
         return Building(**parsed)
 
 
-class SpectrumMethodSettings(Settings):
-    records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "earthquakes.walls"]
+class SpectrumMethodSettings(ShakenWallSettings):
     restitution: Annotated[Ascending, "earthquakes.restitution"]
-    tail: Annotated[float, "earthquakes.tail"]
     capacity: Annotated[Ascending, "spectrum_method.capacity"]
     levels: Annotated[Array, "spectrum_method.velocity_ratio", geometric]
     step: Annotated[float, "spectrum_method.step"]
     building: Annotated[Building, "spectrum_method.building", make_building]
 
 
-class EventDrivenCheckSettings(Settings):
-    records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "earthquakes.walls"]
-    tail: Annotated[float, "earthquakes.tail"]
+class EventDrivenCheckSettings(ShakenWallSettings):
     histories: Annotated[int, "earthquakes.check.histories"]
     seed: Annotated[int, "earthquakes.check.seed"]
 

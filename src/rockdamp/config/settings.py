@@ -79,20 +79,16 @@ class AmplitudeDependence(Section):
     map: CurveMap
 
 
-class Pulses(Section):
-    frequency: Annotated[Array, geometric]
-    load: Annotated[Array, geometric]
-    restitution: Ascending
-    step: float
-    tail: float
-    bands: Ascending
-
-
 class OrderPulses(Section):
     frequency: Annotated[Array, geometric]
     load: Annotated[Array, geometric]
     step: float
     tail: float
+
+
+class Pulses(OrderPulses):
+    restitution: Ascending
+    bands: Ascending
 
 
 class DamperOrder(Section):
@@ -103,7 +99,7 @@ class DamperOrder(Section):
     pulses: OrderPulses
 
 
-class Resampling(Section):
+class Bootstrap(Section):
     replicates: int
     seed: int
 
@@ -124,7 +120,7 @@ class MeasuredRocking(Section):
     exponent: Ascending
     amplitude_exponent: Ascending
     held_out: int
-    bootstrap: Resampling
+    bootstrap: Bootstrap
     simulated: SimulatedTrials
 
 
@@ -218,16 +214,19 @@ class AmplitudeDependenceSettings(Settings):
     amplitude_dependence: AmplitudeDependence
 
 
-class DamperOrderSettings(MatchedSettings):
+class TestedSettings(Settings):
+    tested_wall: Annotated[Strip, "validation.wall"]
+    tested_curve: Annotated[Curve, "validation.curve"]
+    tested_restitution: Annotated[float, "validation.restitution"]
+
+
+class DamperOrderSettings(MatchedSettings, TestedSettings):
     """The reference curve, those of the amplitude dependence, and the wall and record of a test."""
 
     amplitude_dependence: AmplitudeDependence
     strength_ratio_beyond: Annotated[PlateauBeyond, "studies.cracked_stiffness.strength_ratio_beyond"]
     damper_order: DamperOrder
     shown_restitution: Annotated[float, "damping_force.restitution"]
-    tested_wall: Annotated[Strip, "validation.wall"]
-    tested_curve: Annotated[Curve, "validation.curve"]
-    tested_restitution: Annotated[float, "validation.restitution"]
     tested_step: Annotated[float, "validation.step"]
 
 
@@ -263,11 +262,6 @@ class CalibrationSettings(Settings):
     step: Annotated[float, "validation.step"]
 
 
-class AccuracySettings(StudySettings):
-    solver: Solver
-    matching: Matching
+class AccuracySettings(MatchSettings, TestedSettings):
     damping_force: DampingForce
-    tested_wall: Annotated[Strip, "validation.wall"]
-    tested_curve: Annotated[Curve, "validation.curve"]
-    tested_restitution: Annotated[float, "validation.restitution"]
     accuracy: Accuracy

@@ -24,19 +24,8 @@ def bracketed_minima(
     (Chandrupatla 1998, doi:10.1016/S0045-7825(97)00190-4). SciPy's `elementwise.find_minimum` does the same, bit by
     bit; it is slow to import, and takes the values in the bracket a second time.
 
-    Parameters
-    ----------
-    function : callable
-        Takes places, and of which functions; returns values.
-    place, value : ndarray, shape (3, functions)
-        The brackets: ascending places, and values of which the middle one is least.
-    resolution : float
-        Of the places, over them. [-]
-
-    Returns
-    -------
-    place, value : ndarray, shape (functions,)
-        NaN where a value is not finite, or no end is reached.
+    The function takes places, and of which functions. The brackets, shape (3, functions), are ascending places and
+    values of which the middle one is least. NaN stands where a value is not finite, or no end is reached.
     """
     x, f, fitted, lane = place.copy(), value.copy(), place[2].copy(), np.arange(place.shape[1])
     least = np.full((2, lane.size), np.nan)

@@ -14,12 +14,11 @@ from rockdamp.equivalence.matching import REFINEMENT, solve
 from rockdamp.equivalence.minima import Cases
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.plausibility import of_curve, of_release, of_restitution, per_cent, warn
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 
-PARAMETERS = ("yield_displacement_ratio (a1)", "strength_ratio (b1)", "ultimate_displacement_ratio (a3)")
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 MOST_STEPS = 20_000_000  # of the last minimisation's decays together: 160 MB
@@ -104,19 +103,13 @@ def equivalent(
     """
     e = np.atleast_1d(check_restitution(restitution))
     require(e.ndim == 1 and e.size > 0, "the shape of restitution", str(e.shape), "one number or some in a row")
-    parameters = zip(PARAMETERS, (yield_displacement_ratio, strength_ratio, ultimate_displacement_ratio), strict=True)
-    a1, b1, a3 = (number(name, value) for name, value in parameters)
+    ratios = (yield_displacement_ratio, strength_ratio, ultimate_displacement_ratio)
+    a1, b1, a3 = map(number, TEXTS.values(), ratios)
     curve = TrilinearCurve(a1, b1, a3, softening)
-    response_length, release_amplitude = (
-        number("response_length", response_length),
-        number("release_amplitude", release_amplitude),
-    )
-    require(
-        bool(0 < release_amplitude < curve.ultimate_displacement_ratio),
-        "release_amplitude",
-        release_amplitude,
-        f"greater than 0 and less than a3{per_cent(release_amplitude, lambda x0: x0 < a3)}",
-    )
+    response_length = number("response_length", response_length)
+    release_amplitude = number("release_amplitude", release_amplitude)
+    allowed = f"greater than 0 and less than a3{per_cent(release_amplitude, lambda x0: x0 < a3)}"
+    require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, allowed)
     warn([*of_restitution(e), *of_curve(a1), *of_release(release_amplitude, a1)])
     require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
     step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
@@ -187,10 +180,6 @@ def equivalent_dampings(
     """
     e, shape = number("restitution (e)", restitution), instance("curve", curve, TrilinearCurve).shape
     require(shape == (), "the shape of the curve", str(shape), "(), one curve")
-    a1, b1, a3 = (
-        float(curve.yield_displacement_ratio),
-        float(curve.strength_ratio),
-        float(curve.ultimate_displacement_ratio),
-    )
+    a1, b1, a3 = (float(getattr(curve, name)) for name in TEXTS)
     rows = equivalent(e, a1, b1, a3, curve.softening, release_amplitude, response_length)
     return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.equivalence.minima import Cases
 from rockdamp.errors import InputError
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import Reference
 
 NODES = np.linspace(-1.0, 1.0, 13)  # damping ratios tried, from the middle of their range in parts of its half width
 INNER = slice(3, 10)  # those in the inner half of the range
@@ -53,7 +51,7 @@ def error_at(cases: Cases, damping_model: str, steps: int, damping_ratio: Array,
     """Return Err, Eq. (17), over the steps, shape (cases,). [-]"""
     lossy = np.flatnonzero(damping_ratio > 0)  # e = 1 is followed without error
     error = np.zeros(damping_ratio.size)
-    error[lossy] = _errors(cases, damping_model, [steps], damping_ratio[lossy, None], lossy, scheme)[0, :, 0]
+    error[lossy] = cases.errors(damping_model, damping_ratio[lossy, None], lossy[:, None], [steps], scheme)[0, :, 0]
     return error
 
 
@@ -61,24 +59,7 @@ def _integral(
     cases: Cases, model: str, steps: int, damping_ratio: Array, case: NDArray[np.int64], scheme: str
 ) -> Array:
     """Return the trapezoidal integral, over the step; its last sample counts half, and the first is 0."""
-    return _errors(cases, model, [steps - 1, steps], damping_ratio, case, scheme).mean(axis=0)
-
-
-def _errors(
-    cases: Cases, model: str, checkpoints: list[int], damping_ratio: Array, case: NDArray[np.int64], scheme: str
-) -> Array:
-    """Return Err at the checkpoints, shape (checkpoints, cases, damping ratios)."""
-    row = case[:, None]
-    response = solve(
-        cases.curve_of(row),
-        cases.damping_of(model, damping_ratio, row),
-        release_amplitude=cases.release_amplitude[row],
-        step=cases.step,
-        steps=checkpoints[-1],
-        reference=Reference(cases.displacement, row, checkpoints),
-        scheme=scheme,
-    )
-    return response.error
+    return cases.errors(model, damping_ratio, case[:, None], [steps - 1, steps], scheme).mean(axis=0)
 
 
 def _least_of_cubic(nodes: Array, values: Array) -> Array:

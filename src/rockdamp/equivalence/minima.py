@@ -13,10 +13,10 @@ from rockdamp.equivalence.bracketed_minima import bracketed_minima
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.solvers.response import Reference
+from rockdamp.solvers.response import Options, Reference
 
 SCAN = Scan(smallest=0.3, largest=3.0, points=200)
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
@@ -49,15 +49,8 @@ class Cases:
         exponent: Quantity = 0.0,
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        response = solve(
-            curve,
-            Damping.cr(restitution),
-            release_amplitude=release_amplitude,
-            step=step,
-            steps=steps,
-            store_every=1,
-            scheme=scheme,
-        )
+        start: Options = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
+        response = solve(curve, Damping.cr(restitution), store_every=1, **start)
         return cls(curve, release_amplitude, restitution, response.displacement, step, exponent)
 
     def refined(self, steps: int, refinement: float, scheme: str = "newmark") -> Cases:
@@ -66,15 +59,8 @@ class Cases:
         They are as long as before, over a whole number of steps.
         """
         finer = round(steps * refinement)
-        return Cases.released(
-            self.curve,
-            self.release_amplitude,
-            self.restitution,
-            step=self.step * steps / finer,
-            steps=finer,
-            scheme=scheme,
-            exponent=self.exponent,
-        )
+        released, step = (self.curve, self.release_amplitude, self.restitution), self.step * steps / finer
+        return Cases.released(*released, step=step, steps=finer, scheme=scheme, exponent=self.exponent)
 
     @property
     def steps(self) -> int:
@@ -105,10 +91,27 @@ class Cases:
         """Return the dampers of some cases."""
         return Damping.from_values(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
 
+    def errors(
+        self, damping_model: str, damping_ratio: Array, case: Any, marks: Any, scheme: str, every: int = 1
+    ) -> Array:
+        """Return Err, Eq. (17), of damping ratios of some cases at each of the marks; these count `every` steps as one.
+
+        The shape is that of the ratios, after that of the marks.
+        """
+        response = solve(
+            self.curve_of(case),
+            self.damping_of(damping_model, damping_ratio, case),
+            release_amplitude=self.release_amplitude[case],
+            step=self.step * every,
+            steps=int(marks[-1]),
+            reference=Reference(self.displacement[:, ::every], case, marks),
+            scheme=scheme,
+        )
+        return response.error
+
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""
-        curve = self.curve
-        shape = [curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio]
+        shape = [getattr(self.curve, name) for name in TEXTS]
         problem = np.stack([*shape, self.release_amplitude, self.restitution, self.exponents], axis=1)
         _, first, which = np.unique(problem, axis=0, return_index=True, return_inverse=True)
         return first, which
@@ -155,15 +158,8 @@ def global_minima(
     for some in np.array_split(np.arange(lengths.size), -(-lengths.size // LENGTHS_AT_ONCE)):
         chosen = np.isin(length, some)
         around = [trial[case[chosen], point[chosen] + shift] for shift in (0, 1, 2)]
-        ratio[chosen], error[chosen] = _refine(
-            cases,
-            damping_model,
-            lengths[some],
-            length[chosen] - some[0],
-            case[chosen],
-            around,
-            scheme,
-        )
+        place = length[chosen] - some[0], case[chosen]
+        ratio[chosen], error[chosen] = _refine(cases, damping_model, lengths[some], *place, around, scheme)
     best = Minima(np.full(lowest.shape, np.nan), np.full(lowest.shape, np.inf), lower.sum(axis=-1))
     for w, c, xi, value in zip(length, case, ratio, error, strict=True):
         # Ascending in xi: of equal errors the first stays.
@@ -212,16 +208,7 @@ def _scan(cases: Cases, model: str, trial: Array, lengths: NDArray[np.int64], sc
     every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
     marks = np.maximum(lengths // every, 1)
     index = np.arange(cases.restitution.size)[:, None]
-    response = solve(
-        cases.curve_of(index),
-        cases.damping_of(model, trial, index),
-        release_amplitude=cases.release_amplitude[:, None],
-        step=cases.step * every,
-        steps=int(marks[-1]),
-        reference=Reference(cases.displacement[:, ::every], index, marks),
-        scheme=scheme,
-    )
-    return response.error
+    return cases.errors(model, trial, index, marks, scheme, every)
 
 
 def _refine(
@@ -235,30 +222,18 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Return damping ratio and Err at the minimum next to each bracket of the scan."""
 
-    compared = np.ascontiguousarray(cases.displacement[:, : lengths[-1] + 1])
-
-    def errors(xi: Array, each: NDArray[np.int64]) -> Array:
-        response = solve(
-            cases.curve_of(each),
-            cases.damping_of(model, xi, each),
-            release_amplitude=cases.release_amplitude[each],
-            step=cases.step,
-            steps=int(lengths[-1]),
-            reference=Reference(compared, each, lengths),
-            scheme=scheme,
-        )
-        return response.error
-
     def err(xi: Array, lane: NDArray[np.int64]) -> Array:
-        return np.take_along_axis(errors(xi, case[lane]), length[lane][None], axis=0)[0]
+        error = cases.errors(model, xi, case[lane], lengths, scheme)
+        return np.take_along_axis(error, length[lane][None], axis=0)[0]
 
     # Brackets of several lengths share most of their points, and a history tells Err at all lengths.
     place = np.stack(around)
-    shared, which = np.unique(
-        np.stack([np.broadcast_to(case, place.shape), place]).reshape(2, -1), axis=1, return_inverse=True
-    )
-    value = errors(shared[1], shared[0].astype(np.int64))[length, which.reshape(place.shape)]
-    open_ = np.flatnonzero(~_is_bracket(value))
+    lanes = np.stack([np.broadcast_to(case, place.shape), place]).reshape(2, -1)
+    (each, xi), which = np.unique(lanes, axis=1, return_inverse=True)
+    value = cases.errors(model, xi, each.astype(np.int64), lengths, scheme)[length, which.reshape(place.shape)]
+    low, middle, high = value
+    bracketed = (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))
+    open_ = np.flatnonzero(~bracketed)
     if open_.size:  # the coarser step of the scan moved the minimum by a point
         from scipy.optimize import elementwise  # slow to import, and seldom needed
 
@@ -276,9 +251,3 @@ def _refine(
         bad = np.flatnonzero(~np.isfinite(ratio))[0]
         raise InputError(f"the minimum of Err of {model} near xi = {around[1][bad]:.6g} did not converge")
     return ratio, error
-
-
-def _is_bracket(value: Array) -> NDArray[np.bool_]:
-    """Return where the middle one of three values is least, and not all are equal."""
-    low, middle, high = value
-    return (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))

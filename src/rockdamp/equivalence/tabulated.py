@@ -12,11 +12,9 @@ jump from one to the other, and where xi turns too sharply for the nodes.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +26,7 @@ from rockdamp.equivalence.closed_form import check_restitution, exact_ratio
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 FILE = Path(__file__).with_name("ratios.npz")
 LARGEST_ERROR = 0.01  # of xi, stated; tools/tabulate_ratios.py checks it
@@ -89,24 +87,6 @@ class Table:
         return within
 
 
-def protocol(**made_by: float) -> str:
-    """Return in words what a table is of; the file says the same of itself."""
-    ranges = (RESTITUTION, (LEAST_A1, ROOM), STRENGTH_RATIO, ULTIMATE_RATIO)
-    release = (LEAST_RELEASE, BEYOND_A1, LARGEST_RELEASE)
-    shared = {"response_length": DEFAULT_RESPONSE_LENGTH, "nodes": NODES, "unit": UNIT}
-    return json.dumps({**shared, "ranges": ranges, "release": release, **made_by}, sort_keys=True)
-
-
-def write(tables: dict[str, Table], stated: str, path: Path) -> None:
-    """Write the tables of all models, with what they are of, to a file of NumPy's."""
-    arrays: dict[str, Any] = {"protocol": np.array(stated)}
-    for model, table in tables.items():
-        arrays[f"{model}_log_ratio"] = np.round(table.log_ratio / UNIT).astype(np.int16)
-        arrays[f"{model}_refused"] = table.refused
-    with path.open("wb") as file:
-        np.savez_compressed(file, **arrays)
-
-
 @cache
 def shipped(model: str) -> Table:
     """Return the table of a model that the package ships."""
@@ -114,26 +94,12 @@ def shipped(model: str) -> Table:
         return Table(file[f"{model}_log_ratio"] * UNIT, file[f"{model}_refused"])
 
 
-def walls_at(unit: Array) -> tuple[Array, ...]:
-    """Return e, a1, b1, a3 and u0/u_ins at points of the unit box, shape (5, ...), for curves of steeper softening.
-
-    Each variable goes from 0 to 1 over its range; a1 in its logarithm.
-    """
-    e, b1, a3 = (
-        low + (high - low) * part
-        for part, (low, high) in zip(unit[[0, 2, 3]], (RESTITUTION, STRENGTH_RATIO, ULTIMATE_RATIO), strict=True)
-    )
-    a1 = LEAST_A1 * (_largest_a1(b1) / LEAST_A1) ** unit[1]
-    least = LEAST_RELEASE + BEYOND_A1 * a1
-    return e, a1, b1, a3, least + (LARGEST_RELEASE * a3 - least) * unit[4]
-
-
 def unit_of(e: Array, a1: Array, b1: Array, a3: Array, x0: Array) -> Array:
-    """Return where walls lie in the unit box, the inverse of `walls_at`; beyond it where they lie outside."""
+    """Return where walls lie in the unit box of e, ln a1, b1, a3 and release; beyond it where they lie outside."""
     least = LEAST_RELEASE + BEYOND_A1 * a1
     parts = (
         _part(e, RESTITUTION),
-        np.log(a1 / LEAST_A1) / np.log(_largest_a1(b1) / LEAST_A1),
+        np.log(a1 / LEAST_A1) / np.log(largest_a1(b1) / LEAST_A1),
         _part(b1, STRENGTH_RATIO),
         _part(a3, ULTIMATE_RATIO),
         (x0 - least) / (LARGEST_RELEASE * a3 - least),
@@ -145,7 +111,7 @@ def _part(value: Array, ends: tuple[float, float]) -> Array:
     return (value - ends[0]) / (ends[1] - ends[0])
 
 
-def _largest_a1(b1: Array) -> Array:
+def largest_a1(b1: Array) -> Array:
     return 1 / (1 / (1 - b1) + ROOM)
 
 

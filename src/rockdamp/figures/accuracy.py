@@ -11,27 +11,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator, ScalarFormatter
 
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    PALE,
-    ModelStyle,
-    by_model,
-    line_of,
-    marks_of,
-    new_figure,
-    numbers,
-    styled,
-)
+from rockdamp.figures.style import GREY, PALE, by_model, line_of, marks_of, new_figure, styled
 from rockdamp.text import at_most, number, percent, plain
 
 TITLES = {"free": "(a) free decay", "forced": "(b) forced response"}
 LEAST, LARGEST = 1e-6, 4e-3  # smaller uncertainties are drawn at the least: some are zero, and the axis is logarithmic
 THOUSANDTH = 1e-3
-FEATURES = {
-    "p": (ModelStyle("#1A1A1A", "solid", "o"), "$p$, with the mass at $u = 0$"),
-    "first impact": (ModelStyle("#0072B2", (0, (8.0, 1.6)), "s"), "time of the first impact"),
-    "peaks": (ModelStyle("#D55E00", "dashdot", "^"), "peak that differs most"),
+FEATURES: dict[str, tuple[dict[str, Any], str]] = {
+    "p": ({"color": "#1A1A1A", "linestyle": "solid", "marker": "o"}, "$p$, with the mass at $u = 0$"),
+    "first impact": ({"color": "#0072B2", "linestyle": (0, (8.0, 1.6)), "marker": "s"}, "time of the first impact"),
+    "peaks": ({"color": "#D55E00", "linestyle": "dashdot", "marker": "^"}, "peak that differs most"),
 }
 SLENDERNESS_TICKS = (4, 6, 10, 15, 20, 30, 40)
 
@@ -39,7 +28,7 @@ SLENDERNESS_TICKS = (4, 6, 10, 15, 20, 30, 40)
 @styled
 def fig_accuracy(accuracy: xr.Dataset) -> Figure:
     """Draw the solver's error against the step, and the uncertainty and the errors of published damping ratios."""
-    figure = new_figure(DOUBLE_COLUMN, 140.0)
+    figure = new_figure(140.0)
     (free, forced), (shares, exact) = figure.subplots(2, 2)
     forced.sharey(free)
     low, high = float(accuracy["median_solver_error"].min()), float(accuracy["largest_solver_error"].max())
@@ -76,11 +65,10 @@ def _shares(axes: Axes, accuracy: xr.Dataset) -> None:
     for model in map(str, accuracy["viscous_model"].values):
         certainty = accuracy.sel(viscous_model=model)
         bound = np.maximum(certainty["uncertainty_quantile"].values, LEAST)
-        label = f"{model}: {_percent(float(certainty['share_within_thousandth']))}"
+        within = np.floor(1000 * float(certainty["share_within_thousandth"])) / 10  # rounded down: all is only all
+        label = f"{model}: {within:g} %"
         axes.plot(bound, 1 - certainty["quantile"].values, label=label, **line_of(model))
-    axes.set_xscale("log")
-    axes.set_xlim(LEAST, LARGEST)
-    axes.set_ylim(0, 1)
+    axes.set(xscale="log", xlim=(LEAST, LARGEST), ylim=(0, 1))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
     axes.set_xlabel(r"uncertainty of $\xi$ over $\xi$ [-]")
     axes.set_ylabel(r"share of $\xi$ with a larger uncertainty")
@@ -107,16 +95,11 @@ def _sample(axes: Axes, accuracy: xr.Dataset) -> None:
     axes.legend(loc="upper left")
 
 
-def _percent(share: float) -> str:
-    """Return a share as text, rounded down: all is only all."""
-    return f"{np.floor(1000 * share) / 10:g} %"
-
-
 @styled
 def fig_rigid(accuracy: xr.Dataset) -> Figure:
     """Draw how far rigid rocking at large rotations is from the slender limit, against slenderness."""
-    releases, hinges = numbers(accuracy, "rocking_release_amplitude"), numbers(accuracy, "hinge_ratio")
-    figure = new_figure(DOUBLE_COLUMN, 25.0 + 55.0 * len(releases))
+    releases, hinges = accuracy["rocking_release_amplitude"].values.tolist(), accuracy["hinge_ratio"].values.tolist()
+    figure = new_figure(25.0 + 55.0 * len(releases))
     grid = figure.subplots(len(releases), len(hinges), sharex=True, sharey=True, squeeze=False)
     for row, x0 in zip(grid, releases, strict=True):
         for axes, r in zip(row, hinges, strict=True):
@@ -125,28 +108,22 @@ def fig_rigid(accuracy: xr.Dataset) -> Figure:
         row[0].set_ylabel("|difference| [%]")
     for axes in grid[-1]:
         axes.set_xlabel("slenderness $h/t$ [-]")
-    handles = [Line2D([], [], label=meaning, **_line(style)) for style, meaning in FEATURES.values()]
+    handles = [Line2D([], [], label=meaning, **line) for line, meaning in FEATURES.values()]
     title = f"large rotations against the slender limit, $e = {float(accuracy['rocking_restitution']):g}$"
     figure.legend(handles=handles, title=title, loc="outside lower center", ncols=3)
     return figure
 
 
-def _line(style: ModelStyle) -> dict[str, Any]:
-    return {"color": style.colour, "linestyle": style.linestyle, "marker": style.marker}
-
-
 def _differences(axes: Axes, differences: xr.Dataset) -> None:
     slenderness = differences["slenderness"].values
-    for tolerance in numbers(differences, "tolerance"):
+    for tolerance in differences["tolerance"].values.tolist():
         axes.axhline(tolerance, color=GREY, linewidth=0.6, zorder=0)
         text, at = f"{100 * tolerance:g} %", (slenderness.max(), tolerance)
         axes.annotate(text, at, (0, 1), textcoords="offset points", ha="right", fontsize=7, color=GREY)
-    for feature, (style, meaning) in FEATURES.items():
+    for feature, (line, meaning) in FEATURES.items():
         values = np.abs(differences["rocking_difference"].sel(rocking_feature=feature).values)
-        axes.plot(slenderness, values, label=meaning, **_line(style))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(slenderness.min() / 1.05, slenderness.max() * 1.05)
+        axes.plot(slenderness, values, label=meaning, **line)
+    axes.set(xscale="log", yscale="log", xlim=(slenderness.min() / 1.05, slenderness.max() * 1.05))
     axes.xaxis.set_major_locator(FixedLocator([h for h in SLENDERNESS_TICKS if h <= slenderness.max()]))
     axes.xaxis.set_major_formatter(ScalarFormatter())
     axes.xaxis.set_minor_locator(NullLocator())

@@ -12,17 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
-    at_nearest,
     dampers,
-    few_ticks,
     marks_of,
     nearest,
     new_figure,
-    numbers,
     one_two_five,
     ramp,
     style_of,
@@ -57,8 +53,8 @@ def reference_case(dataset: xr.Dataset) -> int:
 @styled
 def fig_amplitude_dependence(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw the damping ratio over that of ECD against the amplitude, and what spread each damper leaves."""
-    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
-    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
+    figure = new_figure(92.0)
     fan, bars = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
     _fan(fan, at_e)
     _bars(bars, at_e)
@@ -89,20 +85,10 @@ def _fan(axes: Axes, at_e: xr.Dataset) -> None:
         places.setdefault(round(value, 2), []).append(model)
     for value, (model, *others) in places.items():
         last = max(value, last + gap)
-        axes.annotate(
-            ", ".join(map(name_of, (model, *others))),
-            (share[-1], last),
-            xytext=(4, 0),
-            textcoords="offset points",
-            color=style_of(model).colour,
-            fontweight="bold",
-            va="center",
-            fontsize=8,
-            annotation_clip=False,
-        )
-    axes.set_xlim(0, share[-1])
-    axes.set_xlabel(SHARE)
-    axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
+        look: dict[str, Any] = {"color": style_of(model).colour, "fontweight": "bold", "fontsize": 8}
+        text = ", ".join(map(name_of, (model, *others)))
+        _beside(axes, text, (share[-1], last), (4, 0), va="center", annotation_clip=False, **look)
+    axes.set(xlim=(0, share[-1]), xlabel=SHARE, ylabel=r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
 
 
 def _bars(axes: Axes, at_e: xr.Dataset) -> None:
@@ -116,25 +102,9 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
         axes.plot(values, np.full(values.size, row), "|", color=style.colour, markersize=9)
         axes.plot(values[reference], row, markersize=5, **marks_of(model))
         text = "0" if values.max() < 0.05 else f"{values.min():.1f} to {values.max():.1f} %"
-        axes.annotate(
-            text,
-            (values.max(), row),
-            xytext=(5, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=7,
-            color=style.colour,
-        )
-        axes.text(
-            -0.03,
-            row,
-            name_of(model),
-            transform=axes.get_yaxis_transform(),
-            color=style.colour,
-            fontweight="bold",
-            ha="right",
-            va="center",
-        )
+        _beside(axes, text, (values.max(), row), (5, 0), va="center", fontsize=7, color=style.colour)
+        look: dict[str, Any] = {"color": style.colour, "fontweight": "bold", "ha": "right", "va": "center"}
+        axes.text(-0.03, row, name_of(model), transform=axes.get_yaxis_transform(), **look)
     axes.set_yticks([])
     axes.invert_yaxis()
     axes.set_xlim(0, 1.5 * float(spread.max()))
@@ -146,18 +116,22 @@ def _bars(axes: Axes, at_e: xr.Dataset) -> None:
     axes.set_title("a mark for each curve")
 
 
+def _beside(axes: Axes, text: str, point: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:
+    """Write a text beside a point, by an offset in points."""
+    axes.annotate(text, point, xytext=offset, textcoords="offset points", **look)
+
+
 @styled
 def fig_exponent(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw the exponent with the least spread against a1 for several b1, and the spread that it leaves."""
-    a1, b1 = (numbers(amplitude_dependence, f"map_{name}_ratio") for name in ("yield_displacement", "strength"))
-    figure = new_figure(DOUBLE_COLUMN, 88.0)
+    a1, b1 = (amplitude_dependence[f"map_{name}_ratio"].values.tolist() for name in ("yield_displacement", "strength"))
+    figure = new_figure(88.0)
     left, right = figure.subplots(1, 2)
     _exponents(left, amplitude_dependence, a1, b1)
     _spreads(right, amplitude_dependence, a1)
     for axes in (left, right):
-        axes.set_xlabel("$a_1$ [-]")
-        axes.set_xlim(0, 1.02 * max(a1))
-        few_ticks(axes, 5)
+        axes.set(xlabel="$a_1$ [-]", xlim=(0, 1.02 * max(a1)))
+        axes.locator_params("x", nbins=5, steps=[1, 2, 5, 10])
     return figure
 
 
@@ -184,24 +158,16 @@ def _exponents(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float], b1
     for order, model in ((1.0, "CDR"), (2.0, "SDR")):
         axes.axhline(order, color=style_of(model).colour, linewidth=0.8, linestyle=style_of(model).linestyle)
         inside = -1 if order > 1.5 else 1  # of the two lines
-        axes.annotate(
-            f"{model}, $n = {order:g}$",
-            (0.02, order),
-            xytext=(0, 3 * inside),
-            textcoords="offset points",
-            xycoords=axes.get_yaxis_transform(),
-            color=style_of(model).colour,
-            fontsize=7,
-            ha="left",
-            va="top" if inside < 0 else "bottom",
-        )
+        look: dict[str, Any] = {"color": style_of(model).colour, "fontsize": 7, "va": "top" if inside < 0 else "bottom"}
+        text, xycoords = f"{model}, $n = {order:g}$", axes.get_yaxis_transform()
+        _beside(axes, text, (0.02, order), (0, 3 * inside), xycoords=xycoords, ha="left", **look)
     axes.set_ylabel(r"exponent $n$ with the least spread [-]")
 
 
 def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> None:
     """Draw the spread that every damper leaves: a band over b1 and the variants, a line for the paper's b1."""
     spread = PERCENT * amplitude_dependence["map_spread"]
-    plain = nearest(numbers(amplitude_dependence, "map_strength_ratio"), REFERENCE["strength_ratio"])
+    plain = nearest(amplitude_dependence["map_strength_ratio"].values.tolist(), REFERENCE["strength_ratio"])
     exact = [model for model in dampers(amplitude_dependence) if model in Damping.exact_models()]
     for model in map(str, amplitude_dependence["damping_model"].values):
         if model in exact:
@@ -214,7 +180,7 @@ def _spreads(axes: Axes, amplitude_dependence: xr.Dataset, a1: list[float]) -> N
     axes.set_yscale("log")
     one_two_five(axes.yaxis)
     axes.set_ylabel(r"standard deviation of $\ln\,\xi$ over the amplitudes [%]")
-    b1 = numbers(amplitude_dependence, "map_strength_ratio")
+    b1 = amplitude_dependence["map_strength_ratio"].values.tolist()
     shown = f"lines: $b_1 = {b1[plain]:g}$, $a_3 = 1$; bands: all $b_1$ and variants; {', '.join(exact)}: 0"
     axes.legend(title=shown, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
 
@@ -224,7 +190,7 @@ def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
     """Draw by how much the closed form differs from peaks and from Err, against the amplitude."""
     models = [str(model) for model in amplitude_dependence["damping_model"].values]
     exact = [model for model in dampers(amplitude_dependence) if model in Damping.exact_models()]
-    figure = new_figure(DOUBLE_COLUMN, 112.0)
+    figure = new_figure(112.0)
     grid = figure.subplots(2, len(models), sharex=True, sharey=True, squeeze=False)
     for row, (measure, name) in zip(
         grid, (("damping_ratio_peaks", "the first peak"), ("damping_ratio", "Err")), strict=True
@@ -235,10 +201,8 @@ def fig_closed_form(amplitude_dependence: xr.Dataset) -> Figure:
     for axes, model in zip(grid[0], models, strict=True):
         axes.set_title(name_of(model), color=style_of(model).colour, fontweight="bold")
     for axes in grid[-1]:
-        axes.set_xlabel(r"$u_0/u_3$ [-]")
-        axes.set_xticks([0, 0.5, 1])
-        axes.set_xlim(0, 1)
-    e = texts(numbers(amplitude_dependence, "restitution"))
+        axes.set(xlabel=r"$u_0/u_3$ [-]", xticks=[0, 0.5, 1], xlim=(0, 1))
+    e = texts(amplitude_dependence["restitution"].values.tolist())
     handles = [Line2D([], [], color=shade, linewidth=1.5) for shade in ramp(GREY, len(e))]
     handles.append(Line2D([], [], color=GREY, **MIDDLE))
     labels = [*(f"$e = {value}$" for value in e), f"at the half cycle's middle energy, $e = {e[len(e) // 2]}$"]
@@ -274,7 +238,7 @@ def by_named_damper(
 
 def fig_amplitude_dependence_caption(amplitude_dependence: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
+    at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     share = at_e["release_share"]
     return f"""
     One ξ of ECD serves every amplitude of every curve. The standard deviation of ln&nbsp;ξ over the amplitudes is, over
@@ -299,7 +263,7 @@ def fig_exponent_caption(amplitude_dependence: xr.Dataset) -> str:
 
 def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e = at_nearest(amplitude_dependence, restitution=REFERENCE_RESTITUTION)
+    at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
 
     def largest(measure: str) -> str:
         away = abs(at_e["damping_ratio_energy"] / at_e[measure] - 1)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import ndtr
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, one_two_five, style_of, styled
+from rockdamp.figures.style import GREY, line_of, new_figure, one_two_five, style_of, styled
 from rockdamp.vocabulary import REFERENCE
 
 AXES = {"pgv": "PGV [m s$^{-1}$]", "pga": "PGA [m s$^{-2}$]"}
@@ -20,7 +20,7 @@ POINTS = 200  # of a curve
 @styled
 def fragility_figure(answer: xr.Dataset) -> Figure:
     """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for."""
-    figure = new_figure(DOUBLE_COLUMN, 66.0)
+    figure = new_figure(66.0)
     draw_fragility(figure.subplots(), answer)
     figure.legend(loc="outside lower center", ncols=3)
     return figure

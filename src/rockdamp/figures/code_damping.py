@@ -14,11 +14,9 @@ from rockdamp.figures.style import (
     REFERENCE_AMPLITUDE,
     RESTITUTION,
     SINGLE_COLUMN,
-    at_nearest,
     by_model,
     line_of,
     new_figure,
-    numbers,
     present,
     styled,
 )
@@ -61,14 +59,14 @@ def _inverse(xi: xr.DataArray, ratio: float) -> float:
 
 def released_as_the_paper(match: xr.Dataset) -> xr.Dataset:
     """Return the study's decays from the paper's reference amplitude."""
-    return at_nearest(match, release_amplitude=REFERENCE_AMPLITUDE)
+    return match.sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
 
 
 @styled
 def fig_code_damping(amplitude: xr.Dataset) -> Figure:
     """Draw the damping ratio against e, under each damper and at the secant period, beside measured e."""
     match = released_as_the_paper(amplitude)
-    figure = new_figure(SINGLE_COLUMN, 105.0)
+    figure = new_figure(105.0, SINGLE_COLUMN)
     axes = figure.add_subplot()
     low, mean, high = TESTED
     axes.axvspan(low, high, color=PALE, alpha=0.5, linewidth=0, label="tested walls")
@@ -79,7 +77,7 @@ def fig_code_damping(amplitude: xr.Dataset) -> Figure:
         axes.plot(e, 100 * ratio_of(match, model, e), label=model, linewidth=2.0 if model in ORDERS else 1.2, **style)
         at = [restitution_of(match, model, level) for level in LEVELS]
         axes.plot(at, 100 * np.array(LEVELS), linestyle="none", marker=".", color=style["color"])
-    amplitudes = numbers(amplitude, "release_amplitude")
+    amplitudes = amplitude["release_amplitude"].values.tolist()
     shown = [amplitudes[index] for index in present(amplitudes, SECANT_AMPLITUDES)]
     for count, x0 in enumerate(shown):
         xi = 100 * amplitude["damping_ratio_secant"].sel(release_amplitude=x0)
@@ -90,8 +88,7 @@ def fig_code_damping(amplitude: xr.Dataset) -> Figure:
         )
     for level in LEVELS:
         axes.axhline(100 * level, color=PALE, linewidth=0.6, zorder=0)
-    axes.set_ylim(0, 110 * max(LEVELS))
-    axes.set_xlim(float(e.min()), 1.0)
+    axes.set(ylim=(0, 110 * max(LEVELS)), xlim=(float(e.min()), 1.0))
     axes.yaxis.set_major_locator(FixedLocator([0, *(100 * level for level in LEVELS)]))
     axes.set_xlabel(RESTITUTION)
     axes.set_ylabel(r"damping ratio $\xi$ [%]")
@@ -106,7 +103,7 @@ def fig_code_damping_caption(amplitude: xr.Dataset) -> str:
     lowest, mean, highest = map(plain, TESTED)
     exact = restitution_of(match, RECOMMENDED, level)
     others = by_name({model: number(restitution_of(match, model, level)) for model in PAPER_MODELS})
-    amplitudes = numbers(amplitude, "release_amplitude")
+    amplitudes = amplitude["release_amplitude"].values.tolist()
     shown = [amplitudes[index] for index in present(amplitudes, SECANT_AMPLITUDES)]
     ratios = by_model(
         match["damping_ratio"].sel(damping_model=list(PAPER_MODELS)).interp(restitution=TESTED[1]), percent

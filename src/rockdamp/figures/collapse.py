@@ -16,10 +16,9 @@ from matplotlib.patches import Patch
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
-from rockdamp.figures.earthquakes import SOURCE_NAMES, at_source, plain_logarithmic
+from rockdamp.figures.earthquakes import SOURCE_NAMES, at_source, legend_above, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     by_damper,
@@ -60,7 +59,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     """Draw fractiles of the peaks over the records against the velocity ratio, for each wall."""
     peaks = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(peaks)
-    figure = new_figure(DOUBLE_COLUMN, 30.0 + 62.0 * rows)
+    figure = new_figure(30.0 + 62.0 * rows)
     panels = _panels(figure, peaks, _fractiles, figure.add_gridspec(rows, columns))
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
@@ -85,13 +84,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         ),
         Line2D([], [], color=GREY, linewidth=0.5, label=f"dampers, {low} and {high} %"),
     ]
-    figure.legend(
-        handles=handles,
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {float(peaks['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
-        **LEGEND,
-    )
+    legend_above(figure, peaks, handles, **LEGEND)
     return figure
 
 
@@ -165,7 +158,7 @@ def fig_fragility(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     """Draw fragility curves of each wall, and each damper's median of collapse over CR's."""
     fragility = with_velocity(at_source(comparison), walls)
     columns, rows = _shape(fragility)
-    figure = new_figure(DOUBLE_COLUMN, 82.0 + 58.0 * rows)
+    figure = new_figure(82.0 + 58.0 * rows)
     halves = figure.add_gridspec(2, 1, height_ratios=[58.0 * rows, 55.0])
     panels = _panels(figure, fragility, _curves, halves[0, 0].subgridspec(rows, columns))
     for axes, unit in zip(panels, fragility["unit_velocity"].values, strict=True):
@@ -219,8 +212,7 @@ def draw_fragility(axes: Axes, fragility: xr.Dataset, intensity: str) -> None:
         median, beta = (float(fragility[name].sel(damping_model=model)) for name in ("median", "dispersion"))
         axes.plot(level, ndtr(np.log(level / median) / beta), label=model, **line_of(model))
     axes.plot(fragility[intensity], cr["collapse_fraction"], markersize=2.8, zorder=4, **SHARES)
-    axes.set_xlim(level[0], level[-1])
-    axes.set_ylim(0, 1.02)
+    axes.set(xlim=(level[0], level[-1]), ylim=(0, 1.02))
 
 
 def _forests(figure: Figure, place: SubplotSpec, comparison: xr.Dataset) -> None:

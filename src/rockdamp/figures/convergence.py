@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, line_of, new_figure, style_of, styled
+from rockdamp.figures.style import GREY, line_of, new_figure, style_of, styled
 from rockdamp.text import plain
 
 SCHEMES = {"newmark": "explicit Newmark, located impacts", "paper": "linear acceleration, as printed"}
@@ -20,7 +20,7 @@ LEFT = 3.0  # room for the names of the slopes, as a factor on the smallest step
 def fig_convergence(convergence: xr.Dataset) -> Figure:
     """Draw the error against the step for each scheme, excitation and damping model."""
     schemes, excitations = convergence["scheme"].values, convergence["excitation"].values
-    figure = new_figure(DOUBLE_COLUMN, 135.0)
+    figure = new_figure(135.0)
     grid = figure.subplots(len(schemes), len(excitations), sharex=True, sharey=True, squeeze=False)
     for row, scheme in zip(grid, schemes, strict=True):
         for axes, excitation in zip(row, excitations, strict=True):
@@ -42,8 +42,7 @@ def _panel(axes: Axes, errors: xr.Dataset) -> None:
         curve = errors.sel(damping_model=model)
         label = f"{model}: {float(curve['order']):.2f} ({float(curve['finest_order']):.2f})"
         axes.plot(step, curve["solver_error"], marker=style_of(model).marker, label=label, **line_of(model))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.xaxis.set_minor_formatter(NullFormatter())
     _slopes(axes, errors)
     axes.legend(title="order (finest steps)", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")

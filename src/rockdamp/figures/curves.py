@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, new_figure, styled
 from rockdamp.text import plain
 from rockdamp.vocabulary import PRESETS
 
@@ -21,17 +21,14 @@ FORCE = "$F/F_0$ [-]"
 @styled
 def fig2(mechanism: xr.Dataset) -> Figure:
     """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation."""
-    figure = new_figure(DOUBLE_COLUMN, 68.0)
+    figure = new_figure(68.0)
     panels = figure.subplots(1, 3, sharey=True)
     titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) Doherty's stages of degradation")
     for axes, title in zip(panels, titles, strict=True):
         curve = mechanism.sel(curve_name="bi-linear")
         axes.plot(curve["displacement"], curve["force"], color=GREY, linestyle="dashed", label="bi-linear, rigid")
         axes.set_title(title, pad=16)
-        axes.set_xlabel(DISPLACEMENT)
-        axes.set_xlim(0, 1.04)
-        axes.set_ylim(0, TOP)
-        axes.set_yticks([0, 0.2, 0.4, 0.6, 0.8, 1.0])
+        axes.set(xlabel=DISPLACEMENT, xlim=(0, 1.04), ylim=(0, TOP), yticks=[0, 0.2, 0.4, 0.6, 0.8, 1.0])
     panels[0].set_ylabel(FORCE)
     _definitions(panels[0], mechanism)
     _variants(panels[1], mechanism)

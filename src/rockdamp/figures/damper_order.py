@@ -13,14 +13,11 @@ from matplotlib.ticker import FormatStrFormatter, NullFormatter
 
 from rockdamp.figures.style import (
     DISPLACEMENT,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
-    at_nearest,
     by_model,
     line_of,
     new_figure,
-    numbers,
     present,
     ramp,
     style_of,
@@ -33,13 +30,12 @@ from rockdamp.vocabulary import DECISIVE_CHANGE, REFERENCE
 SHOWN = (0, 1, 4, 16)  # orders whose histories are drawn
 LINES: tuple[Any, ...] = ("dotted", "dashdot", (0, (3.0, 1.4)), (0, (8.0, 1.6)))
 NEAR = 0.35  # in tau, shown before and after the crossing
-E_VARIATIONS = ["lower e", "higher e"]
 
 
 @styled
 def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure:
     """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay."""
-    figure = new_figure(DOUBLE_COLUMN, 135.0)
+    figure = new_figure(135.0)
     grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])
     decay, pulses, earthquakes = (figure.add_subplot(grid[0, 2 * i : 2 * i + 2]) for i in range(3))
     _decay(decay, at_shown(damper_order))
@@ -54,7 +50,7 @@ def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure
 
 def at_shown(damper_order: xr.Dataset) -> xr.Dataset:
     """Return what was measured at the e nearest to that of the histories."""
-    return at_nearest(damper_order, restitution=float(damper_order["shown_restitution"]))
+    return damper_order.sel(restitution=float(damper_order["shown_restitution"]), method="nearest")
 
 
 def at_middle(earthquake_orders: xr.Dataset) -> xr.Dataset:
@@ -65,8 +61,9 @@ def at_middle(earthquake_orders: xr.Dataset) -> xr.Dataset:
 # --- error against order ---------------------------------------------------------------------------------------------
 
 
-def _by_order(axes: Axes, orders: Sequence[float], sensitivity: xr.DataArray, change: float) -> Sequence[int]:
+def _by_order(axes: Axes, at_e: xr.Dataset, sensitivity: xr.DataArray) -> Sequence[int]:
     """Prepare a panel with the orders evenly spaced and a band for CR's sensitivity to e; return their places."""
+    orders, change = at_e["order"].values.tolist(), float(at_e["restitution_change"])
     places = range(len(orders))
     low, high = float(sensitivity.min()), float(sensitivity.max())
     # With an edge, so that a band as thin as a line is seen.
@@ -74,8 +71,7 @@ def _by_order(axes: Axes, orders: Sequence[float], sensitivity: xr.DataArray, ch
     axes.set_yscale("log", subs=[2, 5])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xticks(list(places), texts(orders))
-    axes.set_xlim(-0.35, len(orders) - 0.65)
-    axes.set_xlabel("order $m$ [-]")
+    axes.set(xlim=(-0.35, len(orders) - 0.65), xlabel="order $m$ [-]")
     return places
 
 
@@ -86,7 +82,7 @@ def _line(label: str, marker: str | None = None, **changed: Any) -> dict[str, An
 
 def _decay(axes: Axes, at_e: xr.Dataset) -> None:
     """Draw the error on the reference curve, its range over all curves and releases, and those of fitted dampers."""
-    places = _by_order(axes, numbers(at_e, "order"), at_e["varied_curve_rms_error"], float(at_e["restitution_change"]))
+    places = _by_order(axes, at_e, at_e["varied_curve_rms_error"])
     every = ("case", "release_share")
     low, high = (at_e["rms_error"].reduce(end, every).values for end in (np.min, np.max))
     axes.fill_between(
@@ -101,7 +97,7 @@ def _decay(axes: Axes, at_e: xr.Dataset) -> None:
 
 
 def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
-    places = _by_order(axes, numbers(at_e, "order"), at_e["varied_pulse_log_error"], float(at_e["restitution_change"]))
+    places = _by_order(axes, at_e, at_e["varied_pulse_log_error"])
     axes.plot(places, at_e["pulse_log_error"], **_line("whole response"))
     before = _line("before the first impact", marker="^", linestyle=(0, (4.0, 1.6)), markerfacecolor="white")
     axes.plot(places, at_e["pulse_before_impact_log_error"], **before)
@@ -111,8 +107,7 @@ def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
 
 def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
     at_e = at_middle(earthquake_orders)
-    changed, change = at_e["varied_log_error"].sel(variation=E_VARIATIONS), float(at_e["restitution_change"])
-    places = _by_order(axes, numbers(at_e, "order"), changed, change)
+    places = _by_order(axes, at_e, at_e["varied_log_error"].sel(variation=["lower e", "higher e"]))
     low, high = (at_e["log_error_interval"].isel(bound=bound) for bound in (0, -1))
     axes.fill_between(places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="95 % interval")
     axes.plot(places, at_e["log_error"], **_line("all walls"))
@@ -137,7 +132,7 @@ def _titled(axes: Axes, title: str, columns: int = 1) -> None:
 
 def _drawn(damper_order: xr.Dataset) -> list[tuple[xr.Dataset, dict[str, Any]]]:
     """Return the histories of the orders that are shown, and how each is drawn."""
-    orders = present(numbers(damper_order, "order"), SHOWN)[: len(LINES)]
+    orders = present(damper_order["order"].values.tolist(), SHOWN)[: len(LINES)]
     colours = ramp(style_of("ECD").colour, len(orders))
     return [
         (

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
@@ -16,20 +17,7 @@ from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    PALE,
-    by_damper,
-    dampers,
-    grid_of,
-    line_of,
-    marks_of,
-    new_figure,
-    ramp,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import GREY, PALE, by_damper, dampers, line_of, marks_of, new_figure, ramp, style_of, styled
 from rockdamp.text import number, percent, plain, span
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
@@ -49,9 +37,9 @@ MARGIN = 1.5  # where the panels of peaks end; beyond 1 are the collapses
 PEAK_OF_CR = r"peak under CR, $u/u_\mathrm{ins}$ [-]"
 
 
-def middle(data: xr.Dataset) -> xr.Dataset:
-    """Return the middle one of the coefficients of restitution."""
-    return data.isel(restitution=data.sizes["restitution"] // 2)
+def at_source(study: xr.Dataset) -> xr.Dataset:
+    """Return what the figures draw: the middle one of the coefficients of restitution, the ratios of least error."""
+    return study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source=RECOMMENDED_SOURCE)
 
 
 def pale_to_dark(colour: str) -> LinearSegmentedColormap:
@@ -75,15 +63,14 @@ def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[
 @styled
 def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     """Draw every damper's peaks against CR's, and at the margins where only one of both collapses."""
-    histories = (
-        middle(earthquakes).sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(wall=comparison["pooled"].values == 1)
-    )
+    histories = at_source(earthquakes).isel(wall=comparison["pooled"].values == 1)
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
-    figure = new_figure(DOUBLE_COLUMN, 20.0 + 160.0 / columns * -(-len(models) // columns))
-    panels = grid_of(figure, len(models), columns)
+    figure = new_figure(20.0 + 160.0 / columns * -(-len(models) // columns))
+    panels = _grid(figure, len(models), columns)
     low = float(comparison["band_start"].min()) / 2
-    norm = LogNorm(1, _busiest(histories))
+    # The shades end at a hundredth of the histories of a panel.
+    norm = LogNorm(1, max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0))
     for axes, model in zip(panels, models, strict=True):
         _peaks(axes, histories, model, low, norm)
     for axes in panels[-columns:]:
@@ -91,18 +78,31 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     for axes in panels[::columns]:
         axes.set_ylabel(r"peak with the damper, $u/u_\mathrm{ins}$ [-]")
     _count_bar(figure, panels, norm)
-    figure.legend(
-        handles=[
-            Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
-            Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label="twice and half"),
-            Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
-            Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
-        ],
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {float(histories['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall",
-    )
+    handles = [
+        Line2D([], [], color="black", linewidth=0.8, label="equal peaks"),
+        Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label="twice and half"),
+        Line2D([], [], color=GREY, linestyle="none", marker="|", markersize=6, label="only the damper collapses"),
+        Line2D([], [], color=GREY, linestyle="none", marker="_", markersize=6, label="only CR collapses"),
+    ]
+    legend_above(figure, histories, handles)
     return figure
+
+
+def legend_above(figure: Figure, drawn: xr.Dataset, handles: Sequence[Artist], also: str = "", **look: Any) -> None:
+    """Put a legend above all panels, headed by e and the source of the damping ratios."""
+    title = f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall{also}"
+    figure.legend(handles=handles, loc="outside upper center", ncols=4, title=title, **look)
+
+
+def _grid(figure: Figure, count: int, columns: int) -> list[Axes]:
+    """Return `count` panels that share their axes, row by row; the lowest of each column has its ticks labelled."""
+    grid = figure.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
+    panels = grid.ravel().tolist()
+    for spare in panels[count:]:
+        spare.remove()
+    for axes in panels[max(count - columns, 0) : count]:
+        axes.tick_params(labelbottom=True)
+    return panels[:count]
 
 
 def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
@@ -113,11 +113,6 @@ def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[
     peaks = [each["peak_ratio"].transpose(*order).values.ravel()[run] for each in by]
     fell = [each["collapsed"].transpose(*order).values.ravel()[run] == 1 for each in by]
     return peaks[0], peaks[1], fell[0], fell[1]
-
-
-def _busiest(histories: xr.Dataset) -> float:
-    """Return the count at which the shades end: a hundredth of the histories of a panel."""
-    return max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0)
 
 
 def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogNorm) -> None:
@@ -147,9 +142,7 @@ def _peaks(axes: Axes, histories: xr.Dataset, model: str, low: float, norm: LogN
     axes.plot(np.full(missed.sum(), between), np.clip(peak[missed], low, 1), marker="_", **marks)
     for line in (axes.axhline, axes.axvline):
         line(1.0, color=PALE, linewidth=0.6)
-    axes.set_xlim(low, MARGIN)
-    axes.set_ylim(low, MARGIN)
-    axes.set_aspect("equal")
+    axes.set(xlim=(low, MARGIN), ylim=(low, MARGIN), aspect="equal")
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.01, 0.1, 1])
     axes.set_title(
         f"{model}\nmissed {missed.sum()} of {fell.sum()} collapses\nadded {only.sum()} in {(~fell).sum()} survivals",
@@ -173,25 +166,18 @@ def _count_bar(figure: Figure, panels: list[Axes], norm: LogNorm) -> None:
 def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
     """Draw the median ratio to CR's peaks, the error of its logarithm and the misfit over the decay."""
     drawn = at_source(comparison)
-    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    figure = new_figure(92.0)
     ratios, errors, misfits = figure.subplots(1, 3)
     _by_band(ratios, drawn, "median_ratio")
     _by_band(errors, drawn, "log_error")
     _misfits(misfits, drawn)
     plain_logarithmic(ratios, y=[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.2, 1.4, 1.7, 2])
-    ratios.set_ylim(*_limits(drawn["median_ratio_interval"], (0.85, 1.2)))
-    errors.set_ylim(bottom=0)
-    misfits.set_ylim(bottom=0)
-    ratios.set_ylabel("median of peak over that of CR [-]")
-    errors.set_ylabel("rms of the logarithm of that ratio [-]")
-    misfits.set_ylabel("misfit over the decay over CR's peak [-]")
-    figure.legend(
-        handles=_handles(drawn),
-        loc="outside upper center",
-        ncols=4,
-        title=f"$e = {float(drawn['restitution']):g}$; {SOURCE_NAMES[RECOMMENDED_SOURCE]} at each wall; "
-        "95 % bootstrap intervals; bars: CR itself after a small change",
-    )
+    limits = _limits(drawn["median_ratio_interval"], (0.85, 1.2))
+    ratios.set(ylim=limits, ylabel="median of peak over that of CR [-]")
+    errors.set(ylim=(0, None), ylabel="rms of the logarithm of that ratio [-]")
+    misfits.set(ylim=(0, None), ylabel="misfit over the decay over CR's peak [-]")
+    also = "; 95 % bootstrap intervals; bars: CR itself after a small change"
+    legend_above(figure, drawn, _handles(drawn), also)
     return figure
 
 
@@ -273,11 +259,6 @@ def _handles(statistics: xr.Dataset) -> list[Line2D]:
         ),
         Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that survives"),
     ]
-
-
-def at_source(study: xr.Dataset) -> xr.Dataset:
-    """Return what the figures draw: the middle e, the damping ratios of least error."""
-    return middle(study).sel(damping_ratio_source=RECOMMENDED_SOURCE)
 
 
 def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> str:

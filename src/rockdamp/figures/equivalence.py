@@ -14,16 +14,12 @@ from matplotlib.lines import Line2D
 
 from rockdamp.figures.style import (
     DAMPING_RATIO,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     REFERENCE_RESTITUTION,
     RESTITUTION,
-    at_nearest,
     dampers,
-    few_ticks,
     new_figure,
-    numbers,
     papers,
     present,
     shades,
@@ -76,9 +72,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     amplitude = papers(amplitude)
     models = dampers(amplitude)
-    figure = new_figure(DOUBLE_COLUMN, 78.0)
+    figure = new_figure(78.0)
     panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
-    values = numbers(amplitude, "release_amplitude")
+    values = amplitude["release_amplitude"].values.tolist()
     chosen = present(values, PAPER_AMPLITUDES)
     for axes, model in zip(panels, models, strict=True):
         for index, colour, marker in zip(chosen, shades(model, len(chosen)), MARKERS[: len(chosen)], strict=True):
@@ -90,10 +86,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
         title_panel(axes, model)
         axes.legend(loc="upper right")
         axes.set_xlabel(RESTITUTION)
-    panels[0].set_ylabel(DAMPING_RATIO)
-    few_ticks(panels[0], 3)
+    panels[0].locator_params("x", nbins=3, steps=[1, 2, 5, 10])
     drawn = amplitude[["damping_ratio", "damping_ratio_energy"]].isel(release_amplitude=chosen)
-    panels[0].set_ylim(0, 1.05 * float(drawn.to_array().max()))
+    panels[0].set(ylabel=DAMPING_RATIO, ylim=(0, 1.05 * float(drawn.to_array().max())))
     head(figure, response_length_text(amplitude))
     return figure
 
@@ -101,9 +96,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
 def fig5_caption(amplitude: xr.Dataset) -> str:
     """Write the caption of Fig. 5, HTML."""
     amplitude = papers(amplitude).sortby("restitution")
-    values = numbers(amplitude, "release_amplitude")
+    values = amplitude["release_amplitude"].values.tolist()
     chosen = sorted(values[index] for index in present(values, PAPER_AMPLITUDES))
-    at_e = at_nearest(amplitude, restitution=REFERENCE_RESTITUTION)
+    at_e = amplitude.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     low, high = (at_e.sel(release_amplitude=chosen[end]) for end in (0, -1))
     # The largest step of ξ/δ from one e to the next would be a jump where another minimum of Err took over.
     share = amplitude["damping_ratio"] / -np.log(amplitude["restitution"])
@@ -139,7 +134,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         (papers(cracked_stiffness), "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
     )
     models = dampers(studies[0][0])
-    figure = new_figure(DOUBLE_COLUMN, 178.0)
+    figure = new_figure(178.0)
     # A low strip above the first two rows: what a fixed length in seconds changes is too small for the panels.
     ratios = [0.36, 1.0, 0.36, 1.0, 1.0]
     grid = figure.subplots(
@@ -154,14 +149,14 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
                 _change(strips[column], dataset.sel(damping_model=model), parameter, model)
         panels[0].set_ylabel(DAMPING_RATIO)
         panels[0].set_ylim(0, 1.05 * max(float(study["damping_ratio"].max()) for study, _, _ in studies))
-        _legend(panels[-1], models, title, numbers(dataset, parameter), strips is not None)
+        _legend(panels[-1], models, title, dataset[parameter].values.tolist(), strips is not None)
     for axes, model in zip(grid[0], models, strict=True):
         title_panel(axes, model)
     for strip in grid[[0, 2], 0]:
         strip.set_ylabel(r"$10^3\,\Delta\xi$ [-]")
     for axes in grid[-1]:
         axes.set_xlabel(RESTITUTION)
-    few_ticks(grid[0, 0], 3)
+    grid[0, 0].locator_params("x", nbins=3, steps=[1, 2, 5, 10])
     figure.align_ylabels(grid[:, 0])
     head(figure, response_length_text(slenderness))
     return figure
@@ -174,7 +169,7 @@ def fig6_caption(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffn
         max(float(spread(study[name], dim).max()) for study, dim in walls) for name in ("damping_ratio", FIXED)
     )
     (low, high), (least, most) = ([plain(end) for end in (s[dim].min(), s[dim].max())] for s, dim in walls)
-    at_e = at_nearest(papers(with_one_plateau(cracked_stiffness)), restitution=REFERENCE_RESTITUTION)
+    at_e = papers(with_one_plateau(cracked_stiffness)).sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     first, last = (at_e.isel(yield_displacement_ratio=end) for end in (0, -1))
     return f"""
     The cracked stiffness matters: from a<sub>1</sub>&nbsp;=&nbsp;{plain(first["yield_displacement_ratio"])} to

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rockdamp.figures.single import TIME, record_title
-from rockdamp.figures.style import DISPLACEMENT, DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, one_two_five, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, line_of, new_figure, one_two_five, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
 from rockdamp.text import number
@@ -24,7 +24,7 @@ HEIGHT = 150.0  # [mm]
 @styled
 def free_rocking_figure(fitted: xr.Dataset) -> Figure:
     """Draw the first release with its fit, and half periods and e of the impacts of all releases."""
-    figure = new_figure(DOUBLE_COLUMN, HEIGHT)
+    figure = new_figure(HEIGHT)
     rows = figure.add_gridspec(2, 1, height_ratios=[1.25, 1.0])
     above, below = rows[0].subgridspec(2, 1, height_ratios=[2.6, 1.0]), rows[1].subgridspec(1, 2)
     history, periods, impacts = (figure.add_subplot(cell) for cell in (above[0], below[0], below[1]))
@@ -50,11 +50,9 @@ def _decay(history: Axes, left: Axes, fitted: xr.Dataset) -> None:
     history.plot(at[1:], height[1:], "o", color=INK, markersize=3.5, label="peaks")
     history.plot(at[:1], height[:1], ">", color="black", markersize=6, label="release")
     left.plot(elapsed, measured - computed, color=GREY, linewidth=0.7)
-    history.set_ylabel("$u$ [mm]")
-    left.set_ylabel("residual [mm]")
-    left.set_xlabel(TIME)
+    left.set(ylabel="residual [mm]", xlabel=TIME)
     count = fitted.sizes["release"]
-    history.set_title("(a) free rocking" + (f", the first of {count} releases" if count > 1 else ""))
+    history.set(ylabel="$u$ [mm]", title="(a) free rocking" + (f", the first of {count} releases" if count > 1 else ""))
     history.legend(loc="upper right", ncols=4)
     for axes in (history, left):
         axes.margins(x=0.015)

@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.figures.single import label_of
 from rockdamp.figures.style import (
     DISPLACEMENT,
-    DOUBLE_COLUMN,
     GREY,
     PALE,
     TAU,
@@ -40,7 +40,7 @@ ROCKING = {  # curve: colour, line, width, meaning
 def fig3(decays: xr.Dataset) -> Figure:
     """Draw the damping ratio against the secant frequency, and the damping force against the displacement."""
     decays = papers(decays)
-    figure = new_figure(DOUBLE_COLUMN, 82.0)
+    figure = new_figure(82.0)
     law, force = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
     _laws(law, decays)
     _loops(force, decays)
@@ -76,8 +76,7 @@ def _loops(axes: Axes, decays: xr.Dataset) -> None:
         u, force = decay["displacement"].values, decay["damping_force"].values
         end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
-        label = f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
-        axes.plot(u[:end], force[:end], label=label, zorder=3, **line_of(model))
+        axes.plot(u[:end], force[:end], label=label_of(decays, model), zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.axvline(0, color=PALE, linewidth=0.5, zorder=0)
     limit = 1.06 * float(np.abs(decays["displacement"]).max())
@@ -91,7 +90,7 @@ def _loops(axes: Axes, decays: xr.Dataset) -> None:
 @styled
 def fig4(decays: xr.Dataset) -> Figure:
     """Draw the rocking decay against the rigid wall's, and CR against the CDR that is matched to it."""
-    figure = new_figure(DOUBLE_COLUMN, 90.0)
+    figure = new_figure(90.0)
     left, right = figure.subfigures(1, 2, wspace=0.03, squeeze=False)[0]
     _rocking(left.subplots(), decays)
     upper, lower = right.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 1.6]})
@@ -121,10 +120,7 @@ def _rocking(axes: Axes, decays: xr.Dataset) -> None:
         values = decays["rocking_displacement"].sel(rocking_model=name)
         axes.plot(decays["tau"], values, color=colour, linestyle=linestyle, linewidth=width, label=meaning)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set_xlabel(TAU)
-    axes.set_ylabel(DISPLACEMENT)
-    axes.set_ylim(-1, 1.4)
-    axes.set_yticks([-1, -0.5, 0, 0.5, 1])
+    axes.set(xlabel=TAU, ylabel=DISPLACEMENT, ylim=(-1, 1.4), yticks=[-1, -0.5, 0, 0.5, 1])
     p = float(decays["rocking_frequency_parameter"])
     seconds = axes.secondary_xaxis("top", functions=scaling(1 / p))
     seconds.set_xlabel(f"$t$ [s], with $p = {p:.3g}$ rad/s")
@@ -139,19 +135,13 @@ def _matched(upper: Axes, lower: Axes, decays: xr.Dataset) -> None:
     shown = decays.isel(tau=slice(0, int(end) + 1))
     for model in (REFERENCE, "CDR"):
         decay = shown.sel(damping_model=model)
-        label = (
-            f"CR, $e = {float(decays['restitution']):g}$"
-            if model == REFERENCE
-            else f"{model}, $\\xi = {float(decay['damping_ratio']):.4f}$"
-        )
+        label = label_of(decays, model)
         upper.plot(shown["tau"], decay["displacement"], label=label, **line_of(model))
         lower.plot(shown["tau"], decay["velocity"], label=label, **line_of(model))
     for axes in (upper, lower):
         axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    upper.set_ylabel(DISPLACEMENT)
-    lower.set_ylabel(r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
-    lower.set_xlabel(TAU)
-    upper.set_title("(b) coefficient of restitution and matched CDR")
+    lower.set(ylabel=r"$\dot u/(p\,u_\mathrm{ins})$ [-]", xlabel=TAU)
+    upper.set(ylabel=DISPLACEMENT, title="(b) coefficient of restitution and matched CDR")
     upper.legend(loc="upper right", ncols=2)
     _jump(lower, shown, int(at[0]))
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from scipy.stats import kstwo
 
 from rockdamp.figures.single import TIME, record_title
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.figures.style import GREY, PALE, new_figure, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.text import by_name, listed, number, percent, span
@@ -43,7 +43,7 @@ def posterior_figure(posterior: xr.Dataset) -> Figure:
     """Draw the record in its predictive band, the posterior in pairs of parameters, and any evidence."""
     names = [name for name in posterior["parameter"].values.tolist() if _symbol(name)]
     count, band = len(names), BAND if "predicted" in posterior else 0.0  # several runs have no band here
-    figure = new_figure(DOUBLE_COLUMN, band + ROW * count)
+    figure = new_figure(band + ROW * count)
     parts = figure.add_gridspec(2, 1, height_ratios=[band, ROW * count]) if band else figure.add_gridspec(1, 1)
     if band:
         record = parts[0].subgridspec(2, 1)
@@ -78,11 +78,9 @@ def _band(above: Axes, below: Axes, posterior: xr.Dataset) -> None:
         elapsed, low - middle, high - middle, color=INK, alpha=0.45, linewidth=0, label="predicted, 90 %"
     )
     below.plot(elapsed, measured - middle, color="black", linewidth=0.5, label=name)
-    above.set_ylabel("$u$ [mm]")
-    below.set_ylabel("from middle [mm]")
-    below.set_xlabel(TIME)
+    below.set(ylabel="from middle [mm]", xlabel=TIME)
     above.tick_params(labelbottom=False)
-    above.set_title(f"{float(posterior['share_inside']):.1%} of the record inside the band")
+    above.set(ylabel="$u$ [mm]", title=f"{float(posterior['share_inside']):.1%} of the record inside the band")
     above.figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
@@ -141,7 +139,7 @@ def _evidence(figure: Figure, place: SubplotSpec, posterior: xr.Dataset) -> None
 @styled
 def fig_identification(identification: xr.Dataset) -> Figure:
     """Draw ranks of true values, how often intervals hold these values, and which model the records support."""
-    figure = new_figure(DOUBLE_COLUMN, 150.0)
+    figure = new_figure(150.0)
     rows = figure.add_gridspec(2, 1, height_ratios=[1, 1.1])
     above = rows[0].subgridspec(1, 2)
     _ranks(figure.add_subplot(above[0]), identification)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from rockdamp.figures.style import DOUBLE_COLUMN, PALE, by_model, line_of, new_figure, numbers, style_of, styled
+from rockdamp.figures.style import PALE, by_model, line_of, new_figure, style_of, styled
 from rockdamp.text import number, percent, plain
 
 APART = 1.06  # of the marks of two dampers in one band
@@ -18,7 +18,7 @@ RATIOS = (0.5, 0.65, 0.8, 1.0, 1.25, 1.5, 2.0)  # labelled
 @styled
 def fig_local_damping(local_damping: xr.Dataset) -> Figure:
     """Draw the median of each damper's peaks over CR's by band of CR's peak, with one standard deviation."""
-    figure = new_figure(DOUBLE_COLUMN, 80.0)
+    figure = new_figure(80.0)
     panels = figure.subplots(1, local_damping.sizes["loading"], sharex=True, sharey=True, squeeze=False)[0]
     for index, (axes, name) in enumerate(zip(panels, local_damping["loading"].values, strict=True)):
         _panel(axes, local_damping.sel(loading=name))
@@ -29,7 +29,7 @@ def fig_local_damping(local_damping: xr.Dataset) -> Figure:
 
 
 def _panel(axes: Axes, by_band: xr.Dataset) -> None:
-    edges = [*numbers(by_band, "band_start"), float(by_band["band_end"][-1])]
+    edges = [*by_band["band_start"].values.tolist(), float(by_band["band_end"][-1])]
     middle = np.sqrt(by_band["band_start"].values * by_band["band_end"].values)
     models = list(map(str, by_band["damping_model"].values))
     axes.axhline(1.0, color=PALE, linewidth=0.8)
@@ -48,14 +48,12 @@ def _panel(axes: Axes, by_band: xr.Dataset) -> None:
             label=model,
             **line_of(model),
         )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     for axis, ticks in ((axes.xaxis, edges), (axes.yaxis, RATIOS)):
         axis.set_major_locator(FixedLocator(list(ticks)))
         axis.set_minor_locator(NullLocator())
         axis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
-    axes.set_xlim(edges[0], edges[-1])
-    axes.set_xlabel(r"peak under CR, $u/u_\mathrm{ins}$ [-]")
+    axes.set(xlim=(edges[0], edges[-1]), xlabel=r"peak under CR, $u/u_\mathrm{ins}$ [-]")
 
 
 def fig_local_damping_caption(local_damping: xr.Dataset) -> str:

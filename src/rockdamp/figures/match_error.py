@@ -13,14 +13,11 @@ from rockdamp.figures.style import (
     REFERENCE_AMPLITUDE,
     RESTITUTION,
     SINGLE_COLUMN,
-    at_nearest,
     by_model,
     dampers,
-    few_ticks,
     line_of,
     marks_of,
     new_figure,
-    numbers,
     papers,
     scaling,
     style_of,
@@ -34,9 +31,9 @@ PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
 @styled
 def fig6_error(amplitude: xr.Dataset) -> Figure:
     """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
-    study = at_nearest(papers(amplitude), release_amplitude=REFERENCE_AMPLITUDE)
+    study = papers(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
     e, root, models = study["restitution"], study["error"] ** 0.5, dampers(study)
-    figure = new_figure(SINGLE_COLUMN, 82.0)
+    figure = new_figure(82.0, SINGLE_COLUMN)
     axes = figure.subplots()
     for model in models:
         look = {"marker": style_of(model).marker, **line_of(model)}
@@ -61,7 +58,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     beside = axes.secondary_yaxis("right", functions=scaling(1000 * per_sample))
     beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
     figure.legend(loc="outside upper center", ncols=len(models))
-    few_ticks(axes, 6)
+    axes.locator_params("x", nbins=6, steps=[1, 2, 5, 10])
     release = f"$u_0/u_\\mathrm{{ins}} = {float(study['release_amplitude']):g}$"
     length = f"$\\tau = {float(study['response_length']):g}$ in $k = {int(study['steps'])}$ steps"
     axes.set_title(f"{release}, {length},\na length that was inferred from this figure")
@@ -70,8 +67,8 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
 
 def fig6_error_caption(amplitude: xr.Dataset) -> str:
     """Write the caption of the second Fig. 6, HTML."""
-    study = at_nearest(papers(amplitude), release_amplitude=REFERENCE_AMPLITUDE)
-    lowest, e = with_lowest(study["error"]), numbers(study, "restitution")
+    study = papers(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
+    lowest, e = with_lowest(study["error"]), study["restitution"].values.tolist()
     named = listed(
         f"{model} at e = {ranges(e, lowest == model)}" for model in dampers(study) if (lowest == model).any()
     )

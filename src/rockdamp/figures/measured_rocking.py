@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, line_of, new_figure, style_of, styled
+from rockdamp.figures.style import GREY, PALE, line_of, new_figure, style_of, styled
 from rockdamp.text import by_name, listed, number, percent
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
@@ -20,7 +20,7 @@ POINTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "black", 
 @styled
 def fig_measured_rocking(measured: xr.Dataset) -> Figure:
     """Draw what measurement says: loss at each impact, exponent of the amplitude, and e over Housner's."""
-    figure = new_figure(DOUBLE_COLUMN, 80.0)
+    figure = new_figure(80.0)
     by_impact, exponent, restitution = figure.subplots(1, 3, width_ratios=[1.2, 1.0, 1.1])
     _by_impact(by_impact, measured)
     _exponent(exponent, measured)

@@ -42,17 +42,15 @@ def fig1(mechanism: xr.Dataset) -> Figure:
     slenderness = height / float(mechanism["thickness"])
     t = max(height / DRAWN_SLENDERNESS, float(mechanism["thickness"]))
     u = DRAWN_DISPLACEMENT * t
-    figure = new_figure(SINGLE_COLUMN, 115.0)
+    figure = new_figure(115.0, SINGLE_COLUMN)
     rest, displaced = figure.subplots(1, 2, sharey=True, gridspec_kw={"width_ratios": [1.0, 1.0]})
     _draw_rest(rest, t, height, ratio)
     _draw_displaced(displaced, t, height, ratio, u)
     top = float(bodies(t, height, ratio, u)[1][2, 1])  # the wall grows as it turns on its corners
     for axes, title in ((rest, "(a) at rest"), (displaced, "(b) displaced")):
-        axes.set_title(title)
-        axes.set_aspect("equal")
+        axes.set(title=title, aspect="equal")
         axes.set_axis_off()
-        axes.set_xlim(-0.95 * t, 1.75 * t)
-        axes.set_ylim(-0.75 * t, top + 1.5 * t)
+        axes.set(xlim=(-0.95 * t, 1.75 * t), ylim=(-0.75 * t, top + 1.5 * t))
     note = f"$h/t = {slenderness:g}$, $h_1/h = {ratio:g}$"
     if t > float(mechanism["thickness"]):
         note += f"; thickness drawn {t / float(mechanism['thickness']):g} times its own"
@@ -137,13 +135,8 @@ def _overburden(axes: Axes, t: float, top: float) -> None:
     axes.text(at + 0.1 * t, plate + 0.62 * t, "$O$", ha="left", va="center")
     axes.plot([t / 2] * 2, [plate + 0.05 * t, plate + 1.2 * t], color=GREY, linewidth=THIN, linestyle="dashdot")
     axes.plot([at] * 2, [plate + 0.85 * t, plate + 1.2 * t], color=GREY, linewidth=THIN)
-    axes.annotate(
-        "",
-        (t / 2, plate + 1.1 * t),
-        (at, plate + 1.1 * t),
-        arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
-    )
-    axes.text(at + 0.1 * t, plate + 1.1 * t, "ecc", ha="left", va="center")
+    level = plate + 1.1 * t
+    _dimension(axes, (t / 2, level), (at, level), "ecc", (at / 2 - 0.15 * t, 0.0), "left")
 
 
 def _pivot(axes: Axes, point: Any, symbol: str, shift: tuple[float, float]) -> None:
@@ -165,12 +158,7 @@ def _angle(
 def _dimension(
     axes: Axes, start: Any, end: Any, symbol: str, shift: tuple[float, float], ha: str, va: str = "center"
 ) -> None:
-    axes.annotate(
-        "",
-        start,
-        end,
-        arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW},
-    )
+    axes.annotate("", start, end, arrowprops={"arrowstyle": "<->", **DIMENSION_ARROW})
     middle = (np.asarray(start) + np.asarray(end)) / 2 + shift
     axes.text(middle[0], middle[1], symbol, ha=ha, va=va)
 

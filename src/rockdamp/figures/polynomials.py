@@ -14,18 +14,14 @@ from matplotlib.lines import Line2D
 from rockdamp.figures.equivalence import MARKERS, every, head, response_length_text, title_panel
 from rockdamp.figures.style import (
     DAMPING_RATIO,
-    DOUBLE_COLUMN,
     REFERENCE_CRACKED_STIFFNESS,
     REFERENCE_RESTITUTION,
     RESTITUTION,
-    at_nearest,
     by_model,
     dampers,
-    few_ticks,
     line_of,
     nearest,
     new_figure,
-    numbers,
     papers,
     shades,
     style_of,
@@ -47,9 +43,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
     equivalence = papers(equivalence)
     models, e = dampers(equivalence), equivalence["restitution"]
-    values = numbers(equivalence, "yield_displacement_ratio")
+    values = equivalence["yield_displacement_ratio"].values.tolist()
     names = texts(values)
-    figure = new_figure(DOUBLE_COLUMN, 92.0)
+    figure = new_figure(92.0)
     grid = figure.add_gridspec(1, 1 + len(models), width_ratios=[1.75] + [1.0] * len(models))
     together = figure.add_subplot(grid[0])
     _ranges(together, equivalence)
@@ -68,7 +64,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         axes.legend(handles=keys, title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
         axes.tick_params(labelleft=position == 0)
         axes.set_xlabel("restitution $e$ [-]")
-    few_ticks(together, 3)  # shared by the narrow panels
+    together.locator_params("x", nbins=3, steps=[1, 2, 5, 10])  # shared by the narrow panels
     together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))
     least = f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$"
     lines = f"lines: polynomials, {least}; markers: {response_length_text(equivalence)}"
@@ -79,7 +75,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
 def fig7_caption(equivalence: xr.Dataset) -> str:
     """Write the caption of Fig. 7, HTML."""
     fits = papers(equivalence)
-    at = at_nearest(fits, yield_displacement_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION)
+    at = fits.sel(
+        yield_displacement_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION, method="nearest"
+    )
     return f"""
     Second-order polynomials ξ(e) are off by up to {_by_range(fits["largest_relative_error"])} of ξ where little is
     lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with residuals up to
@@ -113,7 +111,7 @@ def _shared(dataset: xr.Dataset) -> list[str]:
 
 def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     """Draw all models together: the polynomial at the reference a1, and the band that the other a1 fill."""
-    e, values = equivalence["restitution"], numbers(equivalence, "yield_displacement_ratio")
+    e, values = equivalence["restitution"], equivalence["yield_displacement_ratio"].values.tolist()
     index = nearest(values, REFERENCE_CRACKED_STIFFNESS)
     fits = equivalence["damping_ratio_fit"]
     for model in dampers(equivalence):

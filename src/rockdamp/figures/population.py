@@ -13,17 +13,7 @@ from matplotlib.patches import Patch
 
 from rockdamp.figures.collapse import BAND, SHARES, draw_fragility
 from rockdamp.figures.earthquakes import plain_logarithmic
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    by_damper,
-    dampers,
-    line_of,
-    marks_of,
-    new_figure,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import GREY, by_damper, dampers, line_of, marks_of, new_figure, style_of, styled
 from rockdamp.text import number
 from rockdamp.vocabulary import REFERENCE
 
@@ -47,7 +37,7 @@ TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 @styled
 def fig_population(population: xr.Dataset) -> Figure:
     """Draw the population's fragility, each damper's median over CR's, and the sensitivity to each parameter."""
-    figure = new_figure(DOUBLE_COLUMN, 88.0)
+    figure = new_figure(88.0)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.25, 0.85, 1.0])
     _fragility(left, population)
     _ratios(middle, population)
@@ -76,9 +66,7 @@ def _fragility(axes: Axes, population: xr.Dataset) -> None:
     names = {"median_intensity": "median", "median_intensity_interval": "median_interval"}
     draw_fragility(axes, population.rename(names), "intensity")
     plain_logarithmic(axes, TICKS)
-    axes.set_xlabel("peak ground velocity [m s$^{-1}$]")
-    axes.set_ylabel("probability of collapse [-]")
-    axes.set_title("fragility")
+    axes.set(xlabel="peak ground velocity [m s$^{-1}$]", ylabel="probability of collapse [-]", title="fragility")
 
 
 def _ratios(axes: Axes, population: xr.Dataset) -> None:
@@ -91,8 +79,7 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
     axes.set_yticks(range(len(models)), models)
     axes.set_ylim(len(models) - 0.5, -0.5)
     axes.margins(x=0.1)
-    axes.set_xlabel("median over that of CR [-]")
-    axes.set_title("median of collapse, 95 %")
+    axes.set(xlabel="median over that of CR [-]", title="median of collapse, 95 %")
 
 
 def _sensitivity(axes: Axes, population: xr.Dataset) -> None:

@@ -16,10 +16,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.earthquakes import plain_logarithmic
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, by_damper, by_model, new_figure, style_of, styled
+from rockdamp.figures.earthquakes import at_source, plain_logarithmic
+from rockdamp.figures.style import GREY, by_damper, by_model, new_figure, style_of, styled
 from rockdamp.text import number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
+from rockdamp.vocabulary import REFERENCE
 
 COLLAPSED = "#262626"
 PEAKS = LinearSegmentedColormap.from_list("peaks", ["#FFFFFF", "#FBE0AC", "#E0962F", "#8F3D12"])
@@ -37,9 +37,9 @@ NAMES = {"Ricker": "Ricker pulse", "sine": "one cycle of a sine"}
 @styled
 def fig_pulses(pulses: xr.Dataset) -> Figure:
     """Draw contours of the peak over frequency and load of each pulse, and each damper's peaks over CR's."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    at_e = at_source(pulses)
     shapes, models = (at_e[name].values for name in ("pulse", "damping_model"))
-    figure = new_figure(DOUBLE_COLUMN, 54.0 * len(shapes) + 78.0)
+    figure = new_figure(54.0 * len(shapes) + 78.0)
     grid = figure.add_gridspec(len(shapes) + 1, 1 + len(models), height_ratios=[1.0] * len(shapes) + [0.92])
     _maps(figure, grid, at_e)
     _all_ratios(figure, grid, at_e)
@@ -106,8 +106,7 @@ def _spectrum(axes: Axes, of_pulse: xr.Dataset, model: str, levels: list[float])
         if rows.size:
             axes.plot(frequency[columns], load[rows], marker=marker, markersize=2.8, clip_on=False, **MARK)
     plain_logarithmic(axes, [0.5, 1, 2, 4, 8], [0.5, 1, 2, 4, 8, 16])
-    axes.set_xlim(frequency[0], frequency[-1])
-    axes.set_ylim(load[0], load[-1])
+    axes.set(xlim=(frequency[0], frequency[-1]), ylim=(load[0], load[-1]))
 
 
 def shades_of(levels: list[float]) -> list[tuple[float, float, float, float]]:
@@ -175,9 +174,7 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
         zorder=4,
     )
     plain_logarithmic(axes, [0.01, 0.1, 1], [0.5, 0.7, 1.0, 1.4, 2.0])
-    axes.set_xlim(start[0], end[-1])
-    axes.set_ylim(*LIMITS)
-    axes.set_xlabel("peak of CR,\n" + r"$u/u_\mathrm{ins}$ [-]")
+    axes.set(xlim=(start[0], end[-1]), ylim=LIMITS, xlabel="peak of CR,\n" + r"$u/u_\mathrm{ins}$ [-]")
     axes.set_title(
         f"{float(of_model['median_ratio_all']):.2f} ± {float(of_model['log_dispersion_all']):.2f}\n"
         f"collapses missed\n{int(of_model['false_safe'])} of {int(of_model['reference_collapses'])}\n"
@@ -189,7 +186,7 @@ def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
 
 def fig_pulses_caption(pulses: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    at_e = at_source(pulses)
     each = ("pulse", "pulse_frequency")
     fell = at_e["reference_collapsed"] == 1
     otherwise = ((at_e["collapsed"] == 1) != fell).mean((*each, "load_ratio"))

@@ -82,7 +82,7 @@ class _Stage:
         self.thickness, self.height = float(response["thickness"]), float(response["height"])
         self.hinge_ratio = float(response.get("hinge_ratio", np.nan))
         self.factor = enlargement(float(np.abs(displacement).max()), self.thickness)
-        self.figure = new_figure(WIDTH, HEIGHT)
+        self.figure = new_figure(HEIGHT, WIDTH)
         wall, axes = self.figure.add_axes((0.01, 0.02, 0.27, 0.82)), self.figure.add_axes((0.37, 0.12, 0.61, 0.72))
         self._draw_wall(wall)
         self._draw_history(axes, response)

@@ -1,4 +1,4 @@
-"""Pictures of one wall that the command line draws: free decays, responses to a record, a calibration."""
+"""Pictures that the command line draws: a record, and one wall's free decays, response to a record, calibration."""
 
 from __future__ import annotations
 
@@ -9,21 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import (
-    DISPLACEMENT,
-    DOUBLE_COLUMN,
-    GREY,
-    PALE,
-    TAU,
-    line_of,
-    literal,
-    new_figure,
-    scaling,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, TAU, line_of, literal, new_figure, scaling, styled
 from rockdamp.figures.test_series import measured_name
 from rockdamp.figures.validation import MEASURED, MILLIMETRES
+from rockdamp.motions.free_rocking import FreeRocking
+from rockdamp.motions.records import Record
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
@@ -46,7 +36,7 @@ def label_of(history: xr.Dataset, model: str) -> str:
 @styled
 def decay_figure(decay: xr.Dataset) -> Figure:
     """Draw a free decay under each of its models, with a second axis in seconds where it has ``elapsed``."""
-    figure = new_figure(DOUBLE_COLUMN, 80.0)
+    figure = new_figure(80.0)
     axes = figure.subplots()
     for model in map(str, decay["damping_model"].values):
         axes.plot(
@@ -56,8 +46,7 @@ def decay_figure(decay: xr.Dataset) -> Figure:
             **line_of(model),
         )
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set_xlabel(TAU)
-    axes.set_ylabel(DISPLACEMENT)
+    axes.set(xlabel=TAU, ylabel=DISPLACEMENT)
     if "elapsed" in decay.coords:
         above = axes.secondary_xaxis("top", functions=scaling(1 / float(decay["frequency_parameter"])))
         above.set_xlabel(TIME)
@@ -69,7 +58,7 @@ def decay_figure(decay: xr.Dataset) -> Figure:
 @styled
 def response_figure(response: xr.Dataset) -> Figure:
     """Draw the ground's motion and the response under each model, up to a cross where the wall collapses."""
-    figure = new_figure(DOUBLE_COLUMN, 110.0)
+    figure = new_figure(110.0)
     ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
     ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
     ground.axhline(0, color=PALE, linewidth=0.5, zorder=0)
@@ -77,8 +66,7 @@ def response_figure(response: xr.Dataset) -> Figure:
     for model in map(str, response["damping_model"].values):
         _history(axes, response, model)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set_xlabel(TIME)
-    axes.set_ylabel("$u$ [mm]")
+    axes.set(xlabel=TIME, ylabel="$u$ [mm]")
     right = axes.secondary_yaxis(
         "right", functions=scaling(1 / (MILLIMETRES * float(response["instability_displacement"])))
     )
@@ -87,6 +75,27 @@ def response_figure(response: xr.Dataset) -> Figure:
     figure.align_ylabels([ground, axes])
     figure.suptitle(record_title(response), fontsize=8)
     _legend(figure, axes)
+    return figure
+
+
+@styled
+def record_figure(record: Record | FreeRocking) -> Figure:
+    """Draw the histories of a record, or that of a free-rocking test."""
+    shown = [(ACCELERATION, record.ground_acceleration)] if isinstance(record, Record) else []
+    if record.displacement is not None:
+        shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
+    if isinstance(record, FreeRocking) and record.rotation is not None:
+        shown.append((r"rotation [rad]", record.rotation))
+    figure = new_figure(20.0 + 42.0 * len(shown))
+    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
+    for axes, (label, values) in zip(panels, shown, strict=True):
+        axes.plot(record.elapsed, values, color="black", linewidth=0.8)
+        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+        axes.set_ylabel(label)
+    panels[-1].set_xlabel(TIME)
+    figure.align_ylabels(panels)
+    kind = "SYNTHETIC record" if record.synthetic else "Record"
+    figure.suptitle(fill(literal(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
     return figure
 
 
@@ -111,7 +120,7 @@ def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
             of_model["elapsed"][last],
             displacement[last],
             "x",
-            color=style_of(model).colour,
+            color=line_of(model)["color"],
             markersize=6,
             clip_on=False,
         )
@@ -125,30 +134,19 @@ def _legend(figure: Figure, axes: Axes) -> None:
 @styled
 def calibration_figure(calibration: xr.Dataset) -> Figure:
     """Draw the measured response and the fitted one, and what is left between them."""
-    figure = new_figure(DOUBLE_COLUMN, 105.0)
+    figure = new_figure(105.0)
     axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
     measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
     axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
     axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of(REFERENCE))
-    axes.set_ylabel("$u$ [mm]")
-    axes.set_title(_estimates(calibration))
+    values = [calibration[name].sel(parameter=list(PARAMETERS)).values for name in ("estimate", "standard_error")]
+    estimates = ",  ".join(text.format(*of_name) for text, *of_name in zip(PARAMETERS.values(), *values, strict=True))
+    axes.set(ylabel="$u$ [mm]", title=estimates)
     axes.legend(loc="upper right")
     left.plot(calibration["elapsed"], measured - fitted, color=GREY, linewidth=0.8)
-    left.set_ylabel("residual [mm]")
-    left.set_xlabel(TIME)
+    left.set(ylabel="residual [mm]", xlabel=TIME)
     for each in (axes, left):
         each.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     figure.align_ylabels([axes, left])
     figure.suptitle(record_title(calibration), fontsize=8)
     return figure
-
-
-def _estimates(calibration: xr.Dataset) -> str:
-    """Return the parameters with their standard errors."""
-    estimates = (calibration.sel(parameter=str(name)) for name in calibration["parameter"].values)
-    return ",  ".join(
-        PARAMETERS[str(estimate["parameter"].item())].format(
-            float(estimate["estimate"]), float(estimate["standard_error"])
-        )
-        for estimate in estimates
-    )

@@ -8,19 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    PALE,
-    REFERENCE_RESTITUTION,
-    RESTITUTION,
-    at_nearest,
-    literal,
-    new_figure,
-    numbers,
-    ramp,
-    styled,
-)
+from rockdamp.figures.style import GREY, PALE, REFERENCE_RESTITUTION, RESTITUTION, literal, new_figure, ramp, styled
 from rockdamp.text import number, percent, plain, span
 
 CAPACITY = 0.4  # that of the check, shown by e
@@ -34,18 +22,17 @@ TITLES = {"ground": "on the ground"}
 @styled
 def fig_spectrum_method(study: xr.Dataset) -> Figure:
     """Draw the demand over the capacity for each wall, and the share of unsafe answers against e."""
-    figure = new_figure(DOUBLE_COLUMN, 100.0)
+    figure = new_figure(100.0)
     left, middle, right = figure.subplots(1, 3, width_ratios=[1.2, 1.2, 1.0])
     middle.sharey(left)
+    at_e = study.sel(spectrum_damping="5 %").sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     for axes, support in zip((left, middle), study["support"].values, strict=True):
-        _demands(
-            axes, at_nearest(study, restitution=REFERENCE_RESTITUTION).sel(spectrum_damping="5 %", support=support)
-        )
+        _demands(axes, at_e.sel(support=support))
         axes.set_title(_place(study, str(support)))
     left.set_yticks(range(study.sizes["wall"]), [literal(str(name)) for name in study["wall"].values])
     left.invert_yaxis()
     middle.tick_params(labelleft=False)
-    _shares(right, at_nearest(study, capacity=CAPACITY))
+    _shares(right, study.sel(capacity=CAPACITY, method="nearest"))
     handles, labels = left.get_legend_handles_labels()
     others = right.get_legend_handles_labels()
     figure.legend(handles + others[0], labels + others[1], loc="outside upper center", ncols=4)
@@ -58,7 +45,7 @@ def _place(study: xr.Dataset, support: str) -> str:
 
 def _demands(axes: Axes, study: xr.Dataset) -> None:
     """Draw median and quantiles over the records for each wall, side by side for each capacity."""
-    capacities = numbers(study, "capacity")
+    capacities = study["capacity"].values.tolist()
     for place, (capacity, colour) in enumerate(zip(capacities, ramp(GREY, len(capacities)), strict=True)):
         at = study.sel(capacity=capacity)
         low, high = (at["demand_ratio"].quantile(share, "record").values for share in QUANTILES)
@@ -80,8 +67,7 @@ def _demands(axes: Axes, study: xr.Dataset) -> None:
     axes.set_xscale("log")
     axes.set_xticks([0.5, 1.0, 2.0, 5.0], ["0.5", "1", "2", "5"])
     axes.minorticks_off()
-    axes.set_xlim(0.3, 10.0)
-    axes.set_xlabel("demand by spectrum\nover capacity [-]")
+    axes.set(xlim=(0.3, 10.0), xlabel="demand by spectrum\nover capacity [-]")
 
 
 def _shares(axes: Axes, study: xr.Dataset) -> None:
@@ -101,7 +87,7 @@ def _shares(axes: Axes, study: xr.Dataset) -> None:
 
 def fig_spectrum_method_caption(study: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at = at_nearest(study, capacity=CAPACITY, restitution=REFERENCE_RESTITUTION).sel(spectrum_damping="5 %")
+    at = study.sel(capacity=CAPACITY, restitution=REFERENCE_RESTITUTION, method="nearest").sel(spectrum_damping="5 %")
     ground, storey = (at.sel(support=support) for support in ("ground", "storey"))
     bars = " to ".join(percent(share) for share in QUANTILES)
     return f"""

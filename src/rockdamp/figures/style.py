@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 import matplotlib.style
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rockdamp.errors import printable
 from rockdamp.mechanics.damping import kinds
@@ -79,7 +78,7 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
     return wrapper
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(height: float, width: float = DOUBLE_COLUMN) -> Figure:
     """Return an empty figure of a print size. [mm]"""
     return Figure(figsize=(width / INCH, height / INCH))
 
@@ -87,17 +86,6 @@ def new_figure(width: float, height: float) -> Figure:
 def columns_of(count: int, most: int) -> int:
     """Return how many columns, `most` of them at most, hold `count` panels or entries in rows of equal length."""
     return -(-count // -(-count // most))
-
-
-def grid_of(figure: Figure, count: int, columns: int) -> list[Axes]:
-    """Return `count` panels that share their axes, row by row; the lowest of each column has its ticks labelled."""
-    grid = figure.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
-    panels = grid.ravel().tolist()
-    for spare in panels[count:]:
-        spare.remove()
-    for axes in panels[max(count - columns, 0) : count]:
-        axes.tick_params(labelbottom=True)
-    return panels[:count]
 
 
 def style_of(model: str) -> ModelStyle:
@@ -165,16 +153,6 @@ def ramp(name: str, count: int) -> list[Colour]:
     return [(float(r), float(g), float(b)) for r, g, b in red_green_blue]
 
 
-def few_ticks(axes: Axes, count: int) -> None:
-    """Keep at most `count` intervals on the horizontal axis, so that labels of narrow panels stay apart."""
-    axes.xaxis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
-
-
-def numbers(dataset: xr.Dataset, name: str) -> list[float]:
-    """Return the values of a coordinate or variable with one dimension."""
-    return [float(value) for value in dataset[name].values]
-
-
 def present(values: Sequence[float], wanted: Sequence[float]) -> list[int]:
     """Return the indices in `values` of those `wanted` that are there, in that order; of all where none is."""
     indices = [index for want in wanted for index, value in enumerate(values) if abs(value - want) < 1e-9]
@@ -190,11 +168,6 @@ def texts(values: Sequence[float]) -> list[str]:
     """Return numbers as text, all with the decimals that the longest of them needs."""
     decimals = max(len(f"{value:g}".partition(".")[2]) for value in values)
     return [f"{value:.{decimals}f}" for value in values]
-
-
-def at_nearest(dataset: xr.Dataset, **wanted: float) -> xr.Dataset:
-    """Select along each coordinate the value nearest to the one wanted."""
-    return dataset.isel({name: nearest(numbers(dataset, name), value) for name, value in wanted.items()})
 
 
 def scaling(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:

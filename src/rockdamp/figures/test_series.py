@@ -12,16 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import (
-    DISPLACEMENT,
-    DOUBLE_COLUMN,
-    columns_of,
-    line_of,
-    literal,
-    new_figure,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import DISPLACEMENT, columns_of, line_of, literal, new_figure, style_of, styled
 from rockdamp.text import listed, percent
 from rockdamp.vocabulary import REFERENCE
 
@@ -73,7 +64,7 @@ def fig_test_series(validation: xr.Dataset) -> Figure:
     """Draw peak and decrement of every model over those of the record, against the amplitude, for each test series."""
     models = [str(model) for model in validation["damping_model"].values]
     by_maker = series_by_maker(validation)
-    figure = new_figure(DOUBLE_COLUMN, 105.0)
+    figure = new_figure(105.0)
     grid = figure.subplots(2, len(by_maker), sharex=True, sharey="row", squeeze=False)
     for panels, (maker, test_series) in zip(grid.T, by_maker.items(), strict=True):
         for axes, quantity in zip(panels, ("peak", "decrement"), strict=True):
@@ -81,8 +72,7 @@ def fig_test_series(validation: xr.Dataset) -> Figure:
         panels[0].set_title(literal("a test" if maker == "measured" else f"made by {maker}"))
         panels[1].set_xlabel(f"peak of the record\n{DISPLACEMENT}")
     for axes, quantity in zip(grid[:, 0], ("peak", "decrement"), strict=True):
-        axes.set_ylabel(f"{quantity} over\nthat of the record [-]")
-        axes.set_ylim(0, 1.75)
+        axes.set(ylabel=f"{quantity} over\nthat of the record [-]", ylim=(0, 1.75))
     handles: list[Line2D | Patch] = [
         Line2D([], [], label=model, marker=style_of(model).marker, markersize=3.5, **line_of(model)) for model in models
     ]

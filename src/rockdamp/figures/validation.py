@@ -12,18 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from rockdamp.figures.style import (
-    DOUBLE_COLUMN,
-    GREY,
-    PALE,
-    by_model,
-    line_of,
-    literal,
-    new_figure,
-    papers,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import GREY, PALE, by_model, line_of, literal, new_figure, papers, style_of, styled
 from rockdamp.figures.test_series import amplitudes, heading, is_synthetic, measured_name, series_by_maker
 from rockdamp.text import listed, plain, span
 from rockdamp.vocabulary import REFERENCE
@@ -47,7 +36,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     chosen = np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_LEVELS).astype(int))
     levels = first.isel(record=chosen)
     models = [str(model) for model in levels["damping_model"].values]
-    figure = new_figure(DOUBLE_COLUMN, 25 + ROW * (1 + len(models)))
+    figure = new_figure(25 + ROW * (1 + len(models)))
     grid = figure.subplots(1 + len(models), chosen.size, sharex=True, sharey="row", squeeze=False)
     for column, panels in enumerate(grid.T):
         level = levels.isel(record=column)
@@ -56,10 +45,9 @@ def fig8(validation: xr.Dataset) -> Figure:
             _history(axes, level.sel(damping_model=model), model)
             axes.set_ylim(-1.35, 1.35)
         panels[-1].set_xlabel("time $t$ [s]")
-    grid[0, 0].set_ylabel("$\\ddot u_g$\n[m s$^{-2}$]")
     for axes in grid[1:, 0]:
         axes.set_ylabel("$u$ over peak\nof record [-]")
-    grid[0, 0].set_xlim(*shown(levels))
+    grid[0, 0].set(ylabel="$\\ddot u_g$\n[m s$^{-2}$]", xlim=shown(levels))
     figure.suptitle(heading(validation) + (f"; made by {literal(maker)}" if others else ""), fontsize=8)
     handles = [
         Line2D([], [], label=measured_name(validation), **MEASURED),

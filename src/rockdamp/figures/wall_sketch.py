@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from rockdamp.figures.bodies import wall_corners
-from rockdamp.figures.style import DOUBLE_COLUMN, GREY, PALE, new_figure, styled
+from rockdamp.figures.style import GREY, PALE, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 
@@ -20,7 +20,7 @@ POINTS = 400  # of the curve
 @styled
 def wall_figure(wall: Wall | Parapet, curve: TrilinearCurve) -> Figure:
     """Draw a wall with its sizes, displaced, and its curve beside the rigid law."""
-    figure = new_figure(DOUBLE_COLUMN, 70.0)
+    figure = new_figure(70.0)
     sketch, forces = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
     _draw_wall(sketch, wall)
     _draw_curve(forces, wall, curve)
@@ -64,8 +64,5 @@ def _draw_curve(axes: Axes, wall: Wall | Parapet, curve: TrilinearCurve) -> None
     axes.plot(at, force, "o", color="black", markersize=3.5)
     for number, corner in enumerate(zip(at, force, strict=True), start=1):
         axes.annotate(f"$u_{number}$", corner, xytext=(4, 5), textcoords="offset points")
-    axes.set_xlim(left=0)
-    axes.set_ylim(0, 1.12 * strength)
-    axes.set_xlabel("$u$ [mm]")
-    axes.set_ylabel("force [kN]")
+    axes.set(xlim=(0, None), ylim=(0, 1.12 * strength), xlabel="$u$ [mm]", ylabel="force [kN]")
     axes.legend(loc="upper right")

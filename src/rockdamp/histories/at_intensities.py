@@ -37,12 +37,8 @@ def peaks_and_collapses(
 
     Parameters of walls, curves and dampers are numbers, or arrays of shape (walls,); `factor` has the shape (factors,)
     or (walls, factors). `step` is the longest, times the angular frequency of the first branch, before it is halved
-    `halvings` times; `tail` is the rest after the record. [s]
-
-    Returns
-    -------
-    peak, collapsed : ndarray, shape (walls, factors, dampings)
-        Largest |u|/u_ins, meaningless for a wall that collapsed, and whether it did. [-]
+    `halvings` times; `tail` is the rest after the record. [s] Returned are the largest |u|/u_ins [-], meaningless for a
+    wall that collapsed, and whether it did, shape (walls, factors, dampings).
     """
     factor = np.atleast_2d(np.asarray(factor, dtype=float))
     shapes = [damping.shape for damping in dampings]

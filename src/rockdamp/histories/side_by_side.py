@@ -15,7 +15,7 @@ from rockdamp.histories.forcing import require_affordable
 from rockdamp.histories.half_cycles import LEAST, half_cycles
 from rockdamp.histories.labelled import FINEST, STEP, free_decay, respond
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
@@ -53,7 +53,7 @@ def decays(
     steps = length / float(np.minimum(STEP, FINEST * stable_step(curve)))
     require_affordable(steps, f"length is {length:g}")
     points = max(int(np.ceil(steps)), 1) + 1
-    _warn_of(dampings)
+    plausibility.warn(plausibility.of_dampings(dampings))
     with plausibility.as_meant():
         runs = [
             free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=points)
@@ -78,7 +78,7 @@ def responses(
 ) -> xr.Dataset:
     """Compute the response of one wall to a record under several damping models, at the samples of the record."""
     scale, tail = number("scale", scale), number("tail", tail)
-    _warn_of(dampings)
+    plausibility.warn(plausibility.of_dampings(dampings))
     pga = float(np.abs(record.ground_acceleration).max())
     if scale != 1:  # as it is, it was judged when it was read
         plausibility.warn(plausibility.of_motion(pga, scale=scale))
@@ -110,22 +110,12 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
         cycles = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
         ended = np.isfinite(cycles.end)
         for impacts, (peak, tau) in enumerate(zip(np.abs(cycles.peak[ended]), cycles.peak_elapsed[ended], strict=True)):
-            row: dict[str, Any] = {
-                "damping_model": model,
-                "impacts": impacts,
-                "tau": float(tau),
-                "peak_ratio": float(peak),
-            }
+            row = {"damping_model": model, "impacts": impacts, "tau": float(tau), "peak_ratio": float(peak)}
             if with_wall:
                 row["elapsed"] = float(tau) / float(decay["frequency_parameter"])
                 row["peak_displacement"] = float(peak) * float(decay["instability_displacement"])
             rows.append(row)
     return rows
-
-
-def _warn_of(dampings: Sequence[Damping]) -> None:
-    """Warn once of damping ratios that no wall has."""
-    plausibility.warn(plausibility.of_dampings(dampings))
 
 
 def _side_by_side(
@@ -142,21 +132,13 @@ def _side_by_side(
         compat="override",
         join="exact",
     )
+    names = ["restitution", "damping_ratio"]
+    names += ["local_damping"] * any(damping.on_net_force for damping in dampings)
     parameters: dict[str, Any] = {
-        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings])
-        for name in ("restitution", "damping_ratio", *_of_local(dampings))
+        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings]) for name in names
     }
-    return together.assign(
-        **parameters,
-        yield_displacement_ratio=float(curve.yield_displacement_ratio),
-        strength_ratio=float(curve.strength_ratio),
-        ultimate_displacement_ratio=float(curve.ultimate_displacement_ratio),
-    ).assign_attrs(softening=curve.softening)
-
-
-def _of_local(dampings: Sequence[Damping]) -> tuple[str, ...]:
-    """Return the name of local damping's coefficient, where it is among the dampers."""
-    return ("local_damping",) if any(damping.on_net_force for damping in dampings) else ()
+    parameters |= {name: float(getattr(curve, name)) for name in TEXTS}
+    return together.assign(parameters).assign_attrs(softening=curve.softening)
 
 
 def _require_numbers(model: str, run: xr.Dataset) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from rockdamp.motions.records import Record
 from rockdamp.solvers.floor_motion import floor_response
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
+Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
 SMALL = 0.05  # ASSUME: what is left out is small up to this part of the supports' motion
 
 
@@ -53,7 +53,7 @@ class FloorMotion(GroundMotion):
 
 
 def floor_motions(
-    records: str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion],
+    records: Records,
     building: Building,
     parapet: bool = False,
 ) -> list[FloorMotion]:
@@ -88,14 +88,19 @@ def floor_motions(
     2.2
     """
     instance("building", building, Building)
-    wanted = "a name, a path, a pattern or a GroundMotion, or some of them"
-    named: list[Any] = [records]
-    if not isinstance(records, (str, os.PathLike, GroundMotion)):
-        named = several("records", records, wanted)
-    motions: list[GroundMotion] = []
-    for record in named:
-        motions += [record] if isinstance(record, GroundMotion) else load_records(record)
-    return [_on_storey(motion, building, parapet) for motion in motions]
+    return [_on_storey(motion, building, parapet) for motion in motions_of(records)]
+
+
+def motions_of(records: Records) -> list[GroundMotion]:
+    """Return ground motions as they are, and read those that are named."""
+    if isinstance(records, (str, os.PathLike, GroundMotion)):
+        records = [records]
+    named = several("records", records, "a name, a path, a pattern or a GroundMotion, or some of them")
+    return [
+        motion
+        for record in named
+        for motion in ([record] if isinstance(record, GroundMotion) else load_records(record))
+    ]
 
 
 def _on_storey(motion: GroundMotion, building: Building, parapet: bool) -> FloorMotion:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from rockdamp.arguments import one_of
+from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, require
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
@@ -78,6 +79,16 @@ class Candidate:
         if self.loss == "restitution":
             return Damping.of_restitution(loss, self.name)
         return Damping(self.name, loss)
+
+
+def size_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the standard deviations of the wall's uncertain sizes, by name, or raise `InputError`."""
+    deviations = {}
+    for name, deviation in instance("uncertain", {} if uncertain is None else uncertain, Mapping).items():
+        one_of("a size that is uncertain", name, [field.name for field in fields(wall)])
+        deviations[name] = number(f"uncertain {name}", deviation)
+        require(deviations[name] > 0, f"uncertain {name}", deviations[name], "greater than 0")
+    return deviations
 
 
 def true_values(record: Record | FreeRocking, names: Sequence[str]) -> Array:

@@ -66,7 +66,7 @@ class Excursions:
     def computed(self, points: Array, index: int) -> Array:
         """Return the displacement of a release for points, shape (batch, ...); shape (batch, samples). [u_ins]"""
         release, part = self.releases[index], points[:, self.slices[index]]
-        tau, side = self._tau(index), np.sign(release.peaks[0])
+        tau, side = self.p * (release.elapsed - release.elapsed[0]), np.sign(release.peaks[0])
         curve = self.curve(points[:, 0, None], points[:, 1, None])
         amplitude = np.minimum(np.exp(part[:, 3:]), BELOW_A3 * self.ultimate_displacement_ratio)
         quarter = curve.period(amplitude) / 4
@@ -79,10 +79,6 @@ class Excursions:
         x = displacement_from_peak(curve, np.take_along_axis(amplitude, excursion, axis=1), from_peak)
         trend = part[:, 1:2] + part[:, 2:3] * (tau / tau[-1] - 0.5)
         return side * np.where(excursion % 2 == 0, 1, -1) * x + trend
-
-    def _tau(self, index: int) -> Array:
-        elapsed = self.releases[index].elapsed
-        return self.p * (elapsed - elapsed[0])
 
     def residual(self, point: Array) -> Array:
         """Return measured less computed displacements of all releases, one after the other. [u_ins]"""

@@ -14,11 +14,11 @@ from rockdamp.arguments import instance, number, one_of, several
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
-from rockdamp.identification.candidates import true_values
+from rockdamp.histories.measured_test import record_attributes
+from rockdamp.identification.candidates import size_deviations, true_values
 from rockdamp.identification.excursions import Excursions, Solution
 from rockdamp.identification.losses import Losses, exponent_of
 from rockdamp.identification.releases import Release, releases_of, rest_deviation
-from rockdamp.identification.uncertain_sizes import size_deviations
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -123,10 +123,8 @@ def calibrate_free_rocking(
         instability_displacement=float(wall.instability_displacement),
         frequency_parameter=float(wall.frequency_parameter),
     )
-    fitted.attrs = {
-        f"record_{key}": given[0].header.get(key, "not stated") for key in ("specimen", "source", "licence")
-    }
-    fitted.attrs["record_synthetic"] = "yes" if any(test.synthetic for test in given) else "no"
+    synthetic = "yes" if any(test.synthetic for test in given) else "no"
+    fitted.attrs = record_attributes(given[0]) | {"record_synthetic": synthetic}
     warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
 
@@ -265,7 +263,7 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
     """Return the exponent of the energy in the losses, and what each damper would show on this curve."""
     log_energy = np.log(curve.energy(before))
     middle = curve.amplitude(e * curve.energy(before))  # of a half cycle: a damper's loss there is that of second order
-    exponent = exponent_of(losses, log_energy)
+    exponent, interval = exponent_of(losses, log_energy)
     likelihoods, expected = [], []
     restitution = np.full((len(MODELS), rocking.size), np.nan)
     for index, model in enumerate(MODELS):
@@ -277,8 +275,8 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
         likelihoods.append(line.log_likelihood)
         restitution[index, rocking] = np.exp(-line.decrement * shape / shape.mean())
     return {
-        "amplitude_exponent": exponent.estimate,
-        "amplitude_exponent_interval": ("bound", np.array(exponent.interval)),
+        "amplitude_exponent": exponent,
+        "amplitude_exponent_interval": ("bound", np.array(interval)),
         "expected_exponent": ("damping_model", np.array(expected)),
         "expected_restitution": (("damping_model", "impact"), restitution),
         "log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -71,18 +71,11 @@ def posterior(
         with _concerning_run(run, len(records)):
             require_possible(instance("record", one, Record), instance("wall", wall, Wall, Parapet))
 
+    a3 = ultimate_displacement_ratio
+    known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": step}
+
     def fits(name: str) -> list[Fit]:
-        return [
-            Fit.of(
-                one,
-                wall,
-                Candidate.of(name),
-                ultimate_displacement_ratio=ultimate_displacement_ratio,
-                softening=softening,
-                step=step,
-            )
-            for one in records
-        ]
+        return [Fit.of(one, wall, Candidate.of(name), **known) for one in records]
 
     solutions, misfits = [], []
     for run, fit in enumerate(fits(names[0]), start=1):
@@ -116,14 +109,15 @@ def _summary(problem: Problem, draws: Draws, misfits: Sequence[Misfit], seed: in
     stored = problem.values(draws.resampled(STORED, random))
     plain = [index for index, name in enumerate(problem.names) if name != SENSOR]
     names, sensor = [problem.names[index] for index in plain], problem.names.index(SENSOR)
-    predicted = [_predicted(problem, stored[:DRAWN], random, run) for run in range(len(problem.runs))]
+    runs = range(len(problem.runs))
+    trends, bands, inside = zip(*(_predicted(problem, stored[:DRAWN], random, run) for run in runs), strict=True)
     mean = draws.weights @ values
     bounds = np.array([[0.5 - level / 2, 0.5 + level / 2] for level in LEVELS])
     intervals = [_quantiles(values[:, index], draws.weights, bounds) for index in plain]
     of_runs = {name: [misfit.variables[name] for misfit in misfits] for name in misfits[0].variables} | {
-        "sensor_zero": [run.fit.sensor_zero + one.trend[0] for run, one in zip(problem.runs, predicted, strict=True)],
-        "sensor_drift": [one.trend[1] for one in predicted],
-        "share_inside": [one.inside for one in predicted],
+        "sensor_zero": [run.fit.sensor_zero + trend[0] for run, trend in zip(problem.runs, trends, strict=True)],
+        "sensor_drift": [trend[1] for trend in trends],
+        "share_inside": list(inside),
     }
     summary = xr.Dataset(
         {
@@ -142,13 +136,13 @@ def _summary(problem: Problem, draws: Draws, misfits: Sequence[Misfit], seed: in
             "draw": np.arange(1, len(stored) + 1),
         },
     )
-    if len(predicted) > 1:
+    if len(runs) > 1:
         by_run = summary.assign({name: ("run", found) for name, found in of_runs.items()})
-        return by_run.assign_coords(run=np.arange(1, len(predicted) + 1))
-    fit, one = problem.fit, predicted[0]
+        return by_run.assign_coords(run=np.arange(1, len(runs) + 1))
+    fit = problem.fit
     summary = summary.assign({name: found[0] for name, found in of_runs.items()})
     return summary.assign(
-        measured=("elapsed", fit.measured - fit.trend @ one.trend), predicted=(("bound", "elapsed"), one.band)
+        measured=("elapsed", fit.measured - fit.trend @ trends[0]), predicted=(("bound", "elapsed"), bands[0])
     ).assign_coords(elapsed=fit.record.elapsed)
 
 
@@ -159,31 +153,17 @@ def _quantiles(values: Array, weights: Array, probabilities: Array) -> Array:
     return np.interp(probabilities, below, values[order])
 
 
-@dataclass(frozen=True)
-class _Predicted:
-    """The sensor's mean zero and drift, the band of what it would show less these, and the share in it."""
-
-    trend: Array
-    band: Array
-    inside: float
-
-
-def _predicted(problem: Problem, values: Array, random: np.random.RandomState, run: int) -> _Predicted:
-    """Predict what the sensor would show of a run."""
+def _predicted(problem: Problem, values: Array, random: np.random.RandomState, run: int) -> tuple[Array, Array, float]:
+    """Predict the sensor's mean zero and drift of a run, the band of what it shows less these, and the share in it."""
     noise, measured = problem.runs[run].noise, problem.runs[run].fit.measured
     _, residuals = problem.response(values, run)
     linear = noise.draw(residuals, values[:, -2], values[:, -1], random)
     shown = measured - residuals + linear @ noise.rows
-    shown += np.stack([_sensor_noise(row, random, shown.shape[1]) for row in values[:, -2:]])
+    shown += np.stack([correlated(s, phi, random.standard_normal(measured.size)) for s, phi in values[:, -2:].tolist()])
     trend = linear[:, :2].mean(axis=0) * [problem.prior.sensor_zero, problem.prior.sensor_drift]
     low, high = np.quantile(shown, [0.5 - LEVELS[-1] / 2, 0.5 + LEVELS[-1] / 2], axis=0)
     inside = float(np.mean((low <= measured) & (measured <= high)))
-    return _Predicted(trend, np.stack([low, high]) - problem.runs[run].fit.trend @ trend, inside)
-
-
-def _sensor_noise(row: Array, random: np.random.RandomState, samples: int) -> Array:
-    """Draw the sensor's noise of a standard deviation and a correlation. [m]"""
-    return correlated(float(row[0]), float(row[1]), random.standard_normal(samples))
+    return trend, np.stack([low, high]) - problem.runs[run].fit.trend @ trend, inside
 
 
 def _evidences(found: dict[str, Evidence]) -> xr.Dataset:

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
-from rockdamp.arguments import instance, number, one_of
+from rockdamp.arguments import number, one_of
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.histories.forcing import Forcing
@@ -68,8 +68,6 @@ class Fit:
         step: float,
     ) -> Fit:
         """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
-        instance("record", record, Record)
-        instance("wall", wall, Wall, Parapet)
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
         require(number("step", step) > 0, "step", step, "greater than 0")
         a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)

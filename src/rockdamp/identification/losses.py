@@ -96,16 +96,11 @@ class Losses:
         return 0.5 * self.decrement.size * float(np.log1p(quantile**2 / left))
 
 
-@dataclass(frozen=True)
-class Exponent:
-    """The exponent gamma of the energy, and its interval, NaN where an end is not determined."""
+def exponent_of(losses: Losses, log_energy: Array) -> tuple[float, tuple[float, float]]:
+    """Return gamma of a loss proportional to V^gamma by maximum likelihood, and its interval by the likelihood.
 
-    estimate: float
-    interval: tuple[float, float]
-
-
-def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
-    """Return gamma of a loss proportional to V^gamma by maximum likelihood, with its interval by the likelihood."""
+    An end of the interval is NaN where it is not determined.
+    """
     centred = log_energy - log_energy.mean()
 
     def likelihood(gamma: float) -> float:
@@ -125,4 +120,4 @@ def exponent_of(losses: Losses, log_energy: Array) -> Exponent:
         return np.nan
 
     below, above = (EXPONENTS[side].tolist() for side in (EXPONENTS < best, EXPONENTS > best))
-    return Exponent(best, (end(below[::-1]), end(above)))
+    return best, (end(below[::-1]), end(above))

@@ -23,7 +23,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import motion_noise
 from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit
-from rockdamp.identification.noise import Noise
+from rockdamp.identification.noise import Noise, product
 from rockdamp.motions.records import Record
 
 MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
@@ -116,7 +116,7 @@ class MotionNoise:
     def _main(self) -> Array:
         """The main directions among those of the noise, shape (directions, main directions)."""
         rows = self.noise.rows[2:]
-        return np.asarray(np.linalg.solve(_product(rows, rows), _product(rows, self.effect)).T, dtype=float)
+        return np.asarray(np.linalg.solve(product(rows, rows), product(rows, self.effect)).T, dtype=float)
 
     @cached_property
     def _beside(self) -> Fit:
@@ -207,8 +207,3 @@ def main_directions(effect: Array, negligible: float) -> Array:
         row = (row - np.einsum("k,kt->t", rows[:, pivot], rows)) / np.sqrt(left[pivot])
         rows, left = np.concatenate([rows, row[None]]), np.maximum(left - row**2, 0.0)
     return rows
-
-
-def _product(one: Array, other: Array) -> Array:
-    """Return one @ other.T, summed in the same order on any number of cores."""
-    return np.einsum("it,jt->ij", one, other)

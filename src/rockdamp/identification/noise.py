@@ -30,7 +30,7 @@ class Noise:
     @cached_property
     def _grams(self) -> tuple[Array, Array, Array]:
         b = self.rows
-        return _product(b, b), _product(b[:, 1:-1], b[:, 1:-1]), _product(b[:, :-1], b[:, 1:])
+        return product(b, b), product(b[:, 1:-1], b[:, 1:-1]), product(b[:, :-1], b[:, 1:])
 
     def log_likelihood(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
         """Return the logarithm of the density of residuals; zero, drift and the motion's noise are integrated out.
@@ -39,8 +39,7 @@ class Noise:
         correlation phi between a sample and the next, in (-1, 1), have the shape (batch,).
         """
         samples, variance, phi = residuals.shape[1], deviation**2, correlation
-        weighted = _by_inverse(residuals, phi) / variance[:, None]
-        precision, projected = self._conditional(weighted, variance, phi)
+        weighted, precision, projected = self._conditional(residuals, deviation, phi)
         lower = np.linalg.cholesky(precision)
         half = np.linalg.solve(lower, projected[..., None])[..., 0]
         square = np.einsum("ij,ij->i", residuals, weighted) - np.einsum("ij,ij->i", half, half)
@@ -50,9 +49,7 @@ class Noise:
 
     def draw(self, residuals: Array, deviation: Array, correlation: Array, random: np.random.RandomState) -> Array:
         """Draw z of each residual, given sigma and phi; shape (batch, directions)."""
-        variance = deviation**2
-        weighted = _by_inverse(residuals, correlation) / variance[:, None]
-        precision, projected = self._conditional(weighted, variance, correlation)
+        _, precision, projected = self._conditional(residuals, deviation, correlation)
         mean = np.linalg.solve(precision, projected[..., None])[..., 0]
         lower = np.linalg.cholesky(precision)
         normal = random.standard_normal(mean.shape)
@@ -60,8 +57,7 @@ class Noise:
 
     def mean(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
         """Return the mean of z by residuals, shape (batch, samples); shape (batch, directions)."""
-        weighted = _by_inverse(residuals, correlation) / deviation[:, None] ** 2
-        precision, projected = self._conditional(weighted, deviation**2, correlation)
+        _, precision, projected = self._conditional(residuals, deviation, correlation)
         return np.asarray(np.linalg.solve(precision, projected[..., None])[..., 0])
 
     def without_linear(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
@@ -74,13 +70,15 @@ class Noise:
         left = self.without_linear(residuals, deviation, correlation)
         return _by_inverse(left, correlation) / deviation[:, None] ** 2
 
-    def _conditional(self, weighted: Array, variance: Array, phi: Array) -> tuple[Array, Array]:
-        """Precision of z, and precision times mean, given residuals that were multiplied by the inverse of R."""
+    def _conditional(self, residuals: Array, deviation: Array, phi: Array) -> tuple[Array, Array, Array]:
+        """Multiply residuals by the inverse of R; precision of z, and precision times mean, given these."""
+        variance = deviation**2
+        weighted = _by_inverse(residuals, phi) / variance[:, None]
         whole, inner, neighbours = self._grams
         p = phi[:, None, None]
         gram = whole + p**2 * inner - p * (neighbours + neighbours.T)
         precision = np.eye(len(whole)) + gram / ((1 - p**2) * variance[:, None, None])
-        return precision, _product(weighted, self.rows)
+        return weighted, precision, product(weighted, self.rows)
 
 
 def correlated(deviation: float, correlation: float, normal: Array) -> Array:
@@ -104,6 +102,6 @@ def _by_inverse(residuals: Array, phi: Array) -> Array:
     return product / (1 - p**2)
 
 
-def _product(one: Array, other: Array) -> Array:
+def product(one: Array, other: Array) -> Array:
     """Return one @ other.T, summed in the same order on any number of cores."""
     return np.einsum("it,jt->ij", one, other)

@@ -38,18 +38,10 @@ LEAST_DAMPED, MOST_DAMPED = 0.005, 0.2  # damping ratios that buildings have [-]
 
 
 class Modes(NamedTuple):
-    """Modes of a building.
+    """Modes of a building."""
 
-    Attributes
-    ----------
-    period : ndarray, shape (modes,)
-        Natural periods, the longest first. [s]
-    contribution : ndarray, shape (floors, modes)
-        Participation factor times mode shape, Gamma_i phi_i(z), at each floor; over all modes it sums to 1. [-]
-    """
-
-    period: Array
-    contribution: Array
+    period: Array  # natural periods, the longest first, shape (modes,) [s]
+    contribution: Array  # Gamma_i phi_i(z) at each floor; over all modes it sums to 1, shape (floors, modes) [-]
 
 
 @dataclass(frozen=True)

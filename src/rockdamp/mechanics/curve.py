@@ -18,6 +18,12 @@ from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
 ROUNDING = 1e-12
+# What messages call the three ratios.
+TEXTS = {
+    "yield_displacement_ratio": "yield_displacement_ratio (a1)",
+    "strength_ratio": "strength_ratio (b1)",
+    "ultimate_displacement_ratio": "ultimate_displacement_ratio (a3)",
+}
 
 
 def _slip(ratio: Quantity) -> str:
@@ -73,31 +79,18 @@ class TrilinearCurve(ByValue):
     softening: str = "steeper"
 
     def __post_init__(self) -> None:
-        a1, b1, a3 = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
-        given = {"yield_displacement_ratio (a1)": a1, "strength_ratio (b1)": b1, "ultimate_displacement_ratio (a3)": a3}
-        a1, b1, a3 = together(**given)
-        object.__setattr__(self, "softening", one_of("softening", self.softening, SOFTENING))
-        require(a1 > 0, "yield_displacement_ratio (a1)", a1, "greater than 0")
-        require((b1 > ROUNDING) & (b1 < 1), "strength_ratio (b1)", b1, f"between 0 and 1, both excluded{_slip(b1)}")
-        require(
-            (a3 > 0) & (a3 <= 1), "ultimate_displacement_ratio (a3)", a3, f"greater than 0 and at most 1{_slip(a3)}"
-        )
-        if self.softening == "steeper":
-            allowed = "greater than 1 - b1 with steeper softening"
-            require(a3 > 1 - b1 + ROUNDING, "ultimate_displacement_ratio (a3)", a3, allowed)
-        else:
-            allowed = "greater than a1 + b1 with translated softening"
-            require(a3 > a1 + b1 + ROUNDING, "ultimate_displacement_ratio (a3)", a3, allowed)
-        for name, value in zip(
-            ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio"), (a1, b1, a3), strict=True
-        ):
+        a1, b1, a3 = together(**{text: getattr(self, name) for name, text in TEXTS.items()})
+        softening = one_of("softening", self.softening, SOFTENING)
+        of_a1, of_b1, of_a3 = TEXTS.values()
+        require(a1 > 0, of_a1, a1, "greater than 0")
+        require((b1 > ROUNDING) & (b1 < 1), of_b1, b1, f"between 0 and 1, both excluded{_slip(b1)}")
+        require((a3 > 0) & (a3 <= 1), of_a3, a3, f"greater than 0 and at most 1{_slip(a3)}")
+        least, text = (1 - b1, "1 - b1") if softening == "steeper" else (a1 + b1, "a1 + b1")
+        require(a3 > least + ROUNDING, of_a3, a3, f"greater than {text} with {softening} softening")
+        for name, value in zip((*TEXTS, "softening"), (a1, b1, a3, softening), strict=True):
             object.__setattr__(self, name, value)
-        require(
-            a1 < self.plateau_end - ROUNDING,
-            "yield_displacement_ratio (a1)",
-            a1,
-            f"less than a2, where the plateau ends (1 - b1){_slip(a1)}",
-        )
+        allowed = f"less than a2, where the plateau ends (1 - b1){_slip(a1)}"
+        require(a1 < self.plateau_end - ROUNDING, of_a1, a1, allowed)
 
     @classmethod
     def preset(cls, name: str, **kwargs: Quantity) -> TrilinearCurve:
@@ -148,10 +141,7 @@ class TrilinearCurve(ByValue):
         function : callable
             Picks or repeats elements of an array.
         """
-        parts = np.broadcast_arrays(
-            self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
-        )
-        a1, b1, a3 = map(function, parts)
+        a1, b1, a3 = map(function, np.broadcast_arrays(*(getattr(self, name) for name in TEXTS)))
         return TrilinearCurve(a1, b1, a3, self.softening)
 
     @cached_property
@@ -159,8 +149,8 @@ class TrilinearCurve(ByValue):
         """Shape that the parameters broadcast to."""
         return broadcast(a1=self.yield_displacement_ratio, b1=self.strength_ratio, a3=self.ultimate_displacement_ratio)
 
-    def parameters(self) -> tuple[Array, ...]:
-        """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
+    @cached_property
+    def _parameters(self) -> tuple[Array, ...]:
         return (
             self.initial_stiffness,
             np.asarray(self.strength_ratio),
@@ -169,6 +159,10 @@ class TrilinearCurve(ByValue):
             self.plateau_end,
             np.asarray(self.ultimate_displacement_ratio),
         )
+
+    def parameters(self) -> tuple[Array, ...]:
+        """Return k1, b1, ks, a1, a2, a3, in the order that the compiled functions take them."""
+        return self._parameters
 
     def force(self, x: ArrayLike) -> Array:
         """Return f(x), the force over K0 u_ins. [-]
@@ -233,12 +227,8 @@ class TrilinearCurve(ByValue):
         energy = real("energy", energy)
         k1, b1, ks, a1, a2, a3 = self.parameters()
         at_a1, at_a2, largest = self.energy(a1), self.energy(a2), self.energy(a3)
-        require(
-            (energy >= 0) & (energy <= largest),
-            "energy",
-            energy,
-            "between 0 and V(a3), what the curve can store",
-        )
+        allowed = "between 0 and V(a3), what the curve can store"
+        require((energy >= 0) & (energy <= largest), "energy", energy, allowed)
         rising = np.sqrt(2 * np.maximum(energy, 0) / k1)
         plateau = a1 + (energy - at_a1) / b1
         falling = a3 - np.sqrt(np.maximum(2 * (largest - energy) / ks, 0))

@@ -43,7 +43,11 @@ def normalisation(order: ArrayLike) -> Array:
 
     It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2; exactly 1 at order 0, to 2e-15 elsewhere.
     """
-    m = check_order(order)
+    return of_order(check_order(order))
+
+
+def of_order(m: Array) -> Array:
+    """Return `normalisation` of orders that were checked."""
     return _normalisation(m) if m.ndim else _normalisation_of_one(float(m))
 
 

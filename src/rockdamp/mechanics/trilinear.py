@@ -17,6 +17,11 @@ def force(z: Any, k1: Any, b1: Any, ks: Any, a3: Any) -> Any:
     return np.maximum(np.minimum(np.minimum(k1 * z, b1), ks * (a3 - z)), 0.0)
 
 
+def force_of_one(z: float, k1: float, b1: float, ks: float, a3: float) -> float:
+    """Return the same force by Python alone, as NumPy takes long for one number."""
+    return max(min(k1 * z, b1, ks * (a3 - z)), 0.0)
+
+
 def tangent(z: Any, k1: Any, ks: Any, a1: Any, a2: Any, a3: Any) -> Any:
     """Return the slope of the force; at a corner that of the branch further out."""
     return k1 * (z < a1) - ks * ((z >= a2) & (z < a3))

@@ -134,25 +134,11 @@ def laboratory_record(
     """Make a record of raw channels; its header says all that was done to them.
 
     In this order: units to SI, the wall less the table, velocity to acceleration, the low-pass filter, one rate, the
-    displacement's zero and the acceleration's baseline.
-
-    Parameters
-    ----------
-    table_acceleration, table_velocity : Channel
-        One of them is the motion.
-    wall, table : Channel, optional
-        Displacement of the wall at its hinge, and of the table where that is not relative to it.
-    rest : float
-        Time at rest at the start: the means there are the zeros. [s]
-    lowpass : float, optional
-        Corner of Butterworth's filter of fourth order, run forwards and backwards. [Hz]
-    rate : float, optional
-        Rate of the record; by default that of the raw channels, and where it is lower, a filter at 0.4 of it. [Hz]
-    baseline : {"constant", "linear", "none"}
-        What is taken off the acceleration: its mean at rest; or the straight line, zero at the end of the rest, that
-        leaves no velocity at the end of the record, as well; or nothing.
-    specimen, source, synthetic
-        Entries of the header.
+    displacement's zero and the acceleration's baseline. The motion is `table_acceleration` or `table_velocity`; of the
+    wall's displacement that of the `table` is taken off. The zeros are means over `rest` at the start [s]. `lowpass` is
+    the corner of Butterworth's filter of fourth order, run forwards and backwards [Hz]; where `rate` is lower than that
+    of the channels, there is one at 0.4 of it [Hz]. A ``linear`` baseline is also the straight line, zero at the end of
+    the rest, that leaves no velocity at the end of the record.
     """
     if (table_acceleration is None) == (table_velocity is None):
         raise InputError("the motion must be given once: as table_acceleration or as table_velocity")
@@ -224,12 +210,7 @@ def laboratory_free_rocking(
 ) -> FreeRocking:
     """Make a free-rocking test of a raw channel: units to SI, the low-pass filter, one rate. No zero is taken off.
 
-    Parameters
-    ----------
-    wall, rotation : Channel
-        One of them: the displacement at the hinge or at the top of a parapet, or the rotation of the lower body.
-    lowpass, rate, specimen, source, synthetic
-        As of `laboratory_record`.
+    Either `wall`, the displacement at the hinge or at the top of a parapet, or `rotation`, of the lower body.
     """
     if (wall is None) == (rotation is None):
         raise InputError("a free-rocking test must be given once: as wall, a displacement, or as rotation")

@@ -30,7 +30,6 @@ class Stage:
     also: Sequence[str] = ()
     shares_of: str = ""
     per_share: str = ""
-    threads: int = 1
     priority: int = 0
     record: str = ""
     test_series: str = ""

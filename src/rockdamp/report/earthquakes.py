@@ -5,7 +5,7 @@ The words are in a template; which of them are printed follows from the numbers,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -45,12 +45,17 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         return None
     compared, advice, walls = (data[name] for name in ("comparison", "recommendation", "earthquakes/walls"))
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"number": number, "percent": percent, "plain": plain, "listed": listed}
+    environment.globals |= {"interval": with_interval, "each": _each}
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     change = plain(config["earthquakes"]["restitution_change"])
     values = {
         **histories.run(compared, walls),
-        "checks": [(text, histories.check(data.get(name))) for name, text in histories.CHECKS.items()],
-        "exceptions": histories.exceptions(data.get("earthquakes"), SOURCES),
+        "compared": compared,
+        "checks": [(text, data.get(name)) for name, text in histories.CHECKS.items()],
+        "strata": histories.STRATA,
+        "names": SOURCES,
+        "exceptions": histories.exceptions(data.get("earthquakes")),
         **_sensitivity(compared, advice, change),
         **_recommendation(compared, advice),
         **criterion.by_source(compared, walls, dampers(compared), SOURCES),
@@ -58,12 +63,11 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         **_walls(compared, walls),
         "change": change,
         "fit_plateau": plain(config["curve"]["strength_ratio"]),
+        "limit": MULTIPLE,
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),
         "middle": compared.sizes["restitution"] // 2,
-        "steps": [
-            _at(*(each.isel(restitution=e) for each in (compared, advice))) for e in range(advice.sizes["restitution"])
-        ],
+        "steps": list(map(_at, _each(compared), _each(advice))),
     }
     return Markup(environment.from_string(text).render(values))
 
@@ -122,23 +126,7 @@ def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     """Return the table of one e, and which damper errs least there."""
     least, near = (marked(advice, name) for name in ("least_error", "not_told_apart"))
     marks = dict.fromkeys(near, "not significantly more") | dict.fromkeys(least, "least")
-    rows = []
-    for choice in _choices(at_e):
-        cell, whole = _cell(at_e, choice), _cell(at_e, choice).isel(band=0)
-        rows.append(
-            {
-                "model": choice.model,
-                "source": SOURCES.get(choice.source, choice.source),
-                "mark": marks.get(choice, ""),
-                "median": with_interval(whole, "median_ratio"),
-                "dispersion": number(whole["log_dispersion"]),
-                "error": with_interval(whole, "log_error"),
-                "excess": with_interval(cell, "log_error_excess"),
-                "safe": with_interval(cell, "false_safe_rate", rate=True),
-                "collapse": with_interval(cell, "false_collapse_rate", rate=True),
-                "intensity": with_interval(cell, "median_intensity_ratio"),
-            }
-        )
+    rows = [{"choice": choice, "mark": marks.get(choice, ""), "cell": _cell(at_e, choice)} for choice in _choices(at_e)]
     table: dict[str, Any] = {"e": _e(at_e), "rows": rows, "least": None}
     if least:
         table["least"] = grouped(least)
@@ -151,29 +139,20 @@ def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
 
 
 def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[str, Any]:
-    rows = []
-    for name in map(str, compared["variation"].values):
-        changed = compared.sel(variation=name)
-        rows.append(
-            {
-                "name": VARIATIONS.get(name, name).format(change),
-                "cells": [
-                    {
-                        "error": number(at_e["varied_log_error"].isel(band=0), 2),
-                        "last": number(at_e["varied_log_error"].isel(band=-1), 2),
-                        "safe": percent(at_e["varied_false_safe_rate"]),
-                        "collapse": percent(at_e["varied_false_collapse_rate"]),
-                    }
-                    for at_e in (changed.isel(restitution=index) for index in range(compared.sizes["restitution"]))
-                ],
-            }
-        )
     return {
-        "sensitivity_rows": rows,
+        "sensitivity_rows": [
+            (VARIATIONS.get(name, name).format(change), list(_each(compared.sel(variation=name))))
+            for name in map(str, compared["variation"].values)
+        ],
         "sensitivity_all": span(advice["sensitivity"].isel(band=0)),
         "sensitivity_last": span(advice["sensitivity"].isel(band=-1)),
         "last_band": _band(compared, -1),
     }
+
+
+def _each(statistics: Any, dim: str = "restitution") -> Iterator[Any]:
+    """Yield a dataset, or a variable of it, at each e, or at each place of another dimension."""
+    return (statistics.isel({dim: index}) for index in range(statistics.sizes[dim]))
 
 
 def _band(compared: xr.Dataset, index: int) -> str:
@@ -191,9 +170,10 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
     same = [choice.source for choice in (first, *others) if choice.model == first.model]
     leading = Choice(first.model, RECOMMENDED_SOURCE)
     cell, sensitivity = _cell(compared, leading), advice["sensitivity"]
-    at_e = range(compared.sizes["restitution"])
-    well = _cell(advice, leading)["holds"]
-    amplitudes = [_amplitude(cell, sensitivity, well, band) for band in range(1, compared.sizes["band"])]
+    holds = _cell(advice, leading)["holds"].astype(bool)
+    bands = xr.Dataset({"error": cell["log_error"], "least": sensitivity, "holds": holds}).isel(band=slice(1, None))
+    names = [_band(compared, band) for band in range(1, compared.sizes["band"])]
+    share = holds.isel(band=slice(1, None)).mean("restitution").values
     over = (cell["log_error"] / sensitivity).isel(band=0)
     return {
         "use": first.model,
@@ -201,19 +181,16 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "others": grouped([choice for choice in others if choice.model != first.model]),
         "times": span(over),
         "within": bool((over <= MULTIPLE).all()),
-        "amplitudes": amplitudes,
-        "never": listed(row["band"] for row in amplitudes if not any(entry["holds"] for entry in row["cells"])),
-        "sometimes": listed(
-            row["band"] for row in amplitudes if 0 < sum(entry["holds"] for entry in row["cells"]) < len(at_e)
-        ),
-        "everywhere": listed(row["band"] for row in amplitudes if all(entry["holds"] for entry in row["cells"])),
+        "amplitudes": [(name, list(_each(band))) for name, band in zip(names, _each(bands, "band"), strict=True)],
+        "never": listed(np.compress(share == 0, names)),
+        "sometimes": listed(np.compress((share > 0) & (share < 1), names)),
+        "everywhere": listed(np.compress(share == 1, names)),
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: number(np.exp(value), 2)),
         "missed": span(cell["false_safe_rate"], percent),
         "sizes": criterion.sizes(compared, cell),
         "crossing_force": number(advice["crossing_force"]) if "crossing_force" in advice else "",
         "tail_share": span(cell["tail_share"].isel(band=0), percent),
-        "false_answers": [_false_answers(*(each.isel(restitution=index) for each in (cell, advice))) for index in at_e],
-        "fragilities": [_fragility(cell.isel(restitution=index)) for index in at_e],
+        "false_answers": list(zip(_each(cell), _each(advice), strict=True)),
         "refused": _refused(compared, advice),
         "odd_walls": _odd_walls(compared, leading),
     }
@@ -233,47 +210,6 @@ def _orders(orders: xr.Dataset | None, advice: xr.Dataset) -> dict[str, Any]:
         "loss_change": criterion.changes(orders)[DECISIVE_CHANGE],
         "counted": listed(criterion.counted(orders)),
         "splits": criterion.splits(orders),
-    }
-
-
-def _false_answers(cell: xr.Dataset, advice: xr.Dataset) -> dict[str, str]:
-    """Return a damper's false answers at one e, beside those of CR with the e that makes each."""
-    return {
-        "e": _e(advice),
-        "safe": percent(cell["false_safe_rate"]),
-        "safe_of_change": percent(advice["sensitivity_false_safe_rate"]),
-        "collapse": percent(cell["false_collapse_rate"]),
-        "collapse_of_change": percent(advice["sensitivity_false_collapse_rate"]),
-    }
-
-
-def _amplitude(cell: xr.Dataset, sensitivity: xr.DataArray, well: xr.DataArray, band: int) -> dict[str, Any]:
-    """Return the error and CR's sensitivity of a band at every e, and whether the damper holds there."""
-    cells = []
-    for index in range(cell.sizes["restitution"]):
-        error, least = (values.isel(restitution=index, band=band) for values in (cell["log_error"], sensitivity))
-        cells.append(
-            {
-                "error": number(error, 2),
-                "sensitivity": number(least, 2),
-                "known": bool(np.isfinite(error)),
-                "holds": bool(well.isel(restitution=index, band=band)),
-                "by_multiple": float(error) <= MULTIPLE * float(least),
-            }
-        )
-    return {"band": _band(cell, band), "cells": cells}
-
-
-def _fragility(cell: xr.Dataset) -> dict[str, Any]:
-    """Compare the median of collapse with that of CR: "same", "higher", "lower" or "unknown"."""
-    low, high = (float(bound) for bound in cell["median_intensity_ratio_interval"].values)
-    sign = "higher" if low > 1 else "lower" if high < 1 else "same"
-    judged = np.isfinite([low, high]).all()
-    return {
-        "e": _e(cell),
-        "sign": sign if judged else "unknown",
-        "ratio": with_interval(cell, "median_intensity_ratio"),
-        "by": percent(abs(cell["median_intensity_ratio"] - 1)),
     }
 
 
@@ -312,35 +248,10 @@ def _odd_walls(compared: xr.Dataset, choice: Choice) -> str:
 def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     middle = walls.sizes["restitution"] // 2
     ratio = walls["damping_ratio"].isel(restitution=middle).sel(damping_model=dampers(walls))
-    names = [str(name) for name in walls["wall"].values]
     sources = [str(source) for source in walls["damping_ratio_source"].values]
-    rows = [
-        {
-            "name": name,
-            "kind": "parapet" if int(wall["parapet"]) == 1 else "wall",
-            "values": [
-                plain(wall[key])
-                for key in (
-                    "thickness",
-                    "slenderness",
-                    "overburden_ratio",
-                    "yield_displacement_ratio",
-                    "strength_ratio",
-                )
-            ],
-            "derived": [
-                number(wall[key]) for key in ("instability_displacement", "frequency_parameter", "initial_period")
-            ],
-            "ratios": [
-                [number(ratio.sel(wall=name, damping_model=model, damping_ratio_source=source)) for source in sources]
-                for model in dampers(walls)
-            ],
-        }
-        for name, wall in ((name, walls.sel(wall=name)) for name in names)
-    ]
     apart = compared["wall"].values[compared["pooled"].values != 1]
     return {
-        "walls": rows,
+        "walls": [(walls.isel(wall=index), ratio.isel(wall=index)) for index in range(walls.sizes["wall"])],
         "wall_e": plain(walls["restitution"][middle]),
         "models": dampers(walls),
         "sources": [SOURCES.get(source, source) for source in sources],

@@ -57,7 +57,7 @@ def build(content: Content) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
-    environment.filters["inline"] = tables.inline
+    environment.filters |= {"inline": tables.inline, "in_words": tables.in_words}
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
     short = answer(content.datasets, float(content.config["curve"]["yield_displacement_ratio"]))
@@ -73,7 +73,9 @@ def build(content: Content) -> str:
         styles=interactive.styles(),
         reference=REFERENCE,
         recommended=RECOMMENDED,
-        verdicts=tables.judged(content.claims, {name: FIGURES[name].number or "figure" for name in content.figures}),
+        verdicts=tables.judged(content.claims),
+        parts=tables.PARTS,
+        figure_words={name: FIGURES[name].number or "figure" for name in content.figures},
         later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
@@ -92,7 +94,7 @@ def build(content: Content) -> str:
         config=_yaml(content.config),
         software=tables.software(),
         code_version=content.code_version,
-        datasets=_provenance(content.datasets),
+        datasets=content.datasets,
     )
 
 
@@ -170,15 +172,3 @@ def _size(name: str, png: bytes) -> tuple[int, int]:
 
 def _yaml(config: Mapping[str, Any]) -> str:
     return str(yaml.safe_dump(dict(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100))
-
-
-def _provenance(datasets: Datasets) -> list[dict[str, str]]:
-    return [
-        {
-            "name": f"{name}.nc",
-            "title": str(dataset.attrs.get("title", "")),
-            "code_version": str(dataset.attrs.get("code_version", "")),
-            "config": str(dataset.attrs.get("config_sha256", ""))[:16],
-        }
-        for name, dataset in datasets.items()
-    ]

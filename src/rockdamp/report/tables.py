@@ -27,8 +27,12 @@ VERDICTS = {
     "not judged": ("unknown", "–"),
     "reproduced": ("yes", "✓"),
 }
-# How the parts of a claim are marked.
-PARTS = {"does_not_hold": ("no", "✗"), "holds_in_part": ("partly", "◐"), "holds": ("yes", "✓")}
+# How the parts of a claim are marked, and what that means.
+PARTS = {
+    "does_not_hold": ("no", "✗", "Does not hold"),
+    "holds_in_part": ("partly", "◐", "Holds in part"),
+    "holds": ("yes", "✓", "Holds"),
+}
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
@@ -38,38 +42,16 @@ def rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
         return list(csv.DictReader(file, strict=True))
 
 
-def judged(claims: Sequence[Mapping[str, Any]], figures: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the verdicts, each with its mark and its claims, ready for the page."""
+def judged(claims: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the verdicts, each with its mark and its claims."""
     return [
-        {
-            "verdict": verdict,
-            "kind": kind,
-            "mark": mark,
-            "claims": [_shown(claim, figures) for claim in claims if claim["verdict"] == verdict],
-        }
-        for verdict, (kind, mark) in VERDICTS.items()
+        {"verdict": name, "kind": kind, "mark": mark, "claims": [claim for claim in claims if claim["verdict"] == name]}
+        for name, (kind, mark) in VERDICTS.items()
     ]
 
 
-def _shown(claim: Mapping[str, Any], figures: Mapping[str, str]) -> dict[str, Any]:
-    return {
-        **claim,
-        "figure_words": figures.get(claim["figure"], ""),
-        "parts": [
-            {"kind": kind, "mark": mark, "words": words}
-            for field, (kind, mark) in PARTS.items()
-            for words in claim[field]
-        ],
-        "measured": [_in_words(item) for item in claim["measured"] if not item["by"]],
-        "half_cycles": [
-            {"against": item["quantity"].removeprefix("against "), "ranges": item["values"]}
-            for item in claim["measured"]
-            if item["by"]
-        ],
-    }
-
-
-def _in_words(item: Mapping[str, Any]) -> str:
+def in_words(item: Mapping[str, Any]) -> str:
+    """Return a measured quantity of a claim with its values."""
     return f"{item['quantity']}: {'; '.join(item['values'])}" if item["values"] else str(item["quantity"])
 
 
@@ -84,22 +66,17 @@ def inline(text: str) -> Markup:
 def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
     """Return name, meaning, value and units of every variable: of each model where those are its only dimension, else
     the least and the greatest value."""
-    described = []
-    for name in map(str, dataset.data_vars):
-        variable = dataset[name]
-        if variable.dtype.kind not in "fiu" or not np.isfinite(variable.values).any():
-            continue
-        units = str(variable.attrs.get("units", ""))
-        described.append(
-            {
-                "name": name,
-                "meaning": str(variable.attrs.get("long_name", "")),
-                "value": _value(variable),
-                "over": ", ".join(str(dim) for dim in variable.dims),
-                "units": "-" if units == "1" else units,
-            }
-        )
-    return described
+    return [
+        {
+            "name": str(name),
+            "meaning": str(variable.attrs.get("long_name", "")),
+            "value": _value(variable),
+            "over": ", ".join(map(str, variable.dims)),
+            "units": "-" if (units := str(variable.attrs.get("units", ""))) == "1" else units,
+        }
+        for name, variable in dataset.data_vars.items()
+        if variable.dtype.kind in "fiu" and np.isfinite(variable.values).any()
+    ]
 
 
 def _value(variable: xr.DataArray) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,9 @@ from rockdamp.solvers.response import Reference
 
 CACHE_LINE = 8  # doubles
 OBSERVED = (kernel.ALIVE, kernel.END, kernel.PEAK, kernel.PEAK_AT, kernel.CROSSINGS)
-KINDS: tuple[np.dtype[Any], ...] = tuple(map(np.dtype, (np.int8, float, float, float, np.int64)))
-ENDED = dict(zip(("outcome", "outcome_tau", "peak", "peak_tau", "impacts"), KINDS, strict=True))
 # As a short history alone takes no longer than what prepares it, nothing is made anew that nothing is written to.
 NO_HISTORIES = np.empty((0, 0, 0))
+NO_FACTORS = np.empty((1, 0, 0))
 NO_COMPARISON = (np.empty((0, 0)), np.empty((0, 0), dtype=np.int64), np.zeros(1, dtype=np.int64), NO_HISTORIES)
 
 
@@ -33,8 +33,8 @@ class Batch:
     def __init__(self, shape: tuple[int, ...]) -> None:
         self.shape = shape
         self.lanes = math.prod(shape)
-        least = -(-self.lanes // kernel.LANES)
-        self.width = next(width for width in kernel.WIDTHS if width * least >= self.lanes)
+        least = max(-(-self.lanes // kernel.LANES), 1)
+        self.width = kernel.WIDTHS[bisect_left(kernel.WIDTHS, -(-self.lanes // least))]
         self.blocks = -(-self.lanes // self.width)
 
     def require_room(self, stored: int, checkpoints: int) -> None:
@@ -62,16 +62,15 @@ class Batch:
             blocks[full, :, :rest] = rows[:, full * self.width :]
             blocks[full, :, rest : self.width] = rows[:, -1:]
 
-    def pack(self, rows: Mapping[int, Quantity]) -> Array:
-        """Lay rows out as the kernel wants them, shape (blocks, ROWS * LANES); other rows are zero."""
+    def pack(self, rows: Sequence[Quantity]) -> Array:
+        """Lay the first rows out as the kernel wants them, shape (blocks, ROWS * LANES); the others are zero."""
         if self.lanes == 1:
-            block = np.zeros(kernel.ROWS * kernel.LANES)
-            for row, value in rows.items():
-                block[row] = value
-            return block[None]
+            block = np.zeros((1, kernel.ROWS * kernel.LANES))
+            block[0, : len(rows) * kernel.LANES : kernel.LANES] = rows
+            return block
         laid = np.zeros((kernel.ROWS, *self.shape))
-        for row, value in rows.items():
-            laid[row // kernel.LANES] = value
+        for row, value in enumerate(rows):
+            laid[row] = value
         blocks = _aligned_zeros(self.blocks * kernel.ROWS * kernel.LANES)
         self._lay(laid, blocks.reshape(self.blocks, kernel.ROWS, kernel.LANES))
         return blocks.reshape(self.blocks, kernel.ROWS * kernel.LANES)
@@ -86,7 +85,7 @@ class Batch:
     def by_motion(self, factors: Array) -> Array:
         """Return the lanes' factors on each of several motions, shape (blocks, motions, width)."""
         if len(factors) == 1:
-            return np.empty((self.blocks, 0, 0))
+            return NO_FACTORS if self.blocks == 1 else np.empty((self.blocks, 0, 0))
         each = np.empty((len(factors), *self.shape))
         for motion, factor in enumerate(factors):
             each[motion] = factor
@@ -98,9 +97,14 @@ class Batch:
         """Return what `Response` holds: how each lane ended, and its peak."""
         if self.lanes == 1:
             alive, end, peak, peak_at, crossings = work[0, OBSERVED[0] : OBSERVED[-1] + 1 : kernel.LANES].tolist()
-            values = (alive == 0.0, end * step, peak, peak_at * step, crossings)
-            kinds = zip(ENDED.items(), values, strict=True)
-            return {name: np.array(value, kind, ndmin=len(self.shape)) for (name, kind), value in kinds}
+            shape = self.shape
+            return {
+                "outcome": np.array(alive == 0.0, np.int8).reshape(shape),
+                "outcome_tau": np.array(end * step).reshape(shape),
+                "peak": np.array(peak).reshape(shape),
+                "peak_tau": np.array(peak_at * step).reshape(shape),
+                "impacts": np.array(crossings, np.int64).reshape(shape),
+            }
         alive, end, peak, peak_at, crossings = self.unpack(work, OBSERVED)
         return {
             "outcome": (alive == 0.0).astype(np.int8),

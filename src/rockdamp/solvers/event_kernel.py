@@ -180,19 +180,19 @@ def turn(branch, parameters, start, h, end, rates):
 
 
 def piece(branch, parameters, start, remaining, tau, wanted, rates):
-    """Return the next piece: its length (0 where no step keeps the tolerance), whether it ends at a turn, and a good
-    length for the next step."""
+    """Return the next piece: its length (0 where no step keeps the tolerance), whether it ends at a turn, a good length
+    for the next step, and the state at its end."""
     c, k = branch[CONSTANT], branch[STIFFNESS]
     if c < 0.0:
         h, end, wanted = adaptive(branch, parameters, start, remaining, tau, wanted, rates)
-        h, turns = turn(branch, parameters, start, h, end, rates)
-        return h, turns, wanted
+        until, turns = turn(branch, parameters, start, h, end, rates)
+        return until, turns, wanted, end if until == h else advance(branch, parameters, start, until, rates)
     x, v, p, slope = start
     before, after, turns = closed_turn(x, v, c, k, p - branch[OFFSET], slope, remaining)
     if turns:
         way = closed_state(x, v, c, k, p - branch[OFFSET], slope, after)[1]
         before = event(branch, parameters, start, VELOCITY, 0.0, way, before, after, rates)
-    return before, turns, wanted
+    return before, turns, wanted, closed_state(x, v, c, k, p - branch[OFFSET], slope, before)
 
 
 # --- local damping: x'' = g - alpha |g| sgn(v), where g is the load less the restoring force --------------------------
@@ -237,7 +237,8 @@ def appended(rows, count, first, second):
     """Return rows with one more of two numbers; they are moved to where there is room."""
     if count == rows.shape[0]:
         longer = np.empty((2 * count, 2))
-        longer[:count] = rows
+        for row in range(count):  # Numba compiles an assignment of arrays with all that describes wrong shapes: seconds
+            longer[row, 0], longer[row, 1] = rows[row, 0], rows[row, 1]
         rows = longer
     rows[count, 0] = first
     rows[count, 1] = second
@@ -300,12 +301,11 @@ def run(
                 side = side_of(branch, start, side)
                 branch, start, vanishing = damped_share(branch, start, side, alpha)
                 until = min(until, vanishing)
-            end, turning, wanted = piece(branch, parameters, start, until, origin, wanted, rates)
+            end, turning, wanted, (x_end, v_end) = piece(branch, parameters, start, until, origin, wanted, rates)
             if end == 0.0 and not turning and branch[CONSTANT] < 0.0:
                 return FAILED, tau, x, impacts[:crossings], turns[:changes]
             # The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once
             # if the motion goes out, and none if it goes in.
-            x_end, v_end = state(branch, parameters, start, end, rates)
             way = 1 if x_end > branch[HIGH] else -1 if x_end < branch[LOW] else 0
             if way:
                 bound = branch[HIGH] if way > 0 else branch[LOW]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import pairwise
 from threading import Event
@@ -12,7 +13,7 @@ from typing import Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import broadcast, instance, numbers, one_of, real, whole
+from rockdamp.arguments import broadcast, finite, instance, one_of, whole
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
@@ -37,6 +38,7 @@ MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
 SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
 SHARE = 2**13  # of them that a thread has at least, by default: for fewer it would cost more than it gives
 NEVER = Event()
+ACCELERATION = "the acceleration at the start, of load, curve and damper"
 SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
 
 
@@ -173,71 +175,41 @@ def solve(
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.constant_branches == BRANCHES
     march = kernel.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
-    given = {
-        "yield_displacement_ratio": curve.yield_displacement_ratio,
-        **damping.parameters,
-        "step": step,
-        "release_amplitude": release_amplitude,
-        "release_velocity": release_velocity,
-        "load_factor": load_factor,
-        "ground_acceleration": ground_acceleration,
-    }
-    _refuse_names(given)
+    starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}
+    loads = {"load_factor": load_factor, "ground_acceleration": ground_acceleration}
+    _refuse_names({"yield_displacement_ratio": curve.yield_displacement_ratio, **damping.parameters, **starts, **loads})
     steps, substeps = whole("steps", steps, 1, MOST_STEPS), whole("substeps", substeps, 1, MOST_STEPS)
     every = 1 if store_every is None else whole("store_every", store_every, 1, MOST_STEPS)
     threads = None if threads is None else whole("threads", threads, 1)
     ground = _check_record(ground_acceleration, steps, substeps, scheme)
-    starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}
-    arrays = {name: numbers(name, value) for name, value in starts.items()}
+    arrays = {name: finite(name, value) for name, value in starts.items()}
     factors = _factors(load_factor, len(ground))
     cases = {} if reference is None else {"case": instance("reference", reference, Reference).case}
     batch = Batch(broadcast(curve=curve, damping=damping, **arrays, load_factor=factors[0], **cases))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
-    h, x0, v0 = batch.plain(*arrays.values())
-    described = batch.plain(*curve.parameters())
-    _check_start(h, x0, 2.0 / batch.plain(curve.initial_frequency)[0], described[-1])
-    scales = batch.plain(*factors)
-    load, acceleration = _balance(curve, described, damping, x0, v0, scales, ground)
+    parts = (*arrays.values(), curve.initial_frequency, *curve.parameters(), *damping.formula_parameters(curve))
+    h, x0, v0, w1, *described = batch.plain(*parts)
+    scales = batch.plain(*factors) if len(factors) > 1 else batch.plain(factors[0])
+    _check_start(h, x0, 2.0 / w1, described[5])
+    load, acceleration = _balance(curve, described[:6], damping, x0, v0, scales, ground)
+    (acceleration,) = batch.plain(acceleration)
     g = scales[0] if len(scales) == 1 else load
-    work = batch.pack(
-        {
-            kernel.X: x0,
-            kernel.V: v0,
-            kernel.H: h,
-            kernel.G: g,
-            kernel.G_BEFORE: g,
-            kernel.A: batch.plain(acceleration)[0],
-            kernel.ALIVE: 1.0,
-            kernel.PEAK: abs(x0),
-            **dict(zip(kernel.CURVE, described, strict=True)),
-            **dict(zip(kernel.DAMPER, batch.plain(*damping.formula_parameters(curve)), strict=False)),
-        }
-    )
+    state = x0, v0, acceleration, 1.0, 0.0, abs(x0), 0.0, 0.0, 0.0
+    work = batch.pack((*state, *described[:6], h, g, g, *described[6:]))
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
     by_lane = batch.by_motion(factors)
     displacement, velocity = batch.histories(stored), batch.histories(stored)
+
+    each = work, by_lane, case_of_lane, error, displacement, velocity
 
     def advance(part: slice, stopped: Event) -> None:
         for blocks, first, last in _slices(part, steps, substeps):
             if stopped.is_set():
                 return
-            march(
-                work[blocks],
-                batch.width,
-                ground,
-                by_lane[blocks],
-                substeps,
-                first,
-                last,
-                compared,
-                case_of_lane[blocks],
-                checkpoints,
-                error[blocks],
-                every,
-                displacement[blocks],
-                velocity[blocks],
-            )
+            w, by_motion, case, sums, x, v = [array[blocks] for array in each] if batch.blocks > 1 else each
+            span = substeps, first, last
+            march(w, batch.width, ground, by_motion, *span, compared, case, checkpoints, sums, every, x, v)
 
     _in_threads(advance, batch.blocks, steps, threads)
 
@@ -259,30 +231,31 @@ def kind_of(damping: Damping) -> int:
 
 def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
     """Raise `InputError` for arrays with named dimensions, which would be taken by position."""
-    for name in (name for name, value in given.items() if is_named(value)):
-        raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
+    for name, value in given.items():
+        if is_named(value):
+            raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
 
 
 def _check_record(ground_acceleration: ArrayLike, steps: int, substeps: int, scheme: str) -> Array:
     """Return the motions, shape (motions, samples)."""
     # A copy, and not a read-only one: the kernel is compiled for arrays that can be written.
-    ground = np.array(real("ground_acceleration", ground_acceleration), order="C")
-    if not holds(np.isfinite(ground)):
-        require(np.isfinite(ground), "ground_acceleration", ground, "a finite number")
-    require(ground.ndim in (1, 2), "the number of dimensions of ground_acceleration", ground.ndim, "1 or 2")
+    ground = finite("ground_acceleration", ground_acceleration).copy()
+    if ground.ndim != 1:
+        require(ground.ndim == 2, "the number of dimensions of ground_acceleration", ground.ndim, "1 or 2")
     if ground.size and steps > (ground.shape[-1] - 1) * substeps:
         raise InputError(
             f"steps is {steps}; it must be at most {(ground.shape[-1] - 1) * substeps}, the record's length"
         )
     motions = ground if ground.ndim == 2 else ground[None]
-    require(len(motions) > 0, "the number of motions", len(motions), "at least 1")
-    require(scheme != "paper" or len(motions) == 1, "the number of motions", len(motions), "1 by the scheme 'paper'")
+    if len(motions) != 1:
+        require(len(motions) > 0, "the number of motions", len(motions), "at least 1")
+        require(scheme != "paper", "the number of motions", len(motions), "1 by the scheme 'paper'")
     return motions
 
 
 def _factors(load_factor: ArrayLike, motions: int) -> Array:
     """Return the lanes' factors on each motion, shape (motions, ...)."""
-    factors = numbers("load_factor", load_factor)
+    factors = finite("load_factor", load_factor)
     if motions == 1:
         return factors[None]
     shape = factors.shape or (1,)
@@ -302,7 +275,6 @@ def _check_start(h: Quantity, x0: Quantity, limit: Quantity, a3: Quantity) -> No
     require(abs(x0) < a3, "release_amplitude", x0, "less than a3, where the wall collapses")
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def _balance(
     curve: TrilinearCurve,
     described: Sequence[Quantity],
@@ -313,24 +285,33 @@ def _balance(
     ground: Array,
 ) -> tuple[Quantity, Quantity]:
     """Return the load at the start and the acceleration that balances the forces there; refuse what is out of scale."""
-    load: Quantity = 0.0
-    if ground.size:
-        alone = len(factors) == 1
-        load = factors[0] * ground.item(0) + 0.0 if alone else np.einsum("m...,m->...", factors, ground[:, 0])
     k1, b1, ks, _, _, a3 = described
-    net = load if holds(x0 == 0) else load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3)
-    start = net
-    if damping.on_net_force:
-        (alpha,) = damping.formula_parameters(curve)
-        start = net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0))
-    elif not holds(v0 == 0):
-        start = net - damping.unchecked_coefficient(curve, x0, v0) * v0
-    require(np.isfinite(start), "the acceleration at the start, of load, curve and damper", start, "a finite number")
+    if isinstance(x0, float) and len(factors) == 1 and v0 == 0 and not damping.on_net_force:  # the usual case, quickly
+        load = factors[0] * ground.item(0) + 0.0 if ground.size else 0.0
+        net = load - math.copysign(trilinear.force_of_one(abs(x0), k1, b1, ks, a3), x0)
+        require(math.isfinite(net), ACCELERATION, net, "a finite number")
+        return load, net
+    with np.errstate(over="ignore", invalid="ignore"):
+        load = np.einsum("m...,m->...", factors, ground[:, 0]) + 0.0 if ground.size else 0.0
+        net = load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3)
+        start = net
+        if damping.on_net_force:
+            (alpha,) = damping.formula_parameters(curve)
+            start = net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0))
+        elif not holds(v0 == 0):
+            start = net - damping.unchecked_coefficient(curve, x0, v0) * v0
+    require(np.isfinite(start), ACCELERATION, start, "a finite number")
     return load, start
 
 
-def _slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:
-    """Yield blocks and steps, first and last, for one call of the kernel after the other: `SLICE` steps at once."""
+def _slices(part: slice, steps: int, substeps: int) -> Iterable[tuple[slice, int, int]]:
+    """Return blocks and steps, first and last, for one call of the kernel after the other: `SLICE` steps at once."""
+    if (part.stop - part.start) * steps <= SLICE:
+        return ((part, 1, steps),)
+    return _several_slices(part, steps, substeps)
+
+
+def _several_slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:
     at_once = max(SLICE // steps, 1)
     length = max(SLICE // substeps, 1) * substeps  # from sample to sample of the record
     for start in range(part.start, part.stop, at_once):

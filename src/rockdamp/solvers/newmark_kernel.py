@@ -115,11 +115,49 @@ def advance_between(w, width, p0, p1, step):
 
 
 @register_jitable
+def ground_at(ground, motion, step, substeps):
+    """Return the acceleration of a motion at a step, linear between its samples."""
+    sample, part = divmod(step, substeps)
+    acceleration = ground[motion, sample]
+    if part > 0:
+        acceleration += (ground[motion, sample + 1] - acceleration) * part / substeps
+    return acceleration
+
+
+@register_jitable
+def load_by_several(w, width, ground, factors, step, substeps):
+    """Move each lane's load to the start of the step, and sum its motions at the end of it."""
+    for i in range(width):
+        w[G_BEFORE + i], w[G + i] = w[G + i], 0.0
+    for motion in range(ground.shape[0]):
+        acceleration = ground_at(ground, motion, step, substeps)
+        for i in range(width):
+            w[G + i] += factors[motion, i] * acceleration
+
+
+@register_jitable
 def compare_with(w, width, reference, row, step):
     """Add this step's term of Eq. (17)."""
     for i in range(width):
         difference = np.abs(reference[row[i], step]) - np.abs(w[X + i])
         w[ERROR + i] += difference * difference
+
+
+@register_jitable
+def keep(w, width, at, displacement, velocity):
+    """Store the histories of the lanes that stand, as number `at`."""
+    for i in range(width):
+        if w[ALIVE + i] > 0.0:
+            displacement[i, at], velocity[i, at] = w[X + i], w[V + i]
+
+
+@register_jitable
+def all_collapsed(w, width):
+    """Say whether no lane stands."""
+    standing = 0.0
+    for i in range(width):
+        standing += w[ALIVE + i]
+    return standing == 0.0
 
 
 # --- the loop -------------------------------------------------------------------------------------------------------
@@ -131,15 +169,12 @@ def march_alone(w, ground, substeps, first, last, every, displacement, velocity)
     x, v, a, g, alive, step = w[X], w[V], w[A], w[G], w[ALIVE], int(w[END])
     peak, peak_at, crossings, a3 = w[PEAK], w[PEAK_AT], w[CROSSINGS], w[A3]
     h, curve, damper = described(w, 0)
-    p1 = ground[0, (first - 1) // substeps] if forced else 0.0
+    p1 = ground_at(ground, 0, first - 1, substeps) if forced else 0.0
     while alive > 0.0 and step < last:
         step += 1
         p0, before = p1, x
         if forced:
-            sample, part = divmod(step, substeps)
-            p1 = ground[0, sample]
-            if part > 0:
-                p1 += (ground[0, sample + 1] - p1) * part / substeps
+            p1 = ground_at(ground, 0, step, substeps)
         x, v, a = stepped(x, v, a, h, product(g, p0), product(g, p1), curve, damper)
         z = np.abs(x)
         if crossed(before, x):
@@ -200,31 +235,19 @@ def march(
         mark = 0
         while mark < checkpoints.size - 1 and checkpoints[mark] < first:
             mark += 1
-        p1 = ground[0, (first - 1) // substeps] if forced else 0.0
+        p1 = ground_at(ground, 0, first - 1, substeps) if forced else 0.0
         if store and first == 1:
-            for i in range(width):
-                displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+            keep(w, width, 0, displacement[b], velocity[b])
         if width == 1 and motions == 1 and not compare:  # as the only block
             march_alone(w, ground, substeps, first, last, every, displacement, velocity)
             continue
         for step in range(first, last + 1):
             p0 = p1
-            if forced:
-                sample, part = divmod(step, substeps)
-                p1 = ground[0, sample]
-                if part > 0:
-                    p1 += (ground[0, sample + 1] - p1) * part / substeps
-                if motions > 1:
-                    for i in range(width):
-                        w[G_BEFORE + i] = w[G + i]
-                        w[G + i] = factors[b, 0, i] * p1
-                    for motion in range(1, motions):
-                        p1 = ground[motion, sample]
-                        if part > 0:
-                            p1 += (ground[motion, sample + 1] - p1) * part / substeps
-                        for i in range(width):
-                            w[G + i] += factors[b, motion, i] * p1
-                    p0, p1 = 1.0, 1.0
+            if motions > 1:
+                load_by_several(w, width, ground, factors[b], step, substeps)
+                p0, p1 = 1.0, 1.0
+            elif forced:
+                p1 = ground_at(ground, 0, step, substeps)
             advance(w, width, p0, p1, step)
             if compare:
                 compare_with(w, width, reference, row[b], step)
@@ -233,11 +256,8 @@ def march(
                         error[b, mark, i] = w[ERROR + i]
                     mark = min(mark + 1, checkpoints.size - 1)
             if store and step % every == 0:
-                for i in range(width):
-                    if w[ALIVE + i] > 0.0:
-                        displacement[b, i, step // every] = w[X + i]
-                        velocity[b, i, step // every] = w[V + i]
-            if step % PATIENCE == 0 and not w[ALIVE : ALIVE + width].any():
+                keep(w, width, step // every, displacement[b], velocity[b])
+            if step % PATIENCE == 0 and all_collapsed(w, width):
                 break
 
 

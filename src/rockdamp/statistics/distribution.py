@@ -20,12 +20,6 @@ class Distribution:
 
     It is ``uniform`` in the value, ``loguniform`` or ``normal``; a normal one is cut off at the bounds, and it alone
     has moments, those before it is cut off.
-
-    Examples
-    --------
-    >>> from rockdamp.statistics.distribution import Distribution
-    >>> print(Distribution("uniform", 0.4, 0.8).quantile(0.25))
-    0.5
     """
 
     distribution: str
@@ -75,6 +69,5 @@ class Distribution:
     @property
     def _standard_bounds(self) -> tuple[float, float]:
         """Return the bounds in standard deviations from the mean, as SciPy's truncnorm takes them."""
-        if self.mean is None or self.standard_deviation is None:
-            raise InputError("a distribution without mean and standard_deviation has no standard bounds")
+        assert self.mean is not None and self.standard_deviation is not None
         return (self.low - self.mean) / self.standard_deviation, (self.high - self.mean) / self.standard_deviation

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import log_ndtr, ndtr, ndtri, softmax, stdtr
+from scipy.special import ndtr, ndtri, stdtr
 
 from rockdamp.arrays import Array
 from rockdamp.statistics.trials_fit import Fit, Search
@@ -23,6 +23,7 @@ from rockdamp.statistics.velocity_ratios import CENTRES, HIERARCHY, LOSSES, STAR
 
 DIFFERENCE = 0.3  # of derivatives, of the parameters' scales
 OF_SHAPE = 0.1  # scale of a parameter of the shape
+NEGLIGIBLE = 1e-14  # probability of a loss
 FARTHEST = 5.0  # from the maximum, in standard deviations, that an expansion is believed
 
 
@@ -62,43 +63,29 @@ class Expansion:
 
     def negative(self, point: Array, weights: Array) -> tuple[float, Array]:
         """Return the negative log-likelihood of the weighted trials, and its gradient."""
-        trials, nodes, values = self.trials, self.fitted.nodes, self.trials.values(point)
         change = (point - self.fitted.point)[self.expanded]
         bent = np.tensordot(change, self.curvature, axes=1)
         of_losses = self.value + np.tensordot(change, self.slope + 0.5 * bent, axes=1)
-        prior = trials.losses_at_centres(values, nodes)
-        most = of_losses.max(axis=1, keepdims=True)
-        joint = np.exp(of_losses - most)[:, :, None] * np.exp(prior)
-        at_centres = joint.sum(axis=1) + 1e-300
-        of_geometries = trials.of_geometries((np.log(at_centres) + most) * weights[:, None])
-        total = float(np.logaddexp.reduce(of_geometries, axis=1).sum())
-        # By Fisher's identity the gradient is the mean of the joint density's over what is not observed.
-        joint *= ((softmax(of_geometries, axis=1)[trials.geometry] * weights[:, None]) / at_centres)[:, None, :]
+        trials, nodes = self.trials, self.fitted.nodes
+        value, of_loss, by_hierarchy = trials.total(trials.values(point), of_losses, nodes, weights)
         gradient = np.empty(point.size)
-        gradient[self.expanded] = ((self.slope + bent) * joint.sum(axis=2)).sum(axis=(1, 2))
-        within, names = values["within"], trials.errors.names
-        deviations = CENTRES[0] * values["between"]
-        centre = (trials.housner[:, None] + values["centre"] + deviations)[trials.geometry] / within
-        z = nodes.loss[:, :, None] / within - centre[:, None, :]
-        hazard = np.exp(-0.5 * centre**2 - log_ndtr(centre)) / np.sqrt(2 * np.pi)
-        by_centre = (joint * (z - hazard[:, None, :])).sum(axis=(0, 1)) / within
-        gradient[names.index("centre")] = by_centre.sum()
-        gradient[names.index("between")] = by_centre @ deviations
-        gradient[names.index("within")] = (joint * (z**2 - 1 + (hazard * centre)[:, None, :])).sum()
-        return -total, -gradient
+        gradient[self.expanded] = ((self.slope + bent) * of_loss).sum(axis=(1, 2))
+        for name, slope in by_hierarchy.items():
+            gradient[trials.errors.names.index(name)] = slope
+        return -value, -gradient
 
     def fit(self, weights: NDArray[Any]) -> Array:
         """Return the point of the largest log-likelihood of the weighted trials."""
         at, weights = self.fitted.point, np.asarray(weights, dtype=float)
-        unit = self.deviation  # the parameters' sizes differ
+        root = np.linalg.cholesky(self.covariance)  # by which the parameters become independent and of one size
 
         def negative(change: Array) -> tuple[float, Array]:
-            value, gradient = self.negative(at + unit * change, weights)
-            return value, unit * gradient
+            value, gradient = self.negative(at + root @ change, weights)
+            return value, gradient @ root
 
-        bounds = [(-FARTHEST, FARTHEST)] * unit.size
-        found = minimize(negative, np.zeros(unit.size), jac=True, method="L-BFGS-B", bounds=bounds)
-        return np.asarray(at + unit * found.x)
+        bounds = [(-FARTHEST, FARTHEST)] * at.size
+        found = minimize(negative, np.zeros(at.size), jac=True, method="L-BFGS-B", bounds=bounds)
+        return np.asarray(at + root @ found.x)
 
     @property
     def deviation(self) -> Array:
@@ -167,5 +154,6 @@ def share_below(trials: Trials, values: Mapping[str, float], members: NDArray[np
     predicted = np.exp(-LOSSES)[:, None, None] + (values["lean"] + values["alternation"] * lean)[:, None]
     weight = np.exp(level_weight + lean_weight[:, None])
     losses = new_losses(trials, values)[trials.geometry[members]]
-    below = stdtr(values["freedom"], (trials.ratio[members, 0, None, None, None] - predicted) / deviation)
-    return np.asarray(np.einsum("tcal,al,tc->t", below, weight, losses, optimize=True))
+    seen = losses.max(axis=0) > NEGLIGIBLE
+    below = stdtr(values["freedom"], (trials.ratio[members, 0, None, None, None] - predicted[seen]) / deviation)
+    return np.asarray(np.einsum("tcal,al,tc->t", below, weight, losses[:, seen], optimize=True))

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from rockdamp.arrays import Array
-from rockdamp.statistics.velocity_ratios import HIERARCHY, OF_ERRORS, STARTS, Nodes, Predict, Trials
+from rockdamp.statistics.velocity_ratios import STARTS, Nodes, Predict, Prediction, Trials
 
 
 class Fit(NamedTuple):
@@ -26,7 +26,8 @@ class Fit(NamedTuple):
     nodes: Nodes
 
 
-STEP = 1e-3  # of the differences that stand for derivatives, of the parameters' scales
+STEP = 1e-5  # of the differences that stand for derivatives by the parameters of a prediction's shape
+LEAST = -60.0  # logarithm of a part that is as good as none; of far smaller ones a processor takes long
 SETTLED = 0.02  # of the log-likelihood between two searches
 SEARCHES = 6
 
@@ -57,8 +58,13 @@ def fit(
         for _ in range(2 if spread else 1):  # from spread nodes the first are coarse
             nodes = trials.own_nodes(first, predict(nodes.loss, first[len(names) :]), nodes)
         search = Search(trials, predict, nodes)
+
+        def negative(scaled: Array, search: Search = search) -> tuple[float, Array]:
+            value, gradient = search.negative(scaled * scale)
+            return value, gradient * scale
+
         end = minimize(
-            lambda scaled, search=search: search.negative(scaled * scale, scale),
+            negative,
             first / scale,
             jac=True,
             method="L-BFGS-B",
@@ -75,43 +81,43 @@ def fit(
 
 @dataclass
 class Search:
-    """The likelihood and its gradient at fixed nodes; what a parameter does not change is not computed anew."""
+    """The likelihood and its gradient at fixed nodes."""
 
     trials: Trials
     predict: Predict
     nodes: Nodes
 
-    @property
-    def named(self) -> int:
-        """Number of the parameters of error and hierarchy, after which those of the shape stand."""
-        return len(self.trials.errors.names)
+    def prediction(self, point: Array) -> Prediction:
+        """Return the prediction at the nodes; the parameters of its shape stand after those of error and hierarchy."""
+        return self.predict(self.nodes.loss, point[len(self.trials.errors.names) :])
 
-    def misfit(self, point: Array) -> Array:
-        """Return the log-density of each trial's ratios at each node."""
-        prediction = self.predict(self.nodes.loss, point[self.named :])
-        return self.trials.misfit(self.trials.values(point), prediction, self.nodes)
+    def of_losses(self, point: Array) -> Array:
+        """Return the log-likelihood of each trial at each loss, with the loss's weight, shape (trials, losses)."""
+        values = self.trials.values(point)
+        misfit = self.trials.misfit(values, self.prediction(point), self.nodes)
+        return _summed(self.trials.weighted(misfit, values, self.nodes))[0]
 
-    def of_losses(self, point: Array, misfit: Array | None = None) -> Array:
-        """Return the log-likelihood of each trial at each loss."""
-        misfit = self.misfit(point) if misfit is None else misfit
-        return self.trials.of_losses(self.trials.values(point), misfit, self.nodes)
+    def negative(self, point: Array) -> tuple[float, Array]:
+        """Return the negative log-likelihood and its gradient."""
+        values, prediction = self.trials.values(point), self.prediction(point)
+        misfit = self.trials.misfit(values, prediction, self.nodes)
+        of_losses, share = _summed(self.trials.weighted(misfit, values, self.nodes))
+        value, of_loss, by_name = self.trials.total(values, of_losses, self.nodes)
+        share *= of_loss[:, :, None, None]
+        by_error, by_prediction = self.trials.slopes(values, prediction, self.nodes, share, misfit)
+        by_name |= by_error
+        gradient = [by_name[name] for name in self.trials.errors.names]
+        for step in STEP * np.eye(point.size)[len(gradient) :]:
+            ahead, behind = self.prediction(point + step), self.prediction(point - step)
+            parts = zip(by_prediction, ahead, behind, strict=True)
+            gradient.append(sum(float((by * (one - other)).sum()) for by, one, other in parts) / (2 * STEP))
+        return -value, -np.array(gradient)
 
-    def total(self, point: Array, of_losses: Array) -> float:
-        """Return the log-likelihood of all trials."""
-        return self.trials.total(self.trials.at_centres(self.trials.values(point), of_losses, self.nodes))
 
-    def negative(self, point: Array, scale: Array) -> tuple[float, Array]:
-        """Return the negative log-likelihood and its gradient by the parameters over a scale."""
-        errors = self.trials.errors
-        changing = OF_ERRORS if errors.by_trial else (*OF_ERRORS, "noise")
-        misfit = self.misfit(point)
-        of_losses = self.of_losses(point, misfit)
-        value, gradient = self.total(point, of_losses), np.empty(point.size)
-        for index in range(point.size):
-            moved, name = point.copy(), (*errors.names, *[""] * point.size)[index]
-            moved[index] += STEP * scale[index]
-            of_moved = of_losses
-            if name not in HIERARCHY:
-                of_moved = self.of_losses(moved, None if name in (*changing, "") else misfit)
-            gradient[index] = (self.total(moved, of_moved) - value) / STEP
-        return -value, -gradient
+def _summed(joint: Array) -> tuple[Array, Array]:
+    """Return the logarithm of the sum over alternations and levels, and the part that each node has in it."""
+    most = joint.max(axis=(2, 3), keepdims=True)
+    share = np.exp(np.maximum(joint - most, LEAST))
+    total = np.einsum("tlas->tl", share)[:, :, None, None]
+    share /= total
+    return np.asarray((np.log(total) + most)[:, :, 0, 0]), share

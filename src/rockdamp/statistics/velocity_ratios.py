@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln, log_ndtr, logsumexp, softmax
+from scipy.special import digamma, erfcx, gammaln, log_ndtr, logsumexp, softmax
 
 from rockdamp.arrays import Array
 
@@ -58,7 +58,6 @@ STARTS = {
 UNSCALED = ("lean", "correlation", "growth", "centre")
 NOTHING = {"freedom": NORMAL} | dict.fromkeys(("alternation", "lean", "noise_deviation", "correlation"), 0.0)
 HIERARCHY = ("centre", "within", "between")
-OF_ERRORS = ("freedom", "correlation", "growth")  # the parameters that change more than weights
 
 
 class Prediction(NamedTuple):
@@ -168,6 +167,11 @@ class Trials:
         return np.asarray(np.isfinite(self.ratio).sum(axis=1))
 
     @cached_property
+    def _counts(self) -> Array:
+        """Number of trials that reach each impact."""
+        return np.asarray(np.isfinite(self.ratio).sum(axis=0))
+
+    @cached_property
     def _membership(self) -> Array:
         """One where a trial is of a geometry, shape (geometries, trials)."""
         return (self.geometry == np.arange(self.housner.size)[:, None]).astype(float)
@@ -210,7 +214,7 @@ class Trials:
 
     def own_nodes(self, point: Array, prediction: Prediction, nodes: Nodes) -> Nodes:
         """Return nodes where each trial's ratios put its loss, alternation and level of noise."""
-        joint = self._joint(self.values(point), prediction, nodes)
+        joint = self.weighted(self.misfit(self.values(point), prediction, nodes), self.values(point), nodes)
         centres = self.losses_at_centres(self.values(point), nodes)
         joint += logsumexp(centres + CENTRES[1], axis=2)[:, :, None, None]
         share = np.exp(joint - joint.max(axis=(1, 2, 3), keepdims=True))
@@ -234,36 +238,102 @@ class Trials:
 
     # --- likelihood ---------------------------------------------------------------------------------------------------
 
+    def _errors(self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes) -> list[Array]:
+        """Return the errors z over their level, by the speed left: of each impact those of the trials that reach it.
+
+        The shapes are (trials, losses, alternations).
+        """
+        errors: list[Array] = []
+        for k, count in enumerate(self._counts):
+            rise = np.exp(0.5 * values["growth"] * prediction.log_energy[k, :count])
+            z = ((self.ratio[:count, k, None] - prediction.ratio[k, :count]) * rise)[:, :, None]
+            z = z - ((-1.0) ** k * rise)[:, :, None] * nodes.alternation[:count, None, :]
+            if errors and values["correlation"]:
+                z -= values["correlation"] * errors[-1][:count]
+            errors.append(z)
+        return errors
+
+    def _log_levels(self, values: Mapping[str, float], nodes: Nodes) -> Array:
+        return nodes.level if self.errors.by_trial else np.full_like(nodes.level, np.log(values["noise"]))
+
     def misfit(self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes) -> Array:
         """Return the log-density of each trial's ratios, shape (trials, losses, alternations, levels)."""
-        freedom, correlation = values["freedom"], values["correlation"]
-        levels = nodes.level if self.errors.by_trial else np.full_like(nodes.level, np.log(values["noise"]))
-        trials, losses = nodes.loss.shape
+        freedom, levels = values["freedom"], self._log_levels(values, nodes)
         precision = np.exp(-2.0 * levels) / freedom
-        product = np.ones((precision.shape[1], trials, losses, nodes.alternation.shape[1]))
-        error, square, factor = (np.zeros(product.shape[1:]) for _ in range(3))
-        log_rise = np.zeros((trials, losses))
-        for k in range(self.ratio.shape[1]):
-            count = int(np.count_nonzero(self.reached > k))
-            speed = 0.5 * values["growth"] * prediction.log_energy[k, :count]
-            rise, z, z2, part = np.exp(speed), error[:count], square[:count], factor[:count]
-            z *= -correlation
-            z += ((self.ratio[:count, k, None] - prediction.ratio[k, :count]) * rise)[:, :, None]
-            z -= (-1.0) ** k * rise[:, :, None] * nodes.alternation[:count, None, :]
-            np.multiply(z, z, out=z2)
-            for level in range(len(product)):
+        log_rise = np.zeros(nodes.loss.shape)
+        product = np.ones((precision.shape[1], *log_rise.shape, nodes.alternation.shape[1]))
+        for z, log_energy in zip(self._errors(values, prediction, nodes), prediction.log_energy, strict=True):
+            square, count = z * z, len(z)
+            log_rise[:count] += 0.5 * values["growth"] * log_energy[:count]
+            for level, weight in enumerate(precision[:count].T):
                 # The product of the terms of all impacts, whose logarithm is taken once: it stays below 1e200.
-                np.multiply(z2, precision[:count, level, None, None], out=part)
+                part = square * weight[:, None, None]
                 part += 1.0
                 product[level, :count] *= part
-            log_rise[:count] += speed
         density = np.log(np.moveaxis(product, 0, -1)) * (-(freedom + 1) / 2)
         density += log_rise[:, :, None, None]
         each = gammaln((freedom + 1) / 2) - gammaln(freedom / 2) - 0.5 * np.log(freedom * np.pi)
         density += (self.reached[:, None] * (each - levels))[:, None, None, :]
         return np.asarray(density)
 
-    def _weighted(self, misfit: Array, values: Mapping[str, float], nodes: Nodes) -> Array:
+    def slopes(
+        self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes, share: Array, misfit: Array
+    ) -> tuple[dict[str, float], Prediction]:
+        """Return the slopes of the mean misfit by the parameters of error and by the prediction.
+
+        The mean is that with the probabilities `share` of the nodes, shape of the misfit. By Fisher's identity these
+        are the slopes of the log-likelihood.
+        """
+        freedom, correlation, growth = (values[name] for name in ("freedom", "correlation", "growth"))
+        levels = self._log_levels(values, nodes)
+        of_loss, of_alternation, of_level = (np.einsum(f"tlas->{kept}", share) for kept in ("tl", "ta", "ts"))
+        precision = np.exp(-2.0 * levels) / freedom
+        weighted = np.ascontiguousarray(np.moveaxis(share * precision[:, None, None, :], -1, 0))
+        errors = self._errors(values, prediction, nodes)
+        by_error = np.zeros(weighted.shape[1:])  # at first of the impact before, as errors that are correlated pass on
+        by_ratio, by_energy = np.zeros(prediction.ratio.shape), np.zeros(prediction.ratio.shape)
+        squares = by_correlation = log_rise = 0.0
+        for k in reversed(range(len(errors))):
+            z, count = errors[k], len(errors[k])
+            square, weight = z * z, np.zeros(z.shape)
+            for level, precision_of_level in enumerate(precision[:count].T):
+                part = square * precision_of_level[:, None, None]
+                part += 1.0
+                weight += np.divide(weighted[level, :count], part, out=part)
+            squares += float((square * weight).sum())
+            by_error[:count] = -(freedom + 1) * z * weight - correlation * by_error[:count]
+            before = errors[k - 1][:count] if k else np.zeros(z.shape)
+            by_correlation -= float((by_error[:count] * before).sum())
+            log_energy = prediction.log_energy[k, :count]
+            rise = np.exp(0.5 * growth * log_energy)
+            by_ratio[k, :count] = -np.einsum("tla->tl", by_error[:count]) * rise
+            by_energy[k, :count] = (
+                np.einsum("tla,tla->tl", by_error[:count], z + correlation * before) + of_loss[:count]
+            )
+            log_rise += 0.5 * growth * float((log_energy * of_loss[:count]).sum())
+        ratios = float(self.reached.sum())
+        each = gammaln((freedom + 1) / 2) - gammaln(freedom / 2) - 0.5 * np.log(freedom * np.pi)
+        logarithms = log_rise + ratios * each - float((self.reached[:, None] * levels * of_level).sum())
+        logarithms = (logarithms - float((share * misfit).sum())) / (freedom + 1)  # half their mean
+        by_freedom = (freedom + 1) / (2 * freedom) * squares - logarithms
+        by_freedom += ratios * 0.5 * (digamma((freedom + 1) / 2) - digamma(freedom / 2) - 1 / freedom)
+        by_parameter = {
+            "freedom": by_freedom * (freedom - 1),
+            "correlation": by_correlation,
+            "growth": 0.5 * float((prediction.log_energy * by_energy).sum()),
+            "noise": (freedom + 1) * squares - ratios,
+        }
+        if self.errors.by_trial:
+            change = (nodes.level - np.log(values["noise"])) / values["noise_deviation"]
+            by_parameter["noise"] = float((of_level * change).sum()) / values["noise_deviation"]
+            by_parameter["noise_deviation"] = float((of_level * (change**2 - 1)).sum())
+        if self.errors.alternation:
+            change = (nodes.alternation - values["lean"]) / values["alternation"]
+            by_parameter["lean"] = float((of_alternation * change).sum()) / values["alternation"]
+            by_parameter["alternation"] = float((of_alternation * (change**2 - 1)).sum())
+        return by_parameter, Prediction(by_ratio, 0.5 * growth * by_energy)
+
+    def weighted(self, misfit: Array, values: Mapping[str, float], nodes: Nodes) -> Array:
         """Return the log-density with the weights of all nodes but the losses' hierarchy."""
         level, alternation = nodes.level_weight, nodes.alternation_weight
         if self.errors.by_trial:
@@ -273,20 +343,14 @@ class Trials:
         weights = nodes.loss_weight[:, :, None] + alternation[:, None, :]
         return np.asarray(misfit + weights[..., None] + level[:, None, None, :])
 
-    def _joint(self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes) -> Array:
-        return self._weighted(self.misfit(values, prediction, nodes), values, nodes)
-
     def losses_at_centres(self, values: Mapping[str, float], nodes: Nodes) -> Array:
         """Return the log-density of each trial's losses at each centre, shape (trials, losses, centres)."""
-        centre = self.housner[:, None] + values["centre"] + values["between"] * CENTRES[0]
-        within, of_trial = values["within"], centre[self.geometry][:, None, :]
-        return _log_normal(nodes.loss[:, :, None] - of_trial, within) - log_ndtr(of_trial / within)
+        centre, within = self._centres(values), values["within"]
+        above_zero = log_ndtr(centre / within)[self.geometry][:, None, :]
+        return _log_normal(nodes.loss[:, :, None] - centre[self.geometry][:, None, :], within) - above_zero
 
-    def of_losses(self, values: Mapping[str, float], misfit: Array, nodes: Nodes) -> Array:
-        """Return the log-likelihood of each trial at each loss, with the loss's weight, shape (trials, losses)."""
-        joint = self._weighted(misfit, values, nodes).reshape(*nodes.loss.shape, -1)
-        most = joint.max(axis=(1, 2), keepdims=True)
-        return np.asarray(np.log(np.exp(joint - most).sum(axis=2) + 1e-300) + most[:, :, 0])
+    def _centres(self, values: Mapping[str, float]) -> Array:
+        return np.asarray(self.housner[:, None] + values["centre"] + values["between"] * CENTRES[0])
 
     def at_centres(self, values: Mapping[str, float], of_losses: Array, nodes: Nodes) -> Array:
         """Return the log-likelihood of each trial at each centre of its geometry, shape (trials, centres)."""
@@ -294,22 +358,37 @@ class Trials:
         prior = np.exp(self.losses_at_centres(values, nodes))
         return np.asarray(np.log((np.exp(of_losses - most)[:, None, :] @ prior)[:, 0] + 1e-300) + most)
 
-    def of_geometries(self, at_centres: Array) -> Array:
-        """Return the log-likelihood of each geometry's trials at each centre, with its weight, shape as `CENTRES`."""
-        return self._membership @ at_centres + CENTRES[1]
-
     def centres_seen(self, values: Mapping[str, float], of_losses: Array, nodes: Nodes) -> Array:
         """Return the probability of each centre of each geometry after its trials, shape (geometries, centres)."""
-        return np.asarray(softmax(self.of_geometries(self.at_centres(values, of_losses, nodes)), axis=1))
+        at_centres = self.at_centres(values, of_losses, nodes)
+        return np.asarray(softmax(self._membership @ at_centres + CENTRES[1], axis=1))
 
-    def mean_losses(self, values: Mapping[str, float], of_losses: Array, nodes: Nodes) -> Array:
-        """Return the mean of each trial's first loss after its ratios, shape (trials,)."""
-        seen = self.centres_seen(values, of_losses, nodes)[self.geometry]
-        at_centres = self.losses_at_centres(values, nodes)
-        weight = np.exp(of_losses - of_losses.max(axis=1, keepdims=True))[:, :, None] * np.exp(at_centres)
-        mean = (weight * nodes.loss[:, :, None]).sum(axis=1) / weight.sum(axis=1)
-        return np.asarray((mean * seen).sum(axis=1))
+    def total(
+        self, values: Mapping[str, float], of_losses: Array, nodes: Nodes, weights: Array | float = 1.0
+    ) -> tuple[float, Array, dict[str, float]]:
+        """Return the log-likelihood of all trials, and its slopes.
 
-    def total(self, at_centres: Array) -> float:
-        """Return the log-likelihood of all trials."""
-        return float(np.logaddexp.reduce(self.of_geometries(at_centres), axis=1).sum())
+        These are by the log-likelihood of each trial at each loss, shape (trials, losses), which is the probability of
+        the loss after the ratios, and by the parameters of the hierarchy. `weights` say how often each trial counts.
+        """
+        times = np.broadcast_to(weights, len(self.ratio))[:, None]
+        most = of_losses.max(axis=1, keepdims=True)
+        joint = np.exp(of_losses - most)[:, :, None] * np.exp(self.losses_at_centres(values, nodes))
+        at_centres = joint.sum(axis=1) + 1e-300
+        of_geometries = self._membership @ ((np.log(at_centres) + most) * times) + CENTRES[1]
+        # By Fisher's identity a slope is the mean of the joint density's over what is not observed.
+        of_centre = softmax(of_geometries, axis=1)[self.geometry] * times
+        joint *= (of_centre / at_centres)[:, None, :]
+        within, deviations = values["within"], CENTRES[0] * values["between"]
+        centre = self._centres(values) / within
+        hazard = (np.sqrt(2 / np.pi) / erfcx(-centre / np.sqrt(2)))[self.geometry]  # phi / Phi
+        centre = centre[self.geometry]
+        z = nodes.loss[:, :, None] / within - centre[:, None, :]
+        slope = joint * z
+        by_centre = (slope.sum(axis=(0, 1)) - (of_centre * hazard).sum(axis=0)) / within
+        by_hierarchy = {
+            "centre": float(by_centre.sum()),
+            "between": float(by_centre @ deviations),
+            "within": float(np.vdot(slope, z) + (of_centre * (hazard * centre - 1)).sum()),
+        }
+        return float(np.logaddexp.reduce(of_geometries, axis=1).sum()), joint.sum(axis=2), by_hierarchy

@@ -6,9 +6,10 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from xml.etree import ElementTree
+from importlib.resources import files
 
 import numpy as np
+from jinja2 import Environment, StrictUndefined
 
 from rockdamp.errors import InputError, require
 from rockdamp.storage.atomic import replacing
@@ -46,27 +47,26 @@ def text(collapses: Iterable[Collapse], measure: str, name: str, description: st
     unit, factor = UNITS[measure]
     collapses = list(collapses)
     require(len(collapses) > 0, "the number of fragilities", len(collapses), "at least 1")
-    root = ElementTree.Element("nrml", {"xmlns": NAMESPACE})
-    model = ElementTree.SubElement(
-        root, "fragilityModel", {"id": _identifier(name), "assetCategory": "buildings", "lossCategory": "structural"}
-    )
-    ElementTree.SubElement(model, "description").text = f"{description} {measure} in {unit}."
-    ElementTree.SubElement(model, "limitStates").text = LIMIT_STATE
     taken: set[str] = set()
+    functions = []
     for collapse in collapses:
         _check(collapse)
         identifier = _identifier(collapse.name)
         while identifier in taken:
             identifier += "_"
         taken |= {identifier, f"{identifier}-discrete"}
+        # NRML states mean and standard deviation of the intensity at collapse, not of its logarithm.
+        mean = factor * collapse.median * math.exp(collapse.dispersion**2 / 2)
+        deviation = mean * math.sqrt(math.expm1(collapse.dispersion**2))
         levels = [factor * float(level) for level in collapse.intensity]
-        if math.isfinite(collapse.median):
-            function = _function(model, identifier, format="continuous", shape="logncdf")
-            _continuous(function, collapse, measure, factor, levels)
-        function = _function(model, f"{identifier}-discrete", format="discrete")
-        _discrete(function, collapse, measure, levels)
-    ElementTree.indent(root)
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
+        functions.append((identifier, levels, list(map(float, collapse.share)), float(mean), float(deviation)))
+    template = files("rockdamp.storage").joinpath("nrml.xml.j2").read_text(encoding="utf-8")
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    return environment.from_string(template, {"namespace": NAMESPACE, "limit_state": LIMIT_STATE}).render(
+        name=_identifier(name), description=f"{description} {measure} in {unit}.", measure=measure, functions=functions
+    )
 
 
 def _check(collapse: Collapse) -> None:
@@ -86,33 +86,6 @@ def write(path: str | os.PathLike[str], content: str) -> None:
     """Write what `text` returned, complete or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(content, encoding="utf-8", newline="\n")
-
-
-def _function(model: ElementTree.Element, identifier: str, **attributes: str) -> ElementTree.Element:
-    return ElementTree.SubElement(model, "fragilityFunction", {"id": identifier, **attributes})
-
-
-def _continuous(
-    function: ElementTree.Element, collapse: Collapse, measure: str, factor: float, levels: Sequence[float]
-) -> None:
-    ElementTree.SubElement(
-        function,
-        "imls",
-        {"imt": measure, "noDamageLimit": "0.0", "minIML": repr(levels[0]), "maxIML": repr(levels[-1])},
-    )
-    # NRML states mean and standard deviation of the intensity at collapse, not of its logarithm.
-    mean = factor * collapse.median * math.exp(collapse.dispersion**2 / 2)
-    deviation = mean * math.sqrt(math.expm1(collapse.dispersion**2))
-    ElementTree.SubElement(
-        function, "params", {"ls": LIMIT_STATE, "mean": repr(float(mean)), "stddev": repr(float(deviation))}
-    )
-
-
-def _discrete(function: ElementTree.Element, collapse: Collapse, measure: str, levels: Sequence[float]) -> None:
-    imls = ElementTree.SubElement(function, "imls", {"imt": measure, "noDamageLimit": "0.0"})
-    imls.text = " ".join(map(repr, levels))
-    poes = ElementTree.SubElement(function, "poes", {"ls": LIMIT_STATE})
-    poes.text = " ".join(repr(float(share)) for share in collapse.share)
 
 
 def _identifier(name: str) -> str:

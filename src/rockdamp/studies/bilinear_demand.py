@@ -14,7 +14,7 @@ from rockdamp.config import Config
 from rockdamp.config.settings import BilinearSettings
 from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.forcing import Forcing
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -34,8 +34,7 @@ def demand(config: Config) -> xr.Dataset:
     """
     settings = BilinearSettings.of(config)
     pair = (settings.curve, settings.damping_force.rigid.curve)
-    names = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
-    a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in names)
+    a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in TEXTS)
     curves = TrilinearCurve(a1, b1, a3, settings.curve.softening)
     e = Damping.cr(np.full(len(pair), settings.damping_force.restitution))
     pulses = np.stack([_under_pulses(settings, curves, e, name) for name in PULSES], axis=2)

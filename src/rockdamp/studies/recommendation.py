@@ -47,12 +47,15 @@ def recommend(
         else damping_ratio_energy(given.curve, str(model), e, given.release_amplitude)
         for model in models
     ]
+    near = by_order.sel(order=RECOMMENDED_ORDER, method="nearest")
+    before = near["pulse_before_impact_log_error"]
     advice = under_earthquakes(compared).merge(_under_pulses(pulses, models))
     return advice.assign(
-        before_impact_log_error=_before_impact(by_order),
+        # Under pulses at the shown e, and in the shown decay, of the order nearest to the recommended one.
+        before_impact_log_error=float(before.sel(restitution=by_order["shown_restitution"], method="nearest")),
         damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
         release_amplitude=given.release_amplitude,
-        crossing_force=_crossing_force(by_order),
+        crossing_force=float(abs(near["shown_damping_force"]).max()),
         recommended_order=orders["recommended_order"].sel(change=DECISIVE_CHANGE, drop=True),
         restitution_change=orders["restitution_change"],
         records=orders["records"],
@@ -141,18 +144,6 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
 def holds(error: xr.DataArray, own: xr.DataArray) -> xr.DataArray:
     """Tell where an error is within the multiple of CR's small-change error, or the tolerance; unknown is not."""
     return error <= np.maximum(MULTIPLE * own, TOLERANCE)
-
-
-def _before_impact(by_order: xr.Dataset) -> float:
-    """Error up to CR's first impact under pulses at the shown e, of the order nearest to the recommended one."""
-    at_e = by_order["pulse_before_impact_log_error"].sel(restitution=by_order["shown_restitution"], method="nearest")
-    return float(at_e.sel(order=RECOMMENDED_ORDER, method="nearest"))
-
-
-def _crossing_force(by_order: xr.Dataset) -> float:
-    """Largest damping force in the shown decay over F0, of the order nearest to the recommended one. [-]"""
-    force = by_order["shown_damping_force"].sel(order=RECOMMENDED_ORDER, method="nearest")
-    return float(np.abs(force).max())
 
 
 def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:

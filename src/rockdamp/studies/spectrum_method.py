@@ -12,7 +12,7 @@ restitution. Both are run on the ground and on a storey of a building, under its
 
 from __future__ import annotations
 
-import warnings
+from warnings import catch_warnings
 
 import numpy as np
 import xarray as xr
@@ -26,7 +26,6 @@ from rockdamp.histories.upper_floors import floor_motions
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions import catalogue
-from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
@@ -47,8 +46,11 @@ def spectrum_method(config: Config) -> xr.Dataset:
     below 1; the same over all walls too.
     """
     settings = SpectrumMethodSettings.of(config)
-    period = np.array([_secant_period(named, settings.capacity) for named in settings.walls])
-    ratio = np.stack([np.full(settings.restitution.size, CODE_DAMPING), _equivalent(settings.restitution)])
+    secant = [named.curve.force(settings.capacity) / settings.capacity for named in settings.walls]
+    p = np.array([float(named.wall.frequency_parameter) for named in settings.walls])
+    period = 2 * np.pi / (p[:, None] * np.sqrt(secant))
+    equivalent = Damping.of_restitution(settings.restitution, "ECD").damping_ratio  # loses as much in half a cycle
+    ratio = np.stack([np.full(settings.restitution.size, CODE_DAMPING), equivalent])
     names, demands = [], []
     for entry in track(catalogue.listing(settings.records), "Spectrum method"):
         ground = catalogue.read(entry)
@@ -56,7 +58,7 @@ def spectrum_method(config: Config) -> xr.Dataset:
         by_wall = [
             [
                 _demand(motion.record, named, seconds, ratio, settings)
-                for motion in _motions(ground, isinstance(named.wall, Parapet), settings)
+                for motion in (ground, *floor_motions(ground, settings.building, isinstance(named.wall, Parapet)))
             ]
             for named, seconds in zip(settings.walls, period, strict=True)
         ]
@@ -87,37 +89,15 @@ def spectrum_method(config: Config) -> xr.Dataset:
 
 def statistics(demand: xr.DataArray, over: list[str]) -> dict[str, xr.DataArray]:
     """Return the statistics of the ratios over some dimensions; NaN where none is known."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # NumPy's, of the median of nothing
-        return _of_known(demand, over)
-
-
-def _of_known(demand: xr.DataArray, over: list[str]) -> dict[str, xr.DataArray]:
-    logarithm = xr.apply_ufunc(np.log, demand)
     reached = demand.notnull()
-    return {
-        "bias": demand.median(over),
-        "scatter": logarithm.std(over),
-        "unsafe_share": ((demand < 1) & reached).sum(over) / reached.sum(over),
-        "unsafe_factor": 1 / demand.quantile(TOLERATED, over).drop_vars("quantile"),
-        "reached": reached.sum(over),
-    }
-
-
-def _secant_period(named: NamedWall, capacity: Array) -> Array:
-    """Return the period of the secant stiffness F(u)/u at each capacity. [s]"""
-    stiffness = named.curve.force(capacity) / capacity
-    return np.asarray(2 * np.pi / (named.wall.frequency_parameter * np.sqrt(stiffness)))
-
-
-def _equivalent(restitution: Array) -> Array:
-    """Return the damping ratio at which a linear oscillator loses in half a cycle what an impact takes. [-]"""
-    return np.asarray(Damping.of_restitution(restitution, "ECD").damping_ratio)
-
-
-def _motions(ground: GroundMotion, parapet: bool, settings: SpectrumMethodSettings) -> list[GroundMotion]:
-    """Return the motion of the supports for each of `SUPPORTS`."""
-    return [ground, *floor_motions(ground, settings.building, parapet)]
+    with catch_warnings(action="ignore", category=RuntimeWarning):  # NumPy's, of the median of nothing
+        return {
+            "bias": demand.median(over),
+            "scatter": xr.apply_ufunc(np.log, demand).std(over),
+            "unsafe_share": ((demand < 1) & reached).sum(over) / reached.sum(over),
+            "unsafe_factor": 1 / demand.quantile(TOLERATED, over).drop_vars("quantile"),
+            "reached": reached.sum(over),
+        }
 
 
 def _demand(record: Record, named: NamedWall, period: Array, ratio: Array, settings: SpectrumMethodSettings) -> Array:

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from report_browser import By, complaints, message, preset, put, ratios, shown, soften, value
+from report_browser import PATIENCE, By, WebDriverWait, complaints, message, open_page, preset, put, shown, value
 
 import rockdamp
 from rockdamp.config.walls import make_wall
-from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masiani
+from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -14,54 +14,14 @@ from rockdamp.mechanics.half_cycle_loss import normalisation
 from rockdamp.mechanics.wall import Wall
 from rockdamp.report import answer
 from rockdamp.report.earthquake_criterion import off
-from rockdamp.report.interactive import LENGTH
+from rockdamp.report.interactive import CONTROLS, LENGTH
 from rockdamp.vocabulary import (
     DEFAULT_RESPONSE_LENGTH,
-    PAPER_MODELS,
     RECOMMENDED,
     RECOMMENDED_ORDER,
     RECOMMENDED_SOURCE,
     VISCOUS_MODELS,
 )
-
-SETTINGS = [
-    {"e": 0.85, "a1": 0.04, "b1": 0.85, "a3": 1.0, "softening": "steeper", "x0": 0.5},
-    {"e": 0.92, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "steeper", "x0": 0.3},
-    {"e": 0.8, "a1": 0.06, "b1": 0.72, "a3": 0.9, "softening": "translated", "x0": 0.61},
-]
-
-
-@pytest.mark.peers
-@pytest.mark.parametrize("setting", SETTINGS)
-@pytest.mark.parametrize("kind", ["number", "slider"])
-def test_the_ratios_shown_are_those_of_the_command_line(browser, setting, kind):
-    preset(browser, "study")
-    soften(browser, "steeper")
-    put(browser, "b1", 0.5)  # leaves room on the way for every a1 and a3
-    put(browser, "a1", 0.1)
-    for name in ("e", "a1", "a3"):
-        put(browser, name, setting[name], kind)
-    put(browser, "b1", setting["b1"], kind)
-    soften(browser, setting["softening"])
-    put(browser, "x0", setting["x0"], kind)
-    assert message(browser) == ""
-    assert {name: value(browser, name) for name in ("e", "a1", "b1", "a3", "x0")} == pytest.approx(
-        {name: setting[name] for name in ("e", "a1", "b1", "a3", "x0")}, abs=1e-9
-    )
-    rows = rockdamp.equivalent(
-        setting["e"],
-        setting["a1"],
-        setting["b1"],
-        setting["a3"],
-        setting["softening"],
-        setting["x0"],
-        response_length=10,
-    )
-    assert ratios(browser) == pytest.approx(
-        {row["damping_model"]: row["damping_ratio_energy"] for row in rows}, abs=1e-6
-    )
-    assert float(browser.find_element(By.ID, "xi-eq15").text) == pytest.approx(giannini_masiani(setting["e"]), abs=1e-6)
-    assert complaints(browser) == []
 
 
 def random_settings(count):
@@ -120,25 +80,6 @@ def test_the_page_computes_what_the_package_computes(browser):
             assert page["xi"] == pytest.approx(float(damping.damping_ratio), abs=1e-6)
             assert page["error"] == pytest.approx(error, abs=1e-6)
             np.testing.assert_allclose(page["x"], history[::100], rtol=0, atol=1e-6)
-    assert complaints(browser) == []
-
-
-@pytest.mark.peers
-def test_the_ratio_of_least_err_is_the_tables_or_refused_with_its_reason(browser):
-    study = TrilinearCurve(0.04, 0.85)
-    preset(browser, "study")
-    for e in (0.75, 0.85, 0.95):
-        put(browser, "e", e)
-        for model in ("ECD", "ECD16"):
-            assert browser.find_element(By.ID, f"least-{model}").text == "–"
-        for model in PAPER_MODELS:
-            told = float(browser.find_element(By.ID, f"least-{model}").text)
-            assert told == pytest.approx(float(rockdamp.damping_ratio_table(study, model, e)), abs=0.5001e-4)
-        assert browser.find_element(By.ID, "explorer-least").text == ""
-    put(browser, "e", 0.6)
-    assert [browser.find_element(By.ID, f"least-{model}").text for model in PAPER_MODELS] == ["–"] * len(PAPER_MODELS)
-    reason = rockdamp.table_refusal(study, "CDC", 0.6).item()
-    assert browser.find_element(By.ID, "explorer-least").text == f"{', '.join(PAPER_MODELS)}: {reason}."
     assert complaints(browser) == []
 
 
@@ -210,3 +151,22 @@ def test_a_law_is_drawn_at_the_speeds_of_the_decay(browser, content):
     of_ecd, of_cdc = (float(damping_ratio_energy(curve, model, 0.85, 0.5)) for model in (RECOMMENDED, "CDC"))
     largest = nothing - min(y for _, y in drawn[RECOMMENDED])
     assert largest / constant == pytest.approx(normalisation(RECOMMENDED_ORDER) * of_ecd / of_cdc, rel=0.05)
+
+
+@pytest.mark.peers
+def test_a_setting_is_in_the_address_and_opens_from_there(chromium, explorer_page):
+    open_page(chromium, explorer_page)
+    put(chromium, "a1", 0.1)
+    put(chromium, "m", 9)
+    put(chromium, "e", 0.9)
+    WebDriverWait(chromium, PATIENCE).until(lambda one: "e=0.9" in one.current_url)
+    fragment = "#" + chromium.current_url.partition("#")[2]
+    names = [control.name for control in CONTROLS]
+    before = shown(chromium), [value(chromium, name) for name in names]
+    open_page(chromium, explorer_page, fragment=fragment)
+    assert (shown(chromium), [value(chromium, name) for name in names]) == before
+    top = "return document.getElementById('explorer').getBoundingClientRect().top"
+    WebDriverWait(chromium, PATIENCE).until(lambda one: abs(one.execute_script(top)) < 60)  # lands where it points
+    open_page(chromium, explorer_page, fragment="#explorer?a1=0.9&b1=x&e=2&softening=none&m=3.4")
+    assert complaints(chromium) == [] and "b1 is not a number in the address" in message(chromium)
+    assert "e is 2; it must be" in message(chromium)

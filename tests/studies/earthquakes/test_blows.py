@@ -57,8 +57,8 @@ def study(config, motion):
     """What one record gives; every damper at the damping ratio of 5 %."""
     ratio = np.full((1, 1, len(incremental.MODELS), len(incremental.SOURCES)), 0.05)
     ratio[:, :, 0] = np.nan
-    job = incremental._Study(EarthquakeRecordSettings.of(config), np.array([E]), ratio)
-    return job.run(motion).squeeze(["record", "wall", "restitution"])
+    ended = incremental.run(EarthquakeRecordSettings.of(config), np.array([E]), ratio, motion)
+    return ended.squeeze(["record", "wall", "restitution"])
 
 
 def energy(curve, peak):

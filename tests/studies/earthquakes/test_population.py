@@ -9,7 +9,8 @@ import yaml
 from repository import ROOT
 from scipy import stats
 
-from rockdamp.config.earthquakes import Bootstrap, PopulationWallSettings
+from rockdamp.config.earthquakes import PopulationWallSettings
+from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -198,12 +199,6 @@ def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
     assert found.pop("restitution") == pytest.approx(0.2, abs=0.08)
     assert max(map(abs, found.values())) < 0.08
     assert (confidence > 0).all()
-
-
-def test_collapses_that_never_differ_have_no_sensitivity(walls):
-    index, _ = population._sensitivity(walls, np.ones((walls.sizes["wall"], 5)), 1)
-    total, _ = population.total_effects(np.ones(120), np.ones((7, 120)), Bootstrap(10, 1))
-    assert np.isnan(index).all() and np.isnan(total).all()
 
 
 def test_a_redrawn_parameter_keeps_its_distribution_and_what_it_shares_with_the_others(config):

@@ -1,10 +1,6 @@
 """Bad input stops a run before anything is touched, with a line for each thing that is wrong."""
 
-import shutil
-
 import pytest
-import xarray as xr
-from minimal_build import RESULTS
 
 pytestmark = pytest.mark.workflow
 
@@ -29,12 +25,6 @@ def test_bad_values_stop_the_run_with_a_line_each(tree):
         assert f"{line}\n" in said
 
 
-def test_an_old_target_is_refused_with_its_new_name(tree):
-    run = tree.snakemake("fig_orders")
-    assert run.returncode != 0 and "Traceback" not in run.stdout + run.stderr
-    assert "fig_orders is now called fig_convergence\n" in run.stderr
-
-
 def test_what_snakemake_reads_otherwise_than_yaml_1_2_is_refused(tree):
     said = refused(tree, "convergence: {lanes: 1:30}\n")
     assert "overlay.yaml, line 1: convergence.lanes is '1:30' in YAML 1.2, and 90 in YAML 1.1, by which Snake" in said
@@ -53,20 +43,6 @@ def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line_whatever_it_
         (line,) = [line for line in run.stderr.splitlines() if file in line and "warning" in line.lower()]
         assert line.startswith(f"warning: {file}: PGA is 3.06e+03 m s-2, over 3 g")
     assert "RecordWarning" not in run.stderr
-
-
-def test_a_record_may_have_what_a_shell_expands_in_its_name_but_no_braces(tree):
-    record = (tree.place / "data/sin-03-00-synthetic.csv").read_bytes()
-    for name in ("$HOME `y`.csv", "{x}.csv"):
-        (tree.place / name).write_bytes(record)
-    run = tree.snakemake("calibration", overlay="results: results/odd\nvalidation: {record: '$HOME `y`.csv'}\n")
-    assert run.returncode == 0, run.stderr
-    with xr.open_dataset(tree.place / "results/odd/calibration.nc") as made:
-        with xr.open_dataset(tree.place / RESULTS / "calibration.nc") as usual:
-            xr.testing.assert_equal(made, usual)
-    shutil.rmtree(tree.place / "results/odd")
-    said = refused(tree, "records: ['{x}.csv']\n")
-    assert "{x}.csv: has braces in its name, which Snakemake takes for wildcards; rename it" in said
 
 
 def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):

@@ -9,7 +9,6 @@ import xarray as xr
 from minimal_build import DATASETS, LOGS, OUTPUTS, RESULTS, WHOLE
 
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES
 
 pytestmark = pytest.mark.workflow
 
@@ -44,15 +43,6 @@ def test_after_a_build_nothing_is_left_to_do_and_every_stage_and_figure_can_be_a
     run = tree.snakemake("--dry-run", "all", *(stage.name for stage in WHOLE), *FIGURES, "report")
     assert run.returncode == 0, run.stderr
     assert "Nothing to be done" in run.stdout + run.stderr
-
-
-def test_each_rule_is_listed_with_the_sentence_of_its_table(tree):
-    run = tree.snakemake("--list")
-    assert run.returncode == 0, run.stderr
-    listed = set(run.stdout.splitlines())
-    assert {f"{name} ({figure.title})" for name, figure in FIGURES.items()} <= listed
-    assert f"response_lengths ({STAGES['response_lengths'].title})" in listed
-    assert f"match_study ({STAGES['match'].title}: study {{study}})" in listed
 
 
 def test_one_core_gives_the_same_bytes_as_two(tree):

@@ -77,11 +77,3 @@ def test_an_edit_runs_what_uses_it_and_nothing_else(tree, edited, edits):
     for name, old, new in edits:
         edited(name, lambda text, old=old, new=new: text.replace(old, new, 1))
     assert tree.planned() == jobs_after(*EDITS[edits])
-
-
-def test_a_result_that_was_deleted_is_built_again_alone(tree):
-    """What is built then is what was there: test_accidents.py deletes a result and builds it."""
-    path = tree.place / RESULTS / "response_lengths.nc"
-    path.rename(tree.place / "response_lengths.nc")
-    assert tree.planned() == jobs_after("response_lengths")
-    (tree.place / "response_lengths.nc").rename(path)

@@ -277,8 +277,7 @@ class Damping(ByValue):
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        first, *others = self._parts()
-        return broadcast(**self.parameters) if others else first.shape
+        return broadcast(**self.parameters) if len(self.names) > 1 else getattr(self, self.names[0]).shape
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         """Return what `formula` reads besides the state, at most three values that broadcast with the curve's.

@@ -50,10 +50,15 @@ def of_order(order: int) -> Callable[..., Any]:
 
 
 def energy_law(z: float, f: float, double_v: float, v: float, parameters: tuple[float, ...]) -> float:
-    """Return C by cos^2m of the phase's angle, which the formulas have as the energies' ratio."""
+    """Return C by (1 + V/T)^-m and logarithms, where the formulas have a power of the energies' ratio.
+
+    It is as smooth as its rounding: that of a power grows with m, and the event-driven solver's steps would shrink.
+    """
     scale, w1, m = parameters
     root = math.sqrt(double_v)
-    kinetic = math.cos(math.atan2(root, abs(v))) ** (2.0 * m) if m > 0.0 else 1.0
+    kinetic = 1.0
+    if m > 0.0:
+        kinetic = math.exp(-m * math.log1p((root / v) * (root / v))) if v != 0.0 else 0.0
     return scale * (f / root / w1) * kinetic
 
 
@@ -86,7 +91,7 @@ class EnergyConsistent(Damping):
         return of_order(int(order)) if order in MULTIPLIED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
-        return 2 * self.damping_ratio * half_cycle_loss.normalisation(self.order), self.order
+        return 2 * self.damping_ratio * half_cycle_loss.of_order(self.order), self.order
 
     @property
     def constant_branches(self) -> int:

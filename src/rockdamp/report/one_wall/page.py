@@ -7,9 +7,10 @@ import io
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 import xarray as xr
@@ -18,7 +19,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.arrays import Array
+from rockdamp.assessment.checks import Check
 from rockdamp.assessment.collapses import STRIPES, UNITS
 from rockdamp.assessment.one_wall import REPLICATES, beside_each_other, missing
 from rockdamp.assessment.sensitivity import sensitivity
@@ -27,14 +28,15 @@ from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
 from rockdamp.histories.side_by_side import responses
+from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
-from rockdamp.report.one_wall.checks import Placement, section
 from rockdamp.storage.atomic import replacing
-from rockdamp.text import DASH, counted, number, percent, plain
+from rockdamp.text import DASH, RAISED, counted, number, percent, plain
+from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
@@ -42,9 +44,9 @@ TEMPLATE = "wall.html.j2"
 STYLE = "wall.css"
 U_INS = Markup("u<sub>ins</sub>")
 RESOLUTION = 200  # dots per inch
-PRINTED = {"m s-1": "m s⁻¹", "m s-2": "m s⁻²"}
 MOST_ROWS = 4  # intensities in the table
 MOST_NAMES = 8  # records named
+Row = tuple[str, str, Any, str]  # name, symbol, value and unit of a quantity
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,16 @@ class About:
     date: str = ""
     command: str = ""
     units: str = "si"
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where a wall stands, in words; what `assess --json` says of its building, and the check at each intensity."""
+
+    checks: Sequence[Check] = ()
+    place: str = ""
+    values: Mapping[str, Any] | None = None
+    building: Building | None = None
 
 
 @dataclass(frozen=True)
@@ -73,31 +85,55 @@ class Subject:
 def build(subject: Subject) -> str:
     """Return the page as HTML, which needs nothing but itself."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    answer = subject.answer
-    worst = worst_standing(subject)
+    environment.filters |= {"number": number, "percent": percent, "span": _span}
+    environment.globals["in_units"] = partial(_in_units, system=subject.about.units)
+    environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
+    environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
+    answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
+    measure = answer.attrs["intensity_measure"]
+    unit, size = _in_units(UNITS[measure], subject.about.units)
+    name, asked, last = measure.lower(), answer[measure.lower()].values, answer.sizes["intensity"] - 1
+    both = answer.rename({f"median_{name}": "median", f"median_{name}_interval": "median_interval", name: "asked"})
+    frequency, period = map(number, frequencies(subject.wall, subject.curve))
+    rows = typed_in(subject.wall, subject.curve, float(answer["restitution"]))
+    typed = {row["damping_model"]: row for row in rows}
+    cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE)),
         name=subject.name,
         about=subject.about,
+        wall=subject.wall,
         parapet=isinstance(subject.wall, Parapet),
         inputs=_inputs(subject),
+        show_input=partial(number, digits=4) if subject.about.units == "imperial" else plain,
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
-        dampers=_dampers(subject),
+        dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
-        constants=_constants(subject),
-        moved=_moved(subject),
-        missing=_missing(answer),
-        halving=_halving(answer),
-        shares=_shares(answer, subject.about.units),
-        left_out=max(answer.sizes["intensity"] - MOST_ROWS, 0),
-        fragility=_fragility(answer, subject.about.units),
-        headline=_headline(answer, subject.about.units),
-        checked=section(subject.placement, float(subject.wall.instability_displacement)),
-        measure=answer.attrs["intensity_measure"],
-        unit=_in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], subject.about.units)[0],
+        frequency=frequency,
+        period=period,
+        moved=sensitivity(
+            *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
+            *(float(answer["tail"]), placement.building),
+        ),
+        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model))),
+        outcomes=int(answer["records"]) * answer.sizes["stripe"],
+        # At most `MOST_ROWS` intensities, evenly spread over all of them.
+        shares=[
+            both.isel(intensity=i)
+            for i in np.unique(np.linspace(0, last, min(last + 1, MOST_ROWS)).round()).astype(int)
+        ],
+        left_out=max(last + 1 - MOST_ROWS, 0),
+        fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
+        cr=cr,
+        onset=float(answer["rocking_onset"]),
+        placement=placement,
+        check=placement.checks[-1] if placement.checks else None,
+        measure=measure,
+        unit=unit,
+        size=size,
         records=_records(subject.motions),
         worst=worst,
         images={
@@ -142,8 +178,8 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
                 peak = float(histories["peak_ratio"].sel(damping_model=REFERENCE))
                 return {
                     "record": str(name),
-                    "intensity": _level(answer, intensity, units=subject.about.units),
-                    "peak": number(peak),
+                    "intensity": intensity,
+                    "peak": peak,
                     "histories": histories,
                 }
     return {}
@@ -152,13 +188,13 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _inputs(subject: Subject) -> list[dict[str, Any]]:
+def _inputs(subject: Subject) -> list[Row]:
     wall, curve = subject.wall, subject.curve
-    rows: list[tuple[str, str, Any, str]] = [
+    rows: list[Row] = [
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
         ("length of the strip", "", wall.width, "m"),
-        ("density", "", wall.density, "kg m⁻³"),
+        ("density", "", wall.density, "kg m-3"),
         ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
         ("eccentricity of the overburden", "", wall.eccentricity, "m"),
     ]
@@ -174,189 +210,40 @@ def _inputs(subject: Subject) -> list[dict[str, Any]]:
             ("period of the building", "", building.period, "s"),
             ("damping ratio of the building", "", building.damping_ratio, "-"),
         ]
-    imperial = subject.about.units == "imperial"
-    return [_line(*row, units=subject.about.units, show=_four if imperial else plain) for row in rows]
+    return rows
 
 
-def _derived(subject: Subject) -> list[dict[str, Any]]:
+def _derived(subject: Subject) -> list[Row]:
     wall = subject.wall
     onset = float(subject.answer["rocking_onset"])
-    rows: list[tuple[str, str, Any, str]] = [
+    return [
         ("slenderness", "h/t", wall.slenderness, "-"),
         ("weight", "W", float(wall.weight) / 1000, "kN"),
         ("overburden", "O", float(wall.overburden) / 1000, "kN"),
         ("strength of the rigid wall", "F₀", float(wall.rigid_strength) / 1000, "kN"),
         ("instability displacement", U_INS, 1000 * float(wall.instability_displacement), "mm"),
-        ("frequency parameter", "p", wall.frequency_parameter, "rad s⁻¹"),
+        ("frequency parameter", "p", wall.frequency_parameter, "rad s-1"),
         ("rocking starts at", "", onset / STANDARD_GRAVITY, "g"),
-        ("rocking starts at", "", onset, "m s⁻²"),
-    ]
-    return [_line(*row, units=subject.about.units) for row in rows]
-
-
-# By the unit of a row: the unit in its place, and its size.
-IMPERIAL = {
-    "m": ("ft", 0.3048),
-    "mm": ("in", 25.4),
-    "kN": ("lbf", 0.0044482216152605),
-    "kg m⁻³": ("lb ft⁻³", 16.018463373960142),
-    "m s⁻²": ("ft s⁻²", 0.3048),
-    "m s⁻¹": ("in s⁻¹", 0.0254),
-    "N s m⁻¹": ("lbf s in⁻¹", 175.12683524647636),
-}
-
-
-def _in_units(unit: str, units: str) -> tuple[str, float]:
-    return IMPERIAL.get(unit, (unit, 1.0)) if units == "imperial" else (unit, 1.0)
-
-
-def _four(value: float) -> str:
-    return number(value, 4)
-
-
-def _line(
-    name: str, symbol: str, value: Any, unit: str, units: str = "si", show: Callable[[float], str] = number
-) -> dict[str, Any]:
-    shown, size = _in_units(unit, units)
-    return {"name": name, "symbol": symbol, "value": show(float(value) / size), "unit": shown}
-
-
-def _dampers(subject: Subject) -> list[dict[str, Any]]:
-    """Return the damping of each viscous model for e, the model of least error under earthquakes first."""
-    unit, size = _in_units("N s m⁻¹", subject.about.units)
-    rows = typed_in(subject.wall, subject.curve, float(subject.answer["restitution"]))
-    typed = {row["damping_model"]: row for row in rows}
-    return [
-        {
-            "offer": offer,
-            "model": model,
-            "title": kinds()[model].title,
-            "ratio": percent(row["damping_ratio"], 3) if row["rms_error"] is not None else None,
-            "energy": percent(row["damping_ratio_energy"], 3),
-            "refers_to": row["refers_to"],
-            "coefficient": f"{number(c / size)} {unit}" if (c := row["damping_coefficient"]) else None,
-            "missed": percent(row["false_safe_rate"]),
-        }
-        for model, offer in OFFERS.items()
-        for row in (typed[model],)
+        ("rocking starts at", "", onset, "m s-2"),
     ]
 
 
-def _constants(subject: Subject) -> dict[str, str]:
-    """Return the frequency and period of the curve's first branch, to which damping ratios refer."""
-    w1, period = frequencies(subject.wall, subject.curve)
-    return {"frequency": number(w1), "period": number(period)}
+def _in_units(unit: str, system: str) -> tuple[str, float]:
+    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
+    return (name if name == "-" else name.translate(RAISED)), size
 
 
-def _moved(subject: Subject) -> list[dict[str, str]]:
-    """Return how the share and the median move with the inputs, at the highest intensity asked for."""
-    answer = subject.answer
+def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
+    return " to ".join(map(show, bounds.values)) if np.isfinite(bounds).all() else DASH
+
+
+def _level(answer: xr.Dataset, units: str, value: SupportsFloat, digits: int = 4) -> str:
+    """Return an intensity with its unit, an acceleration in g too; a dash where it is not finite."""
+    value = float(value)
+    if not np.isfinite(value):
+        return DASH
     measure = answer.attrs["intensity_measure"]
-    asked = float(answer[measure.lower()][-1])
-    rows = sensitivity(
-        subject.wall,
-        subject.curve,
-        float(answer["restitution"]),
-        subject.motions,
-        measure,
-        asked,
-        float(answer["tail"]),
-        subject.placement.building,
-    )
-    return [
-        {
-            "name": row.name,
-            "value": number(row.value),
-            "share": percent(row.share),
-            "median": _level(answer, row.median, 3, subject.about.units) if np.isfinite(row.median) else DASH,
-        }
-        for row in rows
-    ]
-
-
-def _missing(answer: xr.Dataset) -> list[str]:
-    """Return why cells hold a dash."""
-    return list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model)))
-
-
-def _halving(answer: xr.Dataset) -> str:
-    """Return what the last halving of the solver's step changed under restitution."""
-    cr = answer.sel(damping_model=REFERENCE)
-    text = f"{int(cr['unsettled'])} of {int(answer['records']) * answer.sizes['stripe']} outcomes"
-    if np.isfinite(float(cr["median_uncertainty"])):
-        text += f", the median by {percent(float(cr['median_uncertainty']))}"
-        text += f" and the dispersion by {number(float(cr['dispersion_uncertainty']), 2)}"
-    return text
-
-
-def _shares(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
-    """Return the shares that collapse at `MOST_ROWS` intensities, evenly spread over all of them, at most."""
-    count = answer.sizes["intensity"]
-    rows = []
-    for index in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
-        at = answer.isel(intensity=int(index))
-        models = [_share(at.sel(damping_model=model)) for model in (REFERENCE, RECOMMENDED)]
-        rows.append(
-            {
-                "intensity": _level(answer, float(at[answer.attrs["intensity_measure"].lower()]), units=units),
-                "models": models,
-            }
-        )
-    return rows
-
-
-def _share(of_model: xr.Dataset) -> Mapping[str, Any]:
-    low, high = of_model["collapse_probability_interval"].values
-    return {
-        "collapses": int(of_model["collapses"]),
-        "share": percent(float(of_model["collapse_probability"])),
-        "interval": f"{percent(low)} to {percent(high)}" if np.isfinite(low) else DASH,
-    }
-
-
-def _fragility(answer: xr.Dataset, units: str) -> list[dict[str, Any]]:
-    name = answer.attrs["intensity_measure"].lower()
-    _, size = _in_units(PRINTED[UNITS[answer.attrs["intensity_measure"]]], units)
-    rows = []
-    for model in (REFERENCE, RECOMMENDED):
-        of_model = answer.sel(damping_model=model)
-        median = float(of_model[f"median_{name}"])
-        rows.append(
-            {
-                "model": model,
-                "median": number(median / size),
-                "in_g": number(median / STANDARD_GRAVITY),
-                "median_interval": _span(of_model[f"median_{name}_interval"].values / size),
-                "dispersion": number(float(of_model["dispersion"]), 2),
-                "dispersion_interval": _span(of_model["dispersion_interval"].values),
-            }
-        )
-    return rows
-
-
-def _span(bounds: Array) -> str:
-    return " to ".join(map(number, bounds)) if np.isfinite(bounds).all() else DASH
-
-
-def _headline(answer: xr.Dataset, units: str) -> dict[str, Any]:
-    """Return the answer under restitution at the highest intensity asked for."""
-    name = answer.attrs["intensity_measure"].lower()
-    at = answer.isel(intensity=-1).sel(damping_model=REFERENCE)
-    median, onset = float(at[f"median_{name}"]), float(answer["rocking_onset"])
-    unit, size = _in_units("m s⁻²", units)
-    return {
-        "intensity": _level(answer, float(at[name]), units=units),
-        **_share(at),
-        "records": int(answer["records"]),
-        "median": _level(answer, median, 3, units) if np.isfinite(median) else None,
-        "onset": f"{number(onset / STANDARD_GRAVITY, 2)} g ({number(onset / size)} {unit})",
-    }
-
-
-def _level(answer: xr.Dataset, value: float, digits: int = 4, units: str = "si") -> str:
-    """Return an intensity with its unit, an acceleration in g too."""
-    measure = answer.attrs["intensity_measure"]
-    unit, size = _in_units(PRINTED[UNITS[measure]], units)
+    unit, size = _in_units(UNITS[measure], units)
     also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
     return f"{value / size:.{digits}g} {unit}{also}"
 

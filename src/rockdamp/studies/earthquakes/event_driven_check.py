@@ -8,7 +8,6 @@ outcome depends on the step.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +25,6 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
-from rockdamp.solvers.newmark import available_threads
 from rockdamp.solvers.response import OUTCOMES
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER
 from rockdamp.studies.earthquakes.wall_under_record import NEAR
@@ -86,9 +84,8 @@ def draw(parts: Sequence[Callable[[], Members]], count: int, seed: int) -> Sampl
 
 
 def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -> dict[str, tuple[str, Array]]:
-    """Solve histories 0 to `count`, several at once: the solver lets other threads run beside it."""
-    with ThreadPoolExecutor(available_threads()) as pool:
-        ends = list(track(pool.map(solve, range(count)), label, count))
+    """Solve histories 0 to `count`."""
+    ends = [solve(index) for index in track(range(count), label)]
     return {
         "exact_peak": ("history", np.array([peak for peak, _ in ends])),
         "exact_collapsed": ("history", np.array([collapsed for _, collapsed in ends], dtype=np.int8)),

@@ -7,7 +7,6 @@ collapse. `wall_under_record` runs the histories and bounds the error of their p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from rockdamp.config.earthquakes import EarthquakeRecordSettings, EarthquakeWall
 from rockdamp.config.walls import NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
@@ -83,10 +82,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 def _damping_ratios(settings: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
     count, e = len(settings.walls), settings.restitution
-    a1, b1, a3 = (
-        np.array([float(getattr(named.curve, name)) for named in settings.walls])
-        for name in ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
-    )
+    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in settings.walls]) for name in TEXTS)
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
     amplitude = np.full(each_e.size, settings.release_amplitude)
     step, scheme, label = settings.solver.step, settings.solver.scheme, "Damping ratios of the walls"
@@ -113,8 +109,8 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     settings = EarthquakeRecordSettings.of(config)
     size = settings.records_per_job
     mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
-    study = _Study(settings, walls["restitution"].values, walls["damping_ratio"].values)
-    shares = [study.run(catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
+    e, ratio = walls["restitution"].values, walls["damping_ratio"].values
+    shares = [run(settings, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
     return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
 
@@ -124,75 +120,70 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 
-@dataclass(frozen=True)
-class _Study:
-    """The walls, e and damping ratios that the records of a job share."""
-
-    settings: EarthquakeRecordSettings
-    restitution: Array
-    damping_ratio: Array  # (wall, e, model, source)
-
-    def run(self, motion: catalogue.GroundMotion) -> xr.Dataset:
-        """Run one record, for every wall, scale, e and damper."""
-        intensity = intensity_measures(motion.record)
-        cases = [self._case(named, motion.record, intensity) for named in self.settings.walls]
-        by_wall = zip(self.settings.walls, cases, by_damper(cases, self.restitution, self.damping_ratio), strict=True)
-        change = self.settings.restitution_change
-        per_wall = [
-            peaks | case.varied(self.restitution, change) | self._load(named, motion.record, intensity)
-            for named, case, peaks in by_wall
-        ]
-        dims = {
-            **dict.fromkeys(
-                ("peak_ratio", "peak_ratio_uncertainty", "collapsed", "settled", "decay_misfit"),
-                BY_DAMPER[1:],
-            ),
-            **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),
-            "scale_factor": ("velocity_ratio", "wall"),
-            "load_ratio": ("velocity_ratio", "wall"),
-            "spectral_acceleration": ("wall",),
-        }
-        data: dict[str, Any] = {
-            name: (of, np.stack([values[name] for values in per_wall], axis=of.index("wall")))
-            for name, of in dims.items()
-        }
-        data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
-        data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
-        coords = {
-            "velocity_ratio": self.settings.scale,
-            "wall": [named.name for named in self.settings.walls],
-            "restitution": self.restitution,
-            "damping_model": list(MODELS),
-            "damping_ratio_source": list(SOURCES),
-            "variation": list(VARIATIONS),
-            "record": motion.name,
-            "record_set": motion.record_set,
-            "station": motion.group,
-        }
-        return (
-            xr.Dataset(data, coords=coords)
-            .expand_dims("record")
-            .assign_coords({name: ("record", [coords[name]]) for name in ("record_set", "station")})
+def run(
+    settings: EarthquakeRecordSettings, restitution: Array, damping_ratio: Array, motion: catalogue.GroundMotion
+) -> xr.Dataset:
+    """Run one record, for every wall, scale, e and damper; ratios have the shape (walls, e, models, sources)."""
+    intensity = intensity_measures(motion.record)
+    factors = [settings.scale * float(named.wall.velocity_scale) / intensity.pgv for named in settings.walls]
+    cases = [
+        Case.of(
+            named.wall,
+            named.curve,
+            motion.record,
+            factor,
+            strong_end=intensity.strong_end,
+            step=settings.step,
+            tail=settings.tail,
         )
+        for named, factor in zip(settings.walls, factors, strict=True)
+    ]
+    by_wall = zip(settings.walls, factors, cases, by_damper(cases, restitution, damping_ratio), strict=True)
+    change = settings.restitution_change
+    per_wall = [
+        peaks | case.varied(restitution, change) | _load(named, factor, motion.record, intensity)
+        for named, factor, case, peaks in by_wall
+    ]
+    dims = {
+        **dict.fromkeys(
+            ("peak_ratio", "peak_ratio_uncertainty", "collapsed", "settled", "decay_misfit"),
+            BY_DAMPER[1:],
+        ),
+        **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),
+        "scale_factor": ("velocity_ratio", "wall"),
+        "load_ratio": ("velocity_ratio", "wall"),
+        "spectral_acceleration": ("wall",),
+    }
+    data: dict[str, Any] = {
+        name: (of, np.stack([values[name] for values in per_wall], axis=of.index("wall"))) for name, of in dims.items()
+    }
+    data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
+    data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
+    coords = {
+        "velocity_ratio": settings.scale,
+        "wall": [named.name for named in settings.walls],
+        "restitution": restitution,
+        "damping_model": list(MODELS),
+        "damping_ratio_source": list(SOURCES),
+        "variation": list(VARIATIONS),
+        "record": motion.name,
+        "record_set": motion.record_set,
+        "station": motion.group,
+    }
+    return (
+        xr.Dataset(data, coords=coords)
+        .expand_dims("record")
+        .assign_coords({name: ("record", [coords[name]]) for name in ("record_set", "station")})
+    )
 
-    def _factor(self, named: NamedWall, intensity: IntensityMeasures) -> Array:
-        """Return the factors that scale the record to each intensity of a wall."""
-        return self.settings.scale * float(named.wall.velocity_scale) / intensity.pgv
 
-    def _case(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> Case:
-        """Return a wall under a record that is scaled to each intensity of the wall."""
-        factor, end = self._factor(named, intensity), intensity.strong_end
-        return Case.of(
-            named.wall, named.curve, record, factor, strong_end=end, step=self.settings.step, tail=self.settings.tail
-        )
-
-    def _load(self, named: NamedWall, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:
-        """Return the strength of a record for a wall; arrays over the scales, and one for the wall."""
-        factor, p = self._factor(named, intensity), float(named.wall.frequency_parameter)
-        yields = float(named.curve.strength_ratio) * p * float(named.wall.velocity_scale)
-        w1 = p * float(named.curve.initial_frequency)
-        return {
-            "scale_factor": factor,
-            "load_ratio": factor * intensity.pga / yields,
-            "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / w1),
-        }
+def _load(named: NamedWall, factor: Array, record: Record, intensity: IntensityMeasures) -> dict[str, Array]:
+    """Return the strength of a record for a wall; arrays over the scales, and one for the wall."""
+    p = float(named.wall.frequency_parameter)
+    yields = float(named.curve.strength_ratio) * p * float(named.wall.velocity_scale)
+    w1 = p * float(named.curve.initial_frequency)
+    return {
+        "scale_factor": factor,
+        "load_ratio": factor * intensity.pga / yields,
+        "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / w1),
+    }

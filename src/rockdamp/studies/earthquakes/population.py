@@ -17,11 +17,11 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import (
     PARAMETERS,
-    Bootstrap,
     PopulationSettings,
     PopulationShareSettings,
     PopulationWallSettings,
 )
+from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.at_intensities import peaks_and_collapses

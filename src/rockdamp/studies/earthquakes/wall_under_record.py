@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.histories.forcing import Forcing
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
@@ -24,11 +24,7 @@ from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
-SOURCES = (
-    "polynomial",
-    "least error",
-    "closed form",
-)  # of the damping ratio: polynomials, Eq. (17) at that wall, energy
+SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
 VARIATIONS = ("step", "impact", "lower e", "higher e")
 
 # Near to collapse the motion forks: the wall comes almost to rest where it hardly holds, and a tiny difference decides
@@ -36,7 +32,6 @@ VARIATIONS = ("step", "impact", "lower e", "higher e")
 # says nothing of the error. Hence there are more halvings near to collapse, and the largest change counts.
 HALVINGS = 2  # of the coarsest step, for every history
 FURTHER = 2  # more of them near to collapse
-CURVE = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
 NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
 
 
@@ -234,7 +229,7 @@ def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Response:
 
     first, damping = members[0][0], members[0][1].damping
     parameters = {name: lanes(runs.damping.parameters[name] for _, runs in members) for name in damping.parameters}
-    curve = {name: lanes(getattr(case.curve, name) for case, _ in members) for name in CURVE}
+    curve = {name: lanes(getattr(case.curve, name) for case, _ in members) for name in TEXTS}
     forcing = replace(
         first.forcing,
         sampling=lanes(case.forcing.sampling for case, _ in members),

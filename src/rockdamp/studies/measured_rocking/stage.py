@@ -241,7 +241,8 @@ class _Study:
     @staticmethod
     def _mean_profile(trials: Trials, predict: Predict, fitted: Fit) -> Array:
         """Return a damper's loss at each impact over the mean, over the trials by what they tell of it."""
-        loss = trials.mean_losses(*_seen(trials, predict, fitted))
+        of_loss = trials.total(*_seen(trials, predict, fitted))[1]
+        loss = (of_loss * fitted.nodes.loss).sum(axis=1)
         log_loss = np.log(-np.log(predict(loss, fitted.shape).ratio))
         log_loss -= log_loss.mean(axis=0)
         # What a trial tells of the logarithm of its loss grows with the square of the loss.
@@ -314,8 +315,9 @@ class _Study:
             random = np.random.RandomState([s.seed, row])
             for _ in track(range(s.draws), f"sets made by {maker}"):
                 made = simulated(trials, predictions[maker], fits[maker], random)
+                last = fit(made, predictions[maker], start=fits[maker], other_ratios=True)
                 likelihood = [
-                    fit(made, predictions[model], start=fits[model], other_ratios=True).log_likelihood
+                    (last if model == maker else fit(made, predictions[model], start=last)).log_likelihood
                     for model in COMPARED
                 ]
                 chosen[row, int(np.argmax(likelihood))] += 1
