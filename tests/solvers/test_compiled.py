@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 from numba.core.dispatcher import Dispatcher
-from repository import ROOT
 
 from rockdamp.errors import InputWarning
 from rockdamp.solvers import compile_all, compiled, event_kernel, newmark_kernel
@@ -30,7 +29,7 @@ for model in sys.argv[1:]:
 
 def tree(place):
     """A copy of the package, with none of its compiled code."""
-    shutil.copytree(ROOT / "src/rockdamp", place / "rockdamp", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(compiled.PACKAGE, place / "rockdamp", ignore=shutil.ignore_patterns("__pycache__"))
     return place
 
 
@@ -137,3 +136,13 @@ def test_all_loops_are_compiled_once_each():
     compile_all()
     assert loops == [cache.cache_info().currsize for cache in caches]
     assert loops[0] > 2 * len(MODELS) and loops[1] >= 2
+
+
+def test_copies_for_two_dampers_have_names_of_their_own():
+    """By the name that Numba gives to machine code, the inner functions' included."""
+
+    def inner(x):
+        return x
+
+    copies = [compiled.specialised((inner,), name)["inner"] for name in ("one", "other")]
+    assert [copy.__name__ for copy in copies] == [copy.__qualname__ for copy in copies] == ["inner_one", "inner_other"]
