@@ -71,3 +71,13 @@ def test_the_statistics_are_those_of_the_histories(compared, histories):
             for name, wrong, cases in (("safe", fell & ~other, fell), ("collapse", ~fell & other, ~fell)):
                 expected = wrong.sum() / cases.sum() if cases.any() else np.nan
                 assert float(found[f"{kind}_false_{name}_rate"]) == pytest.approx(expected, nan_ok=True)
+
+
+def test_false_outcomes_are_counted_over_restitution_s(histories):
+    pulses = histories[0].copy(deep=True)
+    fell, other = pulses["reference_collapsed"].values.reshape(-1), pulses["collapsed"].values
+    fell[:], fell[:2], other[:] = 0, 1, 0
+    other.reshape(len(other), -1)[:, 1:3] = 1  # one rightly, one not
+    rates, _ = local_damping._of_pulses(pulses)
+    np.testing.assert_allclose(rates["pulse_false_safe_rate"], 1 / 2)
+    np.testing.assert_allclose(rates["pulse_false_collapse_rate"], 1 / (fell.size - 2))
