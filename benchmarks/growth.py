@@ -122,7 +122,7 @@ def population_config(records: int, walls: int, intensities: int = 1, per_job: i
     names = [f"fema-p695:far-field/{number}/a" for number in range(1, records + 1)]
     grid = {"start": 0.1, "stop": 5.0, "count": intensities}
     if intensities == 1:
-        grid = {"start": INTENSITY, "stop": INTENSITY, "count": 1}
+        grid = {"start": INTENSITY, "stop": 2 * INTENSITY, "count": 1}  # of one value, the first
     changed = {"walls": walls, "walls_per_job": per_job, "records": names, "intensity": grid, "redrawn": 0}
     config["population"] |= changed
     return config
