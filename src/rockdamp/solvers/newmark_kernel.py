@@ -170,11 +170,14 @@ def march_alone(w, ground, substeps, first, last, every, displacement, velocity)
     peak, peak_at, crossings, a3 = w[PEAK], w[PEAK_AT], w[CROSSINGS], w[A3]
     h, curve, damper = described(w, 0)
     p1 = ground_at(ground, 0, first - 1, substeps) if forced else 0.0
+    sample, part = (first - 1) // substeps, 0
     while alive > 0.0 and step < last:
         step += 1
         p0, before = p1, x
-        if forced:  # as `ground_at`, which takes a tenth longer here
-            sample, part = divmod(step, substeps)
+        if forced:  # as `ground_at`, but counted: to divide the steps takes longer
+            part += 1
+            if part == substeps:
+                sample, part = sample + 1, 0
             p1 = ground[0, sample]
             if part > 0:
                 p1 += (ground[0, sample + 1] - p1) * part / substeps
