@@ -123,3 +123,20 @@ def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_wi
         assert float(own) == pytest.approx(expected, rel=1e-12)
         assert float(found.sel(restitution=e, damping_model=MODELS[1], damping_ratio_source="polynomial")) == 0.0
     assert found.sel(damping_model="CR").isnull().all()
+
+
+def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_overlap():
+    """The second damper errs a tenth more than the first in every history: certain, however much both scatter."""
+    given = study()
+    cr = given["peak_ratio"].sel(damping_model="CR")
+    first = given["peak_ratio"].isel(damping_model=2)
+    more = cr * (first / cr) ** 1.1
+    peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak_ratio"])
+    peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak_ratio"].dims)
+    given = given.assign(peak_ratio=peaks, collapsed=(peaks > 1).astype(np.int8))
+    at = comparison.compare_dampers(config(replicates=200), given).sel(
+        damping_ratio_source="polynomial", restitution=0.8
+    )
+    one, other = (at["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])
+    assert float(one.sel(bound="upper")) > float(other.sel(bound="lower"))
+    assert float(at["log_error_excess_interval"].sel(damping_model=MODELS[2], bound="lower")) > 0

@@ -49,3 +49,21 @@ def test_a_peak_at_the_edge_of_two_bands_is_in_the_upper_one_and_one_at_the_last
     assert found["pairs"].values.tolist() == [3, 1, 2]
     np.testing.assert_allclose(found["median_ratio"], [3, 2, 3])
     np.testing.assert_allclose(found["log_error"], np.sqrt([np.mean(np.log([2, 3, 3]) ** 2), *np.log([2, 3]) ** 2]))
+
+
+SCALE = np.geomspace(0.2, 5.0, 8)
+ONE = np.ones(2)
+
+
+def capacities():
+    """Of twenty records: the scale at which a wall collapses."""
+    return np.random.default_rng(9).lognormal(0.0, 0.4, 20)
+
+
+def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():
+    """However uncertain each of both medians is, they are resampled together."""
+    fell = np.repeat((capacities()[:, None] <= SCALE)[..., None], 2, axis=-1)
+    found = compared(study(np.full(fell.shape, 0.15), fell, SCALE)).sel(damping_model="CDR")
+    for wall in ("", "wall_"):
+        assert np.ptp(found[f"{wall}median_velocity_ratio_interval"].values) > 0.1
+        np.testing.assert_allclose(found[f"{wall}median_intensity_ratio_interval"], ONE)
