@@ -122,6 +122,17 @@ def test_the_printed_scheme_converges_to_the_exact_solution_at_first_order_and_c
     assert order == pytest.approx(theory, abs=0.15)
 
 
+@excited
+@pytest.mark.parametrize("model", MODELS)
+def test_at_equal_steps_explicit_newmark_is_the_more_accurate_scheme(model, forced):
+    ensemble, reference = exact_ensemble(model, forced)
+    both = [
+        np.exp(np.log(errors_of(ensemble, reference, forced, scheme, np.array([64, 256]))).mean(axis=-1))
+        for scheme in ("newmark", "paper")
+    ]
+    assert np.all(both[1] > 1.5 * both[0])
+
+
 # --- the stage ---
 
 
