@@ -3,6 +3,8 @@
 import mpmath
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rockdamp.equivalence.closed_form import (
     damping_ratio_energy,
@@ -61,6 +63,20 @@ def test_the_factor_equals_adaptive_quadrature(curve, damping, x0):
     )
 
 
+@settings(max_examples=50, deadline=None)
+@given(
+    a1=st.floats(0.005, 0.14),
+    b1=st.floats(0.3, 0.85),
+    share=st.floats(0.001, 0.999),
+    softening=st.sampled_from(["steeper", "translated"]),
+)
+def test_the_energy_consistent_damper_has_the_factor_one_over_pi_of_any_curve(a1, b1, share, softening):
+    a3 = 1.0 if softening == "steeper" else min(1.0, a1 + b1 + 0.5 * (1 - a1 - b1) + 1e-3)
+    curve = TrilinearCurve(a1, b1, a3, softening)
+    factor = float(equivalence_factor(curve, Damping("ECD", 1.0), share * a3))
+    assert factor == pytest.approx(1 / np.pi, rel=1e-9)
+
+
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
 @pytest.mark.parametrize("x0", [0.1, 0.5, 0.9])
 def test_the_factor_is_what_a_lightly_damped_half_cycle_loses(model, x0):
@@ -74,6 +90,12 @@ def test_the_factor_is_what_a_lightly_damped_half_cycle_loses(model, x0):
     assert decrement * float(equivalence_factor(curve, Damping(model, 1.0), x0)) == pytest.approx(xi, rel=0.02)
 
 
+def test_the_closed_form_is_proportional_to_the_logarithm_of_restitution():
+    e = np.array([0.7, 0.8, 0.9])
+    ratio = damping_ratio_energy(CURVES[0], "CDR", e, 0.5) / -np.log(e)
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-14)
+
+
 def test_giannini_and_masiani_agree_with_the_exact_ratio_where_the_loss_is_small():
     e = 1 - 1e-4
     assert float(giannini_masiani(e)) == pytest.approx(float(exact_ratio(e)), rel=1e-4)
@@ -83,6 +105,17 @@ def test_giannini_and_masiani_agree_with_the_exact_ratio_where_the_loss_is_small
 def test_a_restitution_outside_its_range_is_named(e):
     with pytest.raises(InputError, match=r"restitution \(e\)"):
         exact_ratio(e)
+
+
+def test_restitution_has_no_viscous_factor():
+    with pytest.raises(InputError, match="viscous"):
+        equivalence_factor(CURVES[0], Damping.cr(0.9), 0.5)
+
+
+@pytest.mark.parametrize("x0", [0.0, 1.0, -0.5])
+def test_an_amplitude_without_a_half_cycle_is_named(x0):
+    with pytest.raises(InputError, match="release_amplitude"):
+        equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0)
 
 
 @pytest.mark.parametrize("model", Damping.exact_models()[1:])

@@ -23,6 +23,25 @@ def test_polynomial_and_match_agree_within_the_largest_residual():
         assert abs(row["damping_ratio_fit"] - row["damping_ratio"]) <= limit
 
 
+@pytest.mark.parametrize("e, a1", [(0.69, 0.04), (0.99, 0.04), (0.85, 0.015), (0.85, 0.15)])
+def test_there_is_no_fit_outside_the_range_of_the_polynomials(e, a1):
+    b1 = 0.75
+    assert all(row["damping_ratio_fit"] is None for row in rd.equivalent(e, a1, b1))
+
+
+def test_without_loss_every_damping_ratio_is_zero():
+    for row in rd.equivalent(1.0, 0.04, 0.85):
+        assert row["damping_ratio"] == row["rms_error"] == row["damping_ratio_energy"] == 0.0
+
+
+def test_several_restitutions_come_in_ascending_order():
+    rows = rd.equivalent([0.9, 0.8], 0.04, 0.85)
+    count = len(VISCOUS_MODELS)
+    assert [row["restitution"] for row in rows] == [0.8] * count + [0.9] * count
+    alone = rd.equivalent(0.9, 0.04, 0.85)
+    assert rows[count:] == alone
+
+
 @pytest.mark.filterwarnings("ignore:release_amplitude is 0.15 of u_ins")
 def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
     """From far out CDC needs less than on the first branch, by as much as the closed form says, to a fifth."""
@@ -37,8 +56,12 @@ def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
 @pytest.mark.parametrize(
     "arguments, named",
     [
+        ((1.2, 0.04, 0.85), r"restitution \(e\) is 1.2"),
+        ((0.85, 0.3, 0.85), r"yield_displacement_ratio \(a1\) is 0.3"),
+        ((0.85, 0.04, 0.85, 0.5, "translated"), r"ultimate_displacement_ratio \(a3\) is 0.5"),
         ((0.85, 0.04, 0.85, 1.0, "steeper", 1.0), "release_amplitude is 1.0"),
         ((0.85, 0.04, 0.85, 1.0, "steeper", 0.5, 0.1), "response_length is 0.1"),
+        ((0.85, 0.04, 0.85, 1.0, "steeper", 0.5, -1.0), "response_length is -1.0"),
     ],
 )
 def test_bad_input_is_named_with_what_is_allowed(arguments, named):
@@ -52,3 +75,10 @@ def test_the_equivalent_dampings_are_those_of_the_rows():
     assert [damping.model for damping in dampings] == ["CR", *(row["damping_model"] for row in rows)]
     assert float(dampings[0].restitution) == 0.85
     assert [float(damping.damping_ratio) for damping in dampings[1:]] == [row["damping_ratio"] for row in rows]
+
+
+def test_a_response_too_long_to_compute_is_refused():
+    with pytest.raises(
+        rd.InputError, match=r"response_length is 1e\+09, which takes .* with 1 values of e and a1 = 0.04"
+    ):
+        rd.equivalent(0.85, 0.04, 0.85, response_length=1e9)

@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 from exact_cases import CURVES, DAMPERS, NAMES, smooth_load
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve
@@ -67,6 +70,22 @@ def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branche
     assert run.displacement == pytest.approx(expected, abs=1e-6)
 
 
+def test_constant_load_on_the_plateau_accelerates_uniformly():
+    curve = TrilinearCurve(0.04, 0.6)
+    times = np.linspace(0, 0.5, 11)
+    run = history(
+        curve,
+        Damping.cr(0.9),
+        times,
+        release_amplitude=0.1,
+        release_velocity=0.1,
+        load=[0.9, 0.9],
+        load_step=1.0,
+    )
+    assert run.displacement == pytest.approx(0.1 + 0.1 * times + 0.15 * times**2, abs=1e-14)
+    assert run.velocity == pytest.approx(0.1 + 0.3 * times, abs=1e-14)
+
+
 def test_load_is_linear_between_its_samples_and_zero_afterwards():
     curve, times = CURVES[0], np.linspace(0, 4, 101)
     coarse = history(curve, DAMPERS[2], times, load=[0.0, 0.4, -0.2], load_step=0.5)
@@ -76,6 +95,41 @@ def test_load_is_linear_between_its_samples_and_zero_afterwards():
     state = {"release_amplitude": coarse.displacement[25], "release_velocity": coarse.velocity[25]}
     rest = history(curve, DAMPERS[2], times[25:] - times[25], **state)
     assert coarse.displacement[25:] == pytest.approx(rest.displacement, abs=1e-12)
+
+
+@pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
+def test_a_wall_at_rest_stays_at_rest_until_the_load_comes(damper):
+    run = history(CURVES[0], damper, [0.0, 1.0, 2.0, 2.2], load=[0.0, 0.0, -0.5], load_step=1.0)
+    assert not run.displacement[:2].any()
+    assert run.displacement[2] < 0
+    assert run.impacts.size == 0
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    x0=st.floats(-0.95, 0.95),
+    v0=st.floats(-0.5, 0.5),
+    seed=st.integers(0, 1000),
+    damper=st.sampled_from(DAMPERS[:3]),
+    curve=st.sampled_from(CURVES),
+)
+def test_the_mirrored_motion_is_the_mirror_image(x0, v0, seed, damper, curve):
+    load, x0 = smooth_load(seed, 11), x0 * float(curve.ultimate_displacement_ratio)
+    right, left = (
+        history(
+            curve,
+            damper,
+            np.linspace(0, 4, 9),
+            release_amplitude=sign * x0,
+            release_velocity=sign * v0,
+            load=sign * load,
+            load_step=0.3,
+        )
+        for sign in (1, -1)
+    )
+    assert left.outcome == right.outcome
+    assert left.outcome_tau == pytest.approx(right.outcome_tau, abs=1e-9)
+    assert left.displacement == pytest.approx(-right.displacement, abs=1e-9, nan_ok=True)
 
 
 @pytest.mark.parametrize("v0", [-0.4, 0.4])
@@ -106,11 +160,3 @@ def test_the_history_does_not_depend_on_the_times_asked_for():
         )
         assert np.array_equal(many.displacement[::100], few.displacement)
         assert np.array_equal(many.impacts, few.impacts)
-
-
-@pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
-def test_a_wall_at_rest_stays_at_rest_until_the_load_comes(damper):
-    run = history(CURVES[0], damper, [0.0, 1.0, 2.0, 2.2], load=[0.0, 0.0, -0.5], load_step=1.0)
-    assert not run.displacement[:2].any()
-    assert run.displacement[2] < 0
-    assert run.impacts.size == 0

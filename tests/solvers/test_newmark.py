@@ -10,7 +10,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.vocabulary import MODELS
+from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 
@@ -66,6 +66,43 @@ def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(mod
     assert typical[1] < typical[0] / 3
 
 
+# On the curve's first branch these are the linear oscillator's damper.
+LINEAR_INSIDE = [model for model in VISCOUS_MODELS if Damping(model, 0.0).constant_branches]
+
+
+@pytest.mark.parametrize("model", LINEAR_INSIDE)
+def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(model):
+    xi, release, step = np.array([0.0, 0.02, 0.1, 0.4]), 0.03, 1e-3
+    response = solve(CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000, store_every=1)
+    w = CURVE.initial_frequency
+    tau, root = step * np.arange(6001), np.sqrt(1 - xi**2)[:, None]
+    phase = w * root * tau
+    expected = release * np.exp(-xi[:, None] * w * tau) * (np.cos(phase) + xi[:, None] / root * np.sin(phase))
+    # The scheme's period is off by the fraction (w step)^2/24: over 27.7 rad of phase 2.5e-5 of the release, and the
+    # damping adds as much again.
+    np.testing.assert_allclose(response.displacement, expected, atol=5e-5 * release)
+
+
+@pytest.mark.parametrize("model", ["CR", *LINEAR_INSIDE])
+def test_on_the_first_branch_one_impact_per_crossing_is_delta_pi_xi_over_the_root_of_1_minus_xi_squared(model):
+    damping = Damping.cr(RESTITUTIONS) if model == "CR" else Damping(model, matched_ratio(RESTITUTIONS))
+    response = solve(CURVE, damping, release_amplitude=0.03, step=5e-4, steps=8000, store_every=1)
+    energy = turning_energies(CURVE, response, 4)
+    decrement = -np.diff(np.log(energy), axis=-1) / 2  # of the peaks: V goes with their square
+    np.testing.assert_allclose(decrement, -np.log(RESTITUTIONS)[:, None] * np.ones(3), rtol=2e-5)
+
+
+def test_without_damping_the_period_is_the_curve_s_closed_form():
+    step, steps = 5e-4, 80000
+    response = solve(CURVES, Damping("CDR", 0.0), release_amplitude=RELEASES, step=step, steps=steps, store_every=1)
+    for lane in np.ndindex(response.peak.shape):
+        at = crossings(response.displacement[lane], step)
+        measured = 2 * (at[-1] - at[0]) / (at.size - 1)
+        expected = np.broadcast_to(CURVES.period(RELEASES), response.peak.shape)[lane]
+        # Energy is kept to about (w1 step)^2 = 1e-5, and at 0.8 u_ins the period changes by three times its fraction.
+        assert measured == pytest.approx(expected, rel=3e-5)
+
+
 def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_period, stored_energy):
     # A decay of CR is known without integration: half periods of amplitudes that the energies give.
     step, count = 2e-4, 7
@@ -86,6 +123,43 @@ def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_pe
     response = solve(CURVE, Damping.cr(0.85), release_amplitude=0.7, step=step, steps=60000, store_every=1)
     # The chord over a step with an impact in it misses the impact by at most (1 - sqrt(e))/(1 + sqrt(e)) = 0.04 steps.
     np.testing.assert_allclose(crossings(response.displacement, step)[:count], times, atol=0.05 * step)
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "paper"])
+def test_a_step_of_constant_acceleration_settles_at_the_static_equilibrium_and_undamped_reaches_twice_it(scheme):
+    static = 0.015
+    ground = np.full(801, 2.0)
+    response = solve(
+        CURVE,
+        Damping("CDC", np.array([0.0, 0.3])),
+        load_factor=static * CURVE.initial_stiffness / 2.0,
+        ground_acceleration=ground,
+        step=0.01,
+        steps=800,
+        store_every=1,
+        scheme=scheme,
+    )
+    assert response.peak[0] == pytest.approx(2 * static, rel=1e-3)
+    # exp(-0.3 w1 8) is 2e-5: what is left of the transient.
+    assert response.displacement[1, -1] == pytest.approx(static, rel=1e-4)
+    assert response.velocity[1, -1] == pytest.approx(0, abs=1e-4 * static)
+
+
+def test_the_first_branch_under_a_ramp_follows_its_closed_form():
+    w, rate, step = CURVE.initial_frequency, 0.05, 1e-3
+    response = solve(
+        CURVE,
+        Damping("CDR", 0.0),
+        load_factor=1.0,
+        ground_acceleration=[0.0, rate * 4.0],
+        substeps=4000,
+        step=step,
+        steps=4000,
+        store_every=1,
+    )
+    tau = step * np.arange(4001)
+    expected = rate * (tau / w**2 - np.sin(w * tau) / w**3)
+    np.testing.assert_allclose(response.displacement, expected, atol=5e-5 * rate * 4 / w**2)
 
 
 # --- dimensions -------------------------------------------------------------------------------------------------------
