@@ -18,8 +18,8 @@ from click.testing import CliRunner, Result
 
 import rockdamp as rd
 from rockdamp.cli import main
-from rockdamp.identification import identify
-from rockdamp.identification.prior import Prior
+from rockdamp.laboratory import identify
+from rockdamp.laboratory.prior import Prior
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SIZE = ["--thickness", "0.3", "--height", "3"]

@@ -10,7 +10,7 @@ from PIL import Image
 
 import rockdamp as rd
 from rockdamp.figures import rocking
-from rockdamp.identification import calibration
+from rockdamp.laboratory import calibration
 from rockdamp.storage import dataset
 
 CURVE = ("--a1", 0.04, "--b1", 0.8)

@@ -9,11 +9,11 @@ from experimental_style import WALL, synthetic_record
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.identification import least_squares
-from rockdamp.identification.calibration import PARAMETERS, calibrate
-from rockdamp.identification.candidates import true_values
+from rockdamp.laboratory import least_squares
+from rockdamp.laboratory.calibration import PARAMETERS, calibrate
+from rockdamp.laboratory.calibration_stage import study
+from rockdamp.laboratory.candidates import true_values
 from rockdamp.motions.records import read_record
-from rockdamp.studies.calibration import study
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rockdamp.identification.candidates import GRID, RANGE, Candidate
+from rockdamp.laboratory.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.damping import Damping
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 

@@ -7,7 +7,7 @@ from experimental_style import synthetic_record
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.motions.laboratory import Channel, laboratory_record, read_raw
+from rockdamp.laboratory.channels import Channel, laboratory_record, read_raw
 from rockdamp.motions.records import read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 

@@ -5,7 +5,7 @@ import pytest
 from check_posterior import report
 from random_tests import LEAST, LEAST_OF_BRANCH, MOST, drawn
 
-from rockdamp.identification.simulated import Judged, gathered
+from rockdamp.laboratory.simulated import Judged, gathered
 
 NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 NOTHING = np.full(5, np.nan)

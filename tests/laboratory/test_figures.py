@@ -5,7 +5,7 @@ import pytest
 from made_up_posterior import made_up_posterior
 from made_up_studies import identification
 
-from rockdamp.figures.identification import SYMBOLS, confusion, fig_identification, posterior_figure
+from rockdamp.laboratory.figures import SYMBOLS, confusion, fig_identification, posterior_figure
 from rockdamp.vocabulary import CANDIDATES
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from repository import ROOT
 
+from rockdamp.laboratory import measured_rocking as stage
 from rockdamp.storage import dataset, yaml_file
-from rockdamp.studies.measured_rocking import stage
 from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION
 
 FILE = ROOT / "data/measured/limestone-free-rocking.csv"

@@ -9,10 +9,10 @@ from repository import ROOT
 
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import rest_samples
-from rockdamp.identification import least_squares
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.misfit import Misfit, require_explained, require_possible, table_displacement
+from rockdamp.laboratory import least_squares
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.misfit import Misfit, require_explained, require_possible, table_displacement
 from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record, read_record
 from rockdamp.vocabulary import STANDARD_GRAVITY

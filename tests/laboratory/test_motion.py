@@ -11,14 +11,14 @@ from scipy.linalg import eigh
 
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import motion_noise, rest_samples
-from rockdamp.identification import problem
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.motion import MOST_DIRECTIONS, MotionNoise, main_directions, noise_directions
-from rockdamp.identification.noise import Noise, correlated
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import Problem
-from rockdamp.identification.sampler import Draws
+from rockdamp.laboratory import problem
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.motion import MOST_DIRECTIONS, MotionNoise, main_directions, noise_directions
+from rockdamp.laboratory.noise import Noise, correlated
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import Problem
+from rockdamp.laboratory.sampler import Draws
 from rockdamp.motions.records import Record, read_record
 
 MADE = np.array([0.0305, 0.798, 0.84])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from rockdamp.identification.noise import Noise, correlated
+from rockdamp.laboratory.noise import Noise, correlated
 
 SAMPLES = 40
 RANDOM = np.random.RandomState(3)

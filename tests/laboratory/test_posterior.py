@@ -8,13 +8,13 @@ from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.identification import identify, problem
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.identify import posterior
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.noise import Noise
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import Problem
+from rockdamp.laboratory import identify, problem
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.identify import posterior
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.noise import Noise
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import Problem
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import ANY_ORDER
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from rockdamp.laboratory.predictions import NearlyRigid, by_solver, dampings, losses_by_impact
+from rockdamp.laboratory.velocity_ratios import power_law
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
-from rockdamp.statistics.velocity_ratios import power_law
-from rockdamp.studies.measured_rocking.predictions import NearlyRigid, by_solver, dampings, losses_by_impact
 
 LOSS = np.array([0.01, 0.03, 0.08])
 BLOCK = NearlyRigid(0.01, 0.5)

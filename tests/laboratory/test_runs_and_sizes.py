@@ -8,13 +8,13 @@ from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.identification import identify, problem
-from rockdamp.identification.calibration import _by_sizes
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.identify import posterior
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import Problem
+from rockdamp.laboratory import identify, problem
+from rockdamp.laboratory.calibration import _by_sizes
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.identify import posterior
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import Problem
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions.records import Record, read_record
 from rockdamp.statistics.distribution import Distribution

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
-from rockdamp.identification import sampler
-from rockdamp.identification.sampler import Neighbourhood, sample
+from rockdamp.laboratory import sampler
+from rockdamp.laboratory.sampler import Neighbourhood, sample
 
 CENTRE = np.array([0.4, 0.6])
 COVARIANCE = np.array([[2.0, 0.9], [0.9, 1.0]]) * 1e-4

@@ -8,9 +8,9 @@ from repository import ROOT
 
 from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
-from rockdamp.identification.simulated import Judged, gathered
+from rockdamp.laboratory.simulated import Judged, gathered
+from rockdamp.laboratory.stages import IdentificationSettings, maker_of, noisier, supported
 from rockdamp.motions.records import read_record
-from rockdamp.studies.identification import IdentificationSettings, maker_of, noisier, supported
 
 NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation")
 

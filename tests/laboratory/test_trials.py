@@ -5,7 +5,7 @@ import pytest
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.motions.rocking_trials import read_rocking_trials
+from rockdamp.laboratory.trials import read_rocking_trials
 
 FILE = ROOT / "data/measured/limestone-free-rocking.csv"
 HEADER = "".join(f"# {key}: a text\n" for key in ("specimen", "source", "licence", "meaning")) + "# synthetic: no\n"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rockdamp.statistics.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
-from rockdamp.statistics.trials_fit import Fit, Search, fit
-from rockdamp.statistics.velocity_ratios import (
+from rockdamp.laboratory.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
+from rockdamp.laboratory.trials_fit import Fit, Search, fit
+from rockdamp.laboratory.velocity_ratios import (
     CENTRES,
     LOSSES,
     STARTS,

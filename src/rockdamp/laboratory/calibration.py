@@ -14,9 +14,9 @@ from rockdamp.arguments import instance
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import SEARCHED, Candidate, size_deviations, true_values
-from rockdamp.identification.least_squares import Fit, Solution
-from rockdamp.identification.misfit import require_explained, require_possible
+from rockdamp.laboratory.candidates import SEARCHED, Candidate, size_deviations, true_values
+from rockdamp.laboratory.least_squares import Fit, Solution
+from rockdamp.laboratory.misfit import require_explained, require_possible
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn

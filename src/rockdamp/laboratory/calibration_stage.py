@@ -6,7 +6,7 @@ import xarray as xr
 
 from rockdamp.config import Config
 from rockdamp.config.settings import CalibrationSettings
-from rockdamp.identification.calibration import calibrate
+from rockdamp.laboratory.calibration import calibrate
 from rockdamp.motions.records import Record
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.laboratory.free_rocking_record import FreeRocking
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import Problem
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import Problem
 
 EFFECTIVE = 300.0  # draws, at least: the logarithm of the evidence is then known to 0.06
 

@@ -17,8 +17,8 @@ from scipy.optimize import least_squares
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.least_squares import covariance_by_sensor
-from rockdamp.identification.releases import Release
+from rockdamp.laboratory.least_squares import covariance_by_sensor
+from rockdamp.laboratory.releases import Release
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.free_motion import displacement_from_peak
 

@@ -15,14 +15,14 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import size_deviations, true_values
-from rockdamp.identification.excursions import Excursions, Solution
-from rockdamp.identification.losses import Losses, exponent_of
-from rockdamp.identification.releases import Release, releases_of, rest_deviation
+from rockdamp.laboratory.candidates import size_deviations, true_values
+from rockdamp.laboratory.excursions import Excursions, Solution
+from rockdamp.laboratory.free_rocking_record import FreeRocking
+from rockdamp.laboratory.losses import Losses, exponent_of
+from rockdamp.laboratory.releases import Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.free_rocking import FreeRocking
 from rockdamp.plausibility import warn
 from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 

@@ -13,14 +13,14 @@ from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.identification.candidates import Candidate, true_values
-from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.misfit import Misfit, require_explained, require_possible
-from rockdamp.identification.noise import correlated
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import Problem
-from rockdamp.identification.sampler import Draws
+from rockdamp.laboratory.candidates import Candidate, true_values
+from rockdamp.laboratory.evidence import Evidence, evidence_of, probabilities
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.misfit import Misfit, require_explained, require_possible
+from rockdamp.laboratory.noise import correlated
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import Problem
+from rockdamp.laboratory.sampler import Draws
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn

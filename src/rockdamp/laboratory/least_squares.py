@@ -16,7 +16,7 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
-from rockdamp.identification.candidates import GRID, RANGE, Candidate
+from rockdamp.laboratory.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall

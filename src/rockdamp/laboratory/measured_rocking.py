@@ -15,12 +15,11 @@ from scipy.interpolate import CubicSpline
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import MeasuredRocking, MeasuredRockingSettings
-from rockdamp.mechanics.wall import Parapet
-from rockdamp.motions.rocking_trials import RockingTrials, read_rocking_trials
-from rockdamp.progress import track
-from rockdamp.statistics.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
-from rockdamp.statistics.trials_fit import Fit, Search, fit
-from rockdamp.statistics.velocity_ratios import (
+from rockdamp.laboratory.predictions import NearlyRigid, by_solver
+from rockdamp.laboratory.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
+from rockdamp.laboratory.trials import RockingTrials, read_rocking_trials
+from rockdamp.laboratory.trials_fit import Fit, Search, fit
+from rockdamp.laboratory.velocity_ratios import (
     CENTRES,
     LOSSES,
     ErrorModel,
@@ -30,7 +29,8 @@ from rockdamp.statistics.velocity_ratios import (
     by_impact,
     power_law,
 )
-from rockdamp.studies.measured_rocking.predictions import NearlyRigid, by_solver
+from rockdamp.mechanics.wall import Parapet
+from rockdamp.progress import track
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, REFERENCE
 
 LEVEL = 0.90  # of every interval

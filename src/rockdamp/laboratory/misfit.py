@@ -13,7 +13,7 @@ from scipy.integrate import cumulative_trapezoid
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import rest_samples
-from rockdamp.identification.least_squares import Fit, Solution
+from rockdamp.laboratory.least_squares import Fit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import ACCELERATIONS, LENGTHS, of_motion

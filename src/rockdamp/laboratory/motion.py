@@ -22,8 +22,8 @@ import numpy as np
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import motion_noise
-from rockdamp.identification.least_squares import DRAWS_SEED, LOST, Fit
-from rockdamp.identification.noise import Noise, product
+from rockdamp.laboratory.least_squares import DRAWS_SEED, LOST, Fit
+from rockdamp.laboratory.noise import Noise, product
 from rockdamp.motions.records import Record
 
 MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples

@@ -10,10 +10,10 @@ import numpy as np
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.histories.half_cycles import turns
+from rockdamp.laboratory.velocity_ratios import LOSSES, MOST, Prediction
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
-from rockdamp.statistics.velocity_ratios import LOSSES, MOST, Prediction
 from rockdamp.vocabulary import REFERENCE
 
 FIRST_BRANCH_STEPS = 6.0  # of the solver, at least, in which a block released as far as 0.9 u_ins crosses u1

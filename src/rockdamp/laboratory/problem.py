@@ -11,11 +11,11 @@ from scipy.stats import chi2
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.least_squares import EXPLAINED, LOST, Fit, Solution
-from rockdamp.identification.motion import MotionNoise, noise_directions
-from rockdamp.identification.noise import Noise
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.sampler import Draws, Neighbourhood, sample
+from rockdamp.laboratory.least_squares import EXPLAINED, LOST, Fit, Solution
+from rockdamp.laboratory.motion import MotionNoise, noise_directions
+from rockdamp.laboratory.noise import Noise
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.sampler import Draws, Neighbourhood, sample
 from rockdamp.progress import track
 
 INSTRUMENTS = ("sensor_deviation", "sensor_correlation")  # standard deviation of the noise, and from sample to sample

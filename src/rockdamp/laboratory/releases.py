@@ -11,7 +11,7 @@ from scipy.stats import theilslopes
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import CLEAR, half_cycles
-from rockdamp.motions.free_rocking import FreeRocking
+from rockdamp.laboratory.free_rocking_record import FreeRocking
 
 # ASSUME: what a test must be for these to be found in it.
 FEWEST_PEAKS = 4  # of a release, itself included: three impacts, of which two leave something to compare

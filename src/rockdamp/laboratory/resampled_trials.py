@@ -18,8 +18,8 @@ from scipy.optimize import minimize
 from scipy.special import ndtr, ndtri, stdtr
 
 from rockdamp.arrays import Array
-from rockdamp.statistics.trials_fit import Fit, Search
-from rockdamp.statistics.velocity_ratios import CENTRES, HIERARCHY, LOSSES, STARTS, Predict, Trials, rule
+from rockdamp.laboratory.trials_fit import Fit, Search
+from rockdamp.laboratory.velocity_ratios import CENTRES, HIERARCHY, LOSSES, STARTS, Predict, Trials, rule
 
 DIFFERENCE = 0.3  # of derivatives, of the parameters' scales
 OF_SHAPE = 0.1  # scale of a parameter of the shape

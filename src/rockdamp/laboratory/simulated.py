@@ -17,11 +17,11 @@ from scipy.stats import kstest
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.least_squares import LOST, Fit, Solution
-from rockdamp.identification.noise import correlated
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import INSTRUMENTS, Problem
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.least_squares import LOST, Fit, Solution
+from rockdamp.laboratory.noise import correlated
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import INSTRUMENTS, Problem
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record

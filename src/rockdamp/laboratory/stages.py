@@ -16,10 +16,10 @@ from rockdamp.config.parsing import Settings
 from rockdamp.config.walls import Strip
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.simulated import Maker, Simulated, gathered
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.evidence import Evidence, evidence_of, probabilities
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
 

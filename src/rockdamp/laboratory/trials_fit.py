@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from rockdamp.arrays import Array
-from rockdamp.statistics.velocity_ratios import STARTS, Nodes, Predict, Prediction, Trials
+from rockdamp.laboratory.velocity_ratios import STARTS, Nodes, Predict, Prediction, Trials
 
 
 class Fit(NamedTuple):
