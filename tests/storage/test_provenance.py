@@ -24,7 +24,7 @@ MODULES = [
     "studies.damping_force",
     "studies.force_curves",
     "studies.validation",
-    "studies.calibration",
+    "laboratory.stages",
     "studies.accuracy.convergence",
 ]
 

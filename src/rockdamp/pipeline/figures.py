@@ -23,12 +23,12 @@ class Drawing:
     @property
     def function(self) -> str:
         """Full name of the function that draws it."""
-        return f"rockdamp.figures.{self.module}.{self.name}"
+        return f"rockdamp.{self.module}.{self.name}"
 
     @property
     def sources(self) -> Sources:
         """What it depends on: its module, what saves figures, and what reads datasets."""
-        return Sources((f"rockdamp.figures.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"))
+        return Sources((f"rockdamp.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"))
 
     @property
     def number(self) -> str:
@@ -47,6 +47,6 @@ FIGURES = {
 REPORT = Sources(
     (
         *("rockdamp.report", "rockdamp.storage.dataset"),
-        *dict.fromkeys(f"rockdamp.figures.{figure.module}" for figure in FIGURES.values()),
+        *dict.fromkeys(f"rockdamp.{figure.module}" for figure in FIGURES.values()),
     )
 )
