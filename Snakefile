@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -11,13 +12,13 @@ from rockdamp.arguments import check_environment
 from rockdamp.motions import catalogue
 
 from rockdamp.pipeline import verification
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.figures import FIGURES, REPORT
 from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.results_folder import require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage.atomic import tidy
 from rockdamp.storage.dotted_keys import stated
-from rockdamp.storage.provenance import code_version, files_of, subset
+from rockdamp.storage.provenance import subset
 from rockdamp.vocabulary import STUDIES
 
 min_version("9.8")
@@ -49,6 +50,8 @@ if workflow.is_main_process:
 
 # A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
+# A job compares its sources with their version only if one was edited since now.
+os.environ.setdefault("ROCKDAMP_RUN_BEGAN", str(time.time()))
 # On several threads BLAS adds in another order: the last bits of a matrix product would depend on the number of cores.
 os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1")
 
