@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rockdamp.laboratory.trials_fit import Expansion, Search, TrialsFit, at_each_centre, drawn, fit, share_below, simulated
+from rockdamp.laboratory.trials_fit import (
+    Expansion,
+    Search,
+    TrialsFit,
+    at_each_centre,
+    drawn,
+    fit,
+    share_below,
+    simulated,
+)
 from rockdamp.laboratory.velocity_ratios import (
     CENTRES,
     LOSSES,

@@ -13,10 +13,9 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config, parsing
 from rockdamp.config.parsing import members, section
 from rockdamp.errors import InputError, require
-from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record
+from rockdamp.motions.records import Sampled
 from rockdamp.statistics.distribution import Distribution
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
@@ -95,7 +94,7 @@ def size_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None)
     return deviations
 
 
-def true_values(record: Record | FreeRocking, names: Sequence[str]) -> Array:
+def true_values(record: Sampled, names: Sequence[str]) -> Array:
     """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
     stated = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
     try:

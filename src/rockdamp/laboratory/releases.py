@@ -207,8 +207,7 @@ def zero_of(displacement: Array, noise: float) -> float:
     top, bottom = (find_peaks(side, prominence=2 * CLEAR * noise)[0] for side in (displacement, -displacement))
     at = np.sort(np.concatenate([top, bottom]))
     values = displacement[at]
-    if values.size < FEWEST_PEAKS:
-        raise _too_few(values.size, noise)
+    _require_peaks(values.size, noise)
     middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
     amplitude = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 4
     slope = float(theilslopes(middle, amplitude)[0])  # robust: of several releases some peaks follow from a pull
@@ -232,8 +231,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     zero = zero_of(displacement, noise)
     cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)
     sizes = np.abs(cycles.peak)
-    if sizes.size < FEWEST_PEAKS:
-        raise _too_few(sizes.size, noise, least)
+    _require_peaks(sizes.size, noise, least)
     grown = (sizes[1:] > GROWN * sizes[:-1]) & (sizes[1:] > RELEASE * sizes.max())
     starts = np.concatenate([[0], 1 + np.flatnonzero(grown)])
     ends = np.append(starts[1:], sizes.size)
@@ -242,7 +240,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     if not usable and max(part.peak.size for part in parts) >= FEWEST_PEAKS:
         raise InputError("no release has peaks that fade; after a release the specimen must rock freely")
     if not usable:
-        raise _too_few(max(part.peak.size for part in parts), noise, least)
+        _require_peaks(max(part.peak.size for part in parts), noise, least)
     found = []
     for part in usable:
         inside = part.start[1:]
@@ -258,11 +256,12 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     return found
 
 
-def _too_few(count: int, noise: float, least: float | None = None) -> InputError:
-    clear = f"{1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
-    if least is not None:
-        clear = f"{1000 * least:.3g} mm, the least peak"
-    return InputError(
-        f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak is"
-        f" clear beyond {clear}"
-    )
+def _require_peaks(count: int, noise: float, least: float | None = None) -> None:
+    """Raise `InputError` for fewer than `FEWEST_PEAKS` peaks that are clear of the noise, or beyond the least one."""
+    clear = CLEAR * noise if least is None else least
+    which = f"{CLEAR} standard deviations of the sensor's noise" if least is None else "the least peak"
+    if count < FEWEST_PEAKS:
+        raise InputError(
+            f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak"
+            f" is clear beyond {1000 * clear:.3g} mm, {which}"
+        )
