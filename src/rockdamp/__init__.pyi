@@ -23,6 +23,8 @@ from .laboratory.releases import write_free_rocking as write_free_rocking
 from .mechanics.building import Building as Building
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
+from .mechanics.one_sided import OneSidedWall as OneSidedWall
+from .mechanics.one_sided import Tie as Tie
 from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion
