@@ -79,11 +79,10 @@ def _refusals(config: Config) -> Iterator[ConfigError]:
 
 
 def _identification(config: Config) -> None:
-    """Parse the distributions of the section `identification`."""
-    for part in ("identification.prior", "identification.simulated"):
-        for name, value in stated(config, part).items():
-            if isinstance(value, dict):
-                section(Distribution, value, f"{part}.{name}")
+    """Parse the distributions of the prior."""
+    for name, value in stated(config, "identification.prior").items():
+        if isinstance(value, dict):
+            section(Distribution, value, f"identification.prior.{name}")
 
 
 def require_readable_motions(config: Config) -> None:

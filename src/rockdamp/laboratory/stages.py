@@ -19,8 +19,8 @@ from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
 from rockdamp.laboratory.calibration import calibrate
 from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.posterior import Evidence, evidence_of, probabilities
-from rockdamp.laboratory.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
 
@@ -28,38 +28,16 @@ NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of
 
 
 class IdentificationSettings(Settings):
-    """The wall of the tests, the prior, and what is simulated: new records, and the test_series's with more noise."""
+    """The tested wall, the prior, the damping models that are compared, and the multiples of the records' noise."""
 
     wall: Annotated[Strip, "validation.wall"]
     ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
     softening: Annotated[str, "validation.curve.softening"]
     prior: Annotated[Prior, "identification.prior", Prior.of]
     step: Annotated[float, "identification.step"]
-    simulated: Annotated[Simulated, "identification.simulated"]
+    seed: Annotated[int, "identification.seed"]
     damping_models: Annotated[tuple[str, ...], "identification.damping_models"]
     noise: Annotated[Array, "identification.noise"]
-
-
-def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
-    """Identify records made with parameters drawn from the prior; compare models for the records of a test series."""
-    settings = IdentificationSettings.of(config)
-    maker = maker_of(settings)
-    records = []
-    for number in track(range(settings.simulated.draws), "simulated records"):
-        with without_bars():
-            records.append(maker.judged(number))
-    return gathered(maker.names, records).merge(supported(settings, test_series))
-
-
-def maker_of(settings: IdentificationSettings) -> Maker:
-    """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
-    simulated = settings.simulated
-    prior = replace(
-        settings.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
-    )
-    return Maker(
-        settings.wall, settings.ultimate_displacement_ratio, settings.softening, settings.step, prior, simulated
-    )
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -76,21 +54,22 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
     )
 
 
-def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
-    """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
+def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
+    """Compute the evidence of each damping model for each record, at each noise.
 
-    It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
+    The probability is among the models whose evidence was determined. It raises `InputError` if a record is not
+    synthetic, or does not say with what noise it was made.
     """
+    settings, records = IdentificationSettings.of(config), test_series
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases = [(name, factor) for name in records for factor in settings.noise]
-    maker, found = maker_of(settings), []
-    for name, factor in track(cases, "models of the test_series's records"):
-        random = np.random.RandomState([settings.simulated.seed, crc32(name.encode())])
+    cases, found = [(name, factor) for name in records for factor in settings.noise], []
+    for name, factor in track(cases, "models of the test series"):
+        random = np.random.RandomState([settings.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(maker, settings.prior, record, model) for model in settings.damping_models])
+            found.append([_evidence(settings, record, model) for model in settings.damping_models])
     shape = (len(records), len(settings.noise), len(settings.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
@@ -110,13 +89,20 @@ def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -
     )
 
 
-def _evidence(maker: Maker, prior: Prior, record: Record, model: str) -> Evidence:
+def _evidence(settings: IdentificationSettings, record: Record, model: str) -> Evidence:
     """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
     try:
-        fit = maker.fit(record, Candidate.of(model))
+        fit = RecordFit.of(
+            record,
+            settings.wall,
+            Candidate.of(model),
+            ultimate_displacement_ratio=settings.ultimate_displacement_ratio,
+            softening=settings.softening,
+            step=settings.step,
+        )
     except InputError:
         return Evidence()
-    return evidence_of(fit, prior, maker.simulated.seed)
+    return evidence_of(fit, settings.prior, settings.seed)
 
 
 def study(config: Config, record: Record) -> xr.Dataset:
