@@ -7,17 +7,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rockdamp.equivalence import integral_minima
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
+from rockdamp.equivalence.minima import RIVALS, SCAN, SCAN_STEP
 from rockdamp.figures.style import style_of
 from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
 from rockdamp.mechanics.damping import Damping, kinds
 from rockdamp.mechanics.wall import Wall
-from rockdamp.report import ratio_table
 from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 DASHES = {"solid": [], "dashed": [6, 3], "dashdot": [8, 3, 2, 3], "dotted": [2, 3]}
 WIDTH = 2  # of the lines; dashes are in line widths [pixels]
+REFINEMENT = 4  # of the search; beyond it ratios move by less than 1e-4 of themselves
+REST = 300  # of the sliders before the search begins [ms]
 LENGTH, DRAWN = 20.0, 0.02  # of the decays, and from one point that is drawn to the next [in tau]
 
 
@@ -104,7 +107,18 @@ def data(
             "frequency_root_height": float(wall.frequency_parameter * np.sqrt(wall.height)),
             "hinge": float(wall.hinge_ratio),
         },
-        "table": ratio_table.data(response_length),
+        "search": {
+            "scan": np.geomspace(SCAN.smallest, SCAN.largest, SCAN.points).tolist(),
+            "every": max(1, round(SCAN_STEP / step)),
+            "rivals": RIVALS,
+            "nodes": integral_minima.NODES.tolist(),
+            "inner": float(integral_minima.NODES[integral_minima.INNER][-1]),
+            "half_width": integral_minima.HALF_WIDTH,
+            "widest": integral_minima.WIDEST,
+            "moves": integral_minima.MOVES,
+            "refinement": REFINEMENT,
+            "rest": REST,
+        },
         "reference": REFERENCE,
         "recommended": RECOMMENDED,
         "models": list(MODELS),
