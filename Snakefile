@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -11,13 +12,13 @@ from rockdamp.arguments import check_environment
 from rockdamp.motions import catalogue
 
 from rockdamp.pipeline import verification
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.figures import FIGURES, REPORT
 from rockdamp.pipeline.stages import STAGES, reported
 from rockdamp.config.results_folder import require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.storage.atomic import tidy
 from rockdamp.storage.dotted_keys import stated
-from rockdamp.storage.provenance import code_version, files_of, subset
+from rockdamp.storage.provenance import subset
 from rockdamp.vocabulary import STUDIES
 
 min_version("9.8")
@@ -31,6 +32,7 @@ if workflow.is_main_process:
     from rockdamp.config.merging import refuse_other_readings
     from rockdamp.config.schema import refuse_old_targets
     from rockdamp.config.validation import require_readable_motions, validate
+    from rockdamp.laboratory.trials import require_readable_trials
 
     try:
         check_environment()
@@ -41,12 +43,15 @@ if workflow.is_main_process:
         with warnings_as_lines():
             validate(config, Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files)
             require_readable_motions(config)
+            require_readable_trials(config)
         require_own_folder(config["results"], tree=workflow.basedir)
     except InputError as error:
         raise WorkflowError(str(error)) from None
 
 # A bare `snakemake` does not pass through make, so the jobs' environment is set here. Dates in PDF and SVG are fixed.
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
+# A job compares its sources with their version only if one was edited since now.
+os.environ.setdefault("ROCKDAMP_RUN_BEGAN", str(time.time()))
 # On several threads BLAS adds in another order: the last bits of a matrix product would depend on the number of cores.
 os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"), "1")
 

@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from rockdamp.assessment.many_walls import alike, stacked
+from rockdamp.assessment.assess import alike, stacked
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.equivalence.equivalent import least_error, longest_step
 from rockdamp.equivalence.matching import of_each
@@ -38,7 +38,7 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
     released = [_released(row, release_amplitude) for row in rows]
     batches = [
         part[start : start + AT_ONCE]
-        for batch in alike(released)
+        for batch in alike(row for row in released if isinstance(row, Row))
         for part in _of_one_step(batch)
         for start in range(0, len(part), AT_ONCE)
     ]
@@ -48,11 +48,11 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
     for (number, _), answers in found.items():
         for row, answer in zip(batches[number], answers, strict=True):
             of_line.setdefault(row.line, []).append(answer)
-    for row in released:
-        if isinstance(row, BadRow):
-            yield Ratio(id=row.id, restitution=None, damping_model="", damping_ratio=None, error=row.error)
+    for each in released:
+        if isinstance(each, BadRow):
+            yield Ratio(id=each.id, restitution=None, damping_model="", damping_ratio=None, error=each.error)
         else:
-            yield from of_line[row.line]
+            yield from of_line[each.line]
 
 
 def _released(row: Row | BadRow, x0: float) -> Row | BadRow:

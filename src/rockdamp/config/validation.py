@@ -18,7 +18,6 @@ from rockdamp.config.schema import Problem, schema_problems
 from rockdamp.errors import InputError
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import read_record
-from rockdamp.motions.rocking_trials import read_rocking_trials
 from rockdamp.pipeline.stages import keys_of
 from rockdamp.statistics.distribution import Distribution
 from rockdamp.storage import yaml_file
@@ -93,10 +92,7 @@ def require_readable_motions(config: Config) -> None:
     tests += [path for key in keys_of("test_series") for path in stated(config, key)]
     lists = [stated(config, key) for key in keys_of("motions")]
     own = [path for entries in lists for path in catalogue.files_of(entries)]
-    trials = [stated(config, key) for key in keys_of("trials")]
-    refuse_braces([*tests, *trials, *own])
-    for path in trials:
-        read_rocking_trials(path)
+    refuse_braces([*tests, *own])
     for path in tests:
         read_record(path)
     catalogue.warn_of_left_out([entry for entries in lists for entry in entries])

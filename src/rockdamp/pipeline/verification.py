@@ -10,23 +10,20 @@ import csv
 import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rockdamp.pipeline.figures import FIGURES, REPORT_MODULES
+from rockdamp.pipeline.figures import FIGURES, REPORT
 from rockdamp.pipeline.stages import STAGES
 from rockdamp.progress import track
 from rockdamp.storage.atomic import replacing
-from rockdamp.storage.provenance import code_version, config_digest, subset
+from rockdamp.storage.provenance import Sources, config_digest, subset
 from rockdamp.vocabulary import STUDIES
 
 CHECKSUMS = "checksums.csv"  # in the folder of the results
 COLUMNS = ("file", "sha256", "config_sha256", "code_version")
-REPORT = (*REPORT_MODULES, "rockdamp.storage.dataset")  # modules that the report depends on
-
-_version = cache(code_version)
+CHECKSUM_SOURCES = Sources((__name__,))
 
 
 class Origin(NamedTuple):
@@ -40,7 +37,7 @@ def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) ->
     """Return the origin of each result of a config, by its file; `count` returns how many motions a list names."""
     expected: dict[str, Origin] = {}
     for stage in STAGES.values():
-        version = _version(*stage.modules)
+        version = stage.sources.version()
         studies = list(STUDIES) if "{study}" in stage.file else [""]
         for study, share in product(studies, stage.shares(config, count)):
             keys = [key.format(study=study) for key in stage.config]
@@ -48,9 +45,9 @@ def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) ->
             expected |= {file.format(study=study, share=share): origin for file in (stage.file, *stage.also)}
     drawn_with = config_digest(subset(config, "figures"))
     for figure in FIGURES.values():
-        origin = Origin(drawn_with, _version(*figure.modules))
+        origin = Origin(drawn_with, figure.sources.version())
         expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config["figures"]["formats"]}
-    return expected | {"report.html": Origin(config_digest(config), _version(*REPORT))}
+    return expected | {"report.html": Origin(config_digest(config), REPORT.version())}
 
 
 def write_checksums(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> None:
