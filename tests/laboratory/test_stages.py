@@ -23,8 +23,6 @@ def test_noise_is_added_until_it_is_the_multiple_asked_for():
 
 def test_a_test_series_of_measured_records_is_refused():
     record = read_record(ROOT / "data/test_series/cr-half.csv")
+    measured = replace(record, header={**record.header, "synthetic": "no"})
     with pytest.raises(InputError, match="identification.test_series: mine is not synthetic"):
-        identification(
-            merged([ROOT / "config/default.yaml"], {}),
-            {"mine": replace(record, header={**record.header, "synthetic": "no"})},
-        )
+        identification(merged([ROOT / "config/default.yaml"], {}), {"mine": measured})
