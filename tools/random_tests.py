@@ -33,6 +33,7 @@ OVERSAMPLING = 4  # samples of the motion that the wall feels to one of the reco
 RATES = (100, 128, 200, 256, 500)  # [Hz]
 # A test that a laboratory would keep: the wall rocks well beyond its first branch and does not come near to collapse.
 LEAST_OF_BRANCH, LEAST, MOST = 2.0, 0.05, 0.9  # of u1, of u_ins
+LEVEL = 0.9  # of the intervals that are to hold the truth
 SENSOR = (5e-5, 5e-4)  # standard deviations of its noise [m]
 MAKERS = ("CR", "CR, e scatters", "CDC", "ECD16")
 SCATTER = 0.01  # standard deviation of e from impact to impact
@@ -181,4 +182,5 @@ def judged(seed: int, number: int) -> dict[str, float | str]:
             mean, deviation = float(of["mean"]), float(of["standard_deviation"])
             rank = float((of["draws"] < row[f"true_{name}"]).mean())
         row |= {f"mean_{name}": mean, f"deviation_{name}": deviation, f"rank_{name}": rank}
+        row[f"held_{name}"] = int(abs(2 * rank - 1) <= LEVEL)
     return row
