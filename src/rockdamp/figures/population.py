@@ -28,7 +28,7 @@ NAMES = {  # of the parameters, as the axes show them
 }
 HEIGHT = 0.38  # of a bar; a parameter has two
 BARS: dict[str, dict[str, Any]] = {  # of the indices under CR
-    "sensitivity": {"facecolor": BAND, "label": "CR, first-order index"},
+    "first_order_index": {"facecolor": BAND, "label": "CR, first-order index"},
     "total_sensitivity": {"facecolor": "white", "hatch": "/////", "label": "CR, total-effect index"},
 }
 TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -97,7 +97,7 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
             **look,
         )
     for model in dampers(population):
-        first_order = population["sensitivity"].sel(damping_model=model)
+        first_order = population["first_order_index"].sel(damping_model=model)
         axes.plot(first_order, rows - 0.5 * HEIGHT, markersize=2.6, **marks_of(model))
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
@@ -110,7 +110,7 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
 def fig_population_caption(population: xr.Dataset) -> str:
     """Write the caption, HTML."""
     cr = population.sel(damping_model=REFERENCE)
-    index, total = cr["sensitivity"].values, population["total_sensitivity"].values
+    index, total = cr["first_order_index"].values, population["total_sensitivity"].values
     most = ", ".join(
         f"{str(population['parameter'].values[i]).replace('_', ' ')} ({number(index[i], 2)}, {number(total[i], 2)})"
         for i in np.argsort(-np.nan_to_num(index))[:3]

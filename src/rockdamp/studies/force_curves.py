@@ -49,11 +49,11 @@ def mechanism(config: Config) -> xr.Dataset:
             "height": float(settings.wall.height),
             "hinge_ratio": float(settings.wall.hinge_ratio),
             "instability_displacement": float(settings.wall.instability_displacement),
-            "restitution_analytical": (("hinge_height_ratio", "slenderness"), walls.restitution),
+            "restitution_rigid": (("hinge_height_ratio", "slenderness"), walls.restitution),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
             "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
             "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
-            "tested_restitution_analytical": float(settings.tested_wall.restitution),
+            "tested_restitution_rigid": float(settings.tested_wall.restitution),
             "tested_restitution_impulsive": float(settings.tested_wall.restitution_impulsive),
         },
         coords={

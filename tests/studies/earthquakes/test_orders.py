@@ -58,7 +58,7 @@ def test_the_histories_are_the_event_driven_solver_s(config, shares):
     factor = float(own["velocity_ratio"][stands]) * unit / intensity_measures(motion.record).pgv
     for damping, stored in (
         (Damping.cr(0.79), own["varied_peak"].sel(variation="lower e")),
-        (Damping.of_restitution(0.8, order=8), own["peak_ratio"].sel(order=8)),
+        (Damping.of_restitution(0.8, order=8), own["peak"].sel(order=8)),
     ):
         solved = event_driven.history(
             named.curve,
@@ -74,7 +74,7 @@ def test_the_larger_the_order_the_nearer_to_restitution(shares):
     """By the median: a few histories on the edge of collapse rule the mean square of so small a sample."""
     histories = xr.concat(shares, "record")
     stand = (histories["collapsed"] == 0) & (histories["reference_collapsed"] == 0)
-    ratio = (histories["peak_ratio"] / histories["reference_peak"]).where(stand)
+    ratio = (histories["peak"] / histories["reference_peak"]).where(stand)
     away = np.abs(np.log(ratio)).median(("record", "velocity_ratio", "wall", "restitution"))
     assert (away.diff("order") < 0).all()
     assert away.sel(order=8) < 0.5 * away.sel(order=0)
@@ -104,6 +104,6 @@ def test_orders_are_run_at_the_finer_step(config, shares):
     own, half = shares[0].sel(record=record), orders.chunk("0", config).sel(record=record)
     # What the finer study calls its coarser run is the run of the study.
     np.testing.assert_array_equal(half["varied_peak"].sel(variation="step"), own["reference_peak"])
-    moved = np.abs(half["peak_ratio"] / own["peak_ratio"] - 1).median()
+    moved = np.abs(half["peak"] / own["peak"] - 1).median()
     coarser = np.abs(own["varied_peak"].sel(variation="step") / own["reference_peak"] - 1).median()
     assert moved < 0.5 * coarser

@@ -165,7 +165,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     dims = ("wall", "record", "intensity", "damping_model")
     return xr.Dataset(
         {
-            "peak_ratio": (dims, peak),
+            "peak": (dims, peak),
             "collapsed": (dims, collapsed.astype(np.int8)),
             "collapses": (dims[1:], collapsed.sum(axis=0)),
             "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),
@@ -246,7 +246,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
             "median_intensity_ratio": (model, fitted["median_intensity_ratio"]),
             "median_intensity_ratio_interval": ((*model, "bound"), fitted["median_intensity_ratio_interval"]),
             "vulnerability": (("wall", *model), vulnerability),
-            "sensitivity": (("parameter", *model), sensitivity),
+            "first_order_index": (("parameter", *model), sensitivity),
             "sensitivity_confidence": (("parameter", *model), confidence),
             "total_sensitivity": ("parameter", total),
             "total_sensitivity_confidence": ("parameter", total_confidence),
