@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,8 +17,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import Damping
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
 
-# Orders that are compiled for themselves: their power takes multiplications alone, any other a library's power.
-MULTIPLIED_ORDERS = (1, 2, 4, 8, 16, 32)
+DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32)  # their power takes multiplications alone, any other a library's power
 
 
 def of_order_0(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
@@ -33,20 +32,30 @@ def of_any_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     return parameters[0] * np.sqrt(f * f / double_v) * fraction ** parameters[1]
 
 
-@cache
-def of_order(order: int) -> Callable[..., Any]:
-    """Return the formula of one whole order.
+def of_recommended_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
+    """Return C of the order of `vocabulary.RECOMMENDED_ORDER`.
 
     At rest at the origin, where there is no energy, the kinetic fraction is 0: 2V is not, as z is not.
     """
+    double_t = v * v
+    fraction = double_t / (double_t + double_v)
+    return parameters[0] * np.sqrt(f * f / double_v) * fraction**RECOMMENDED_ORDER
 
-    def formula(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
-        double_t = v * v
-        fraction = double_t / (double_t + double_v)
-        return parameters[0] * np.sqrt(f * f / double_v) * fraction**order
 
-    formula.__qualname__ = f"of_order_{order}"
-    return formula
+def of_doubled_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
+    """Return C of an order m of `DOUBLED_ORDERS`, which stands in the parameters: one formula for all of them.
+
+    The fraction is squared where m is at least 2, and again where it is at least 4, 8, 16 and 32; elsewhere it is
+    multiplied by 1, so that there is no branch.
+    """
+    double_t, m = v * v, parameters[1]
+    power = double_t / (double_t + double_v)
+    power = power * np.maximum(power, np.minimum(2.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(4.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(8.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(16.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(32.0 - m, 1.0))
+    return parameters[0] * np.sqrt(f * f / double_v) * power
 
 
 def energy_law(z: float, f: float, double_v: float, v: float, parameters: tuple[float, ...]) -> float:
@@ -88,7 +97,9 @@ class EnergyConsistent(Damping):
         order = self._one_order
         if order == 0:
             return of_order_0
-        return of_order(int(order)) if order in MULTIPLIED_ORDERS else of_any_order
+        if order == RECOMMENDED_ORDER:
+            return of_recommended_order
+        return of_doubled_order if order in DOUBLED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return 2 * self.damping_ratio * half_cycle_loss.of_order(self.order), self.order
