@@ -50,7 +50,7 @@ const explorer = (function () {
   function drawDampers({ curve, dampers }) {
     const x = [...grid(curve.a3, 240), curve.a1, curve.a2].sort((one, other) => one - other);
     const releases = grid(curve.a3, 60);
-    const law = (model) => (at) => dampers[model].xi * form.coefficient(curve, model, at, form.speedAt(curve, at, state.x0));
+    const law = (model) => (at) => form.coefficient(curve, model, at, form.speedAt(curve, at, state.x0), dampers[model].xi);
     charts.laws.draw({ lines: models.map((model) => ({ x, y: x.map(law(model)), ...look(model) })), xs: [0, 1] });
     const ratios = models.map((model) => ({
       x: releases, y: releases.map((x0) => form.dampingRatio(curve, model, state.e, x0)), ...look(model),

@@ -11,9 +11,9 @@ from rockdamp.equivalence import integral_minima
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.equivalence.minima import RIVALS, SCAN, SCAN_STEP
 from rockdamp.figures.style import style_of
-from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
 from rockdamp.mechanics.damping import Damping, kinds
+from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.mechanics.wall import Wall
 from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, VISCOUS_MODELS
 
@@ -92,8 +92,6 @@ def data(
             "plateau_pieces": PLATEAU_PIECES,
             "rounding": ROUNDING,
             "exact": exact_dampers(),
-            "decrement_step": half_cycle_loss.STEP,
-            "decrement_reach": half_cycle_loss.REACH,
         },
         "solver": {
             "step": step,
@@ -130,9 +128,9 @@ def data(
 
 
 def formulas() -> str:
-    """Return a script with the coefficient of each damper at xi = 1, as the damper's file has it."""
+    """Return a script with the coefficient of each damper, as the damper's file has it."""
     known = {model: kinds()[model].javascript for model in VISCOUS_MODELS if kinds()[model].javascript}
-    lines = [f'  "{model}": (z, f, doubleV, v, w1, m, size) => {formula},' for model, formula in known.items()]
+    lines = [f'  "{model}": (z, f, doubleV, v, w1, m, N, xi) => {formula},' for model, formula in known.items()]
     return "\n".join(['"use strict";', "const dampingFormulas = {", *lines, "};"])
 
 
@@ -140,7 +138,4 @@ def exact_dampers() -> dict[str, dict[str, float]]:
     """Return order m and N_m of the dampers that lose the same fraction from every amplitude."""
     of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
     orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}
-    return {
-        model: {"order": order, "normalisation": float(half_cycle_loss.normalisation(order))}
-        for model, order in orders.items()
-    }
+    return {model: {"order": order, "normalisation": float(normalisation(order))} for model, order in orders.items()}
