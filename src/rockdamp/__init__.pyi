@@ -7,8 +7,6 @@ from .equivalence.closed_form import giannini_masiani as giannini_masiani
 from .equivalence.equivalent import Equivalent as Equivalent
 from .equivalence.equivalent import equivalent as equivalent
 from .equivalence.equivalent import equivalent_dampings as equivalent_dampings
-from .equivalence.tabulated import damping_ratio_table as damping_ratio_table
-from .equivalence.tabulated import table_refusal as table_refusal
 from .errors import InputError as InputError
 from .errors import InputWarning as InputWarning
 from .histories.labelled import free_decay as free_decay
