@@ -226,9 +226,7 @@ def population():
             **_statistic("dispersion", ("damping_model",), np.full(len(MODELS), BETA)),
             **_statistic("median_intensity_ratio", ("damping_model",), median / median[0]),
             "first_order_index": (("parameter", "damping_model"), index),
-            "sensitivity_confidence": (("parameter", "damping_model"), 0.1 * index),
-            "total_sensitivity": ("parameter", 1.2 * index[:, 0]),
-            "total_sensitivity_confidence": ("parameter", 0.12 * index[:, 0]),
+            "first_order_index_confidence": (("parameter", "damping_model"), 0.1 * index),
             "records": 10,
         },
         coords={
