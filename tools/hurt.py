@@ -1,11 +1,11 @@
 """Hurt the package and its pipeline and see that they stand: `.venv/bin/python tools/hurt.py [--seed 5] [PART ...]`.
 
-Run by hand. Parts: inputs, commands, writer, resources, killed, orphans, two-runs, damaged, folders, surroundings,
-install. Where none is named, all but the last, which downloads packages. `--attacks 2000` and `--kills 20` say how
-many; of commands there are half as many. `--page` writes the table into docs/robustness.md, where a part that was run
-replaces its rows. From `killed` on the minimal config is built in a copy of the tree whose path has a space and a
-letter beyond ASCII; whatever is done then must end in the same bytes or in a clear error. The table says what was done,
-what had to happen and what did; the exit status is 1 if these differ anywhere.
+Run by hand. Parts: writer, resources, killed, orphans, two-runs, damaged, folders, surroundings, install. Where none is
+named, all but the last, which downloads packages. `--kills 20` says how many kills. `--page` writes the table into
+docs/robustness.md, where a part that was run replaces its rows. From `killed` on the minimal config is built in a copy
+of the tree whose path has a space and a letter beyond ASCII; whatever is done then must end in the same bytes or in a
+clear error. The table says what was done, what had to happen and what did; the exit status is 1 if these differ
+anywhere.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-import hurt_inputs
+import hurt_faults
 import xarray as xr
 from pipeline_tree import RESULTS, Tree, last_lines, line_with
 
@@ -355,15 +355,12 @@ def main() -> int:
     parser.add_argument("parts", nargs="*", metavar="PART")
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--kills", type=int, default=20)
-    parser.add_argument("--attacks", type=int, default=2000)
     parser.add_argument("--page", action="store_true")
     given = parser.parse_args()
     rng = random.Random(given.seed)
     without_build: dict[str, Callable[[], None]] = {
-        "inputs": lambda: hurt_inputs.inputs(report, given.seed, given.attacks),
-        "commands": lambda: hurt_inputs.commands(report, given.seed, given.attacks // 2),
-        "writer": lambda: hurt_inputs.writer(report),
-        "resources": lambda: hurt_inputs.resources(report),
+        "writer": lambda: hurt_faults.writer(report),
+        "resources": lambda: hurt_faults.resources(report),
     }
     parts: dict[str, Callable[[Tree], None]] = {
         "killed": lambda tree: kills(tree, rng, given.kills, whole_group=True),

@@ -6,7 +6,9 @@ import errno
 import gc
 import os
 import secrets
+import tempfile
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +24,10 @@ import rockdamp as rd
 from rockdamp.figures import output
 from rockdamp.storage import dataset
 
+Report = Callable[[str, str, str, str, bool], None]
+WARM = 50  # calls before what is held is measured
+REPEATED = 2000
+GROWTH = 20.0  # MB that memory may grow by over so many calls: what allocators keep
 TIME = 0.01 * np.arange(200)
 CALLS = [(os, name) for name in ("open", "close", "chmod", "fsync", "replace", "lstat")]
 CALLS += [(Path, name) for name in ("mkdir", "write_bytes", "write_text", "unlink")]
@@ -139,3 +145,31 @@ def call_once(folder: Path) -> None:
         rd.Wall(-1.0, 4.5)
     except rd.InputError:
         pass
+
+
+def writer(report: Report) -> None:
+    """Let each call of each writer fail once, by each fault."""
+    ended: Counter[str] = Counter()
+    for name, run in writer_attacks():
+        with tempfile.TemporaryDirectory() as folder:
+            found = run(Path(folder))
+        ended[found if found in ("answer", "refused") else f"{name}: {found}"] += 1
+    others = [what for what in ended if what not in ("answer", "refused")]
+    seen = f"{ended['refused']} failures told, {ended['answer']} writes unharmed"
+    done = f"{ended.total()} writes, each with a full or failing disk, no memory or an interrupt at one of its calls"
+    report("writer", done, "the old result or the new one, whole", "; ".join([seen, *others]), not others)
+
+
+def resources(report: Report) -> None:
+    """Call the package many times over and see what the process holds."""
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(WARM):
+            call_once(Path(folder))
+        before = held()
+        for _ in range(REPEATED):
+            call_once(Path(folder))
+        after = held()
+    grown = {name: after[name] - before[name] for name in before}
+    good = grown["memory"] < GROWTH and grown["threads"] == grown["files"] == 0
+    seen = f"{grown['memory']:+.1f} MB, {grown['threads']:+.0f} threads, {grown['files']:+.0f} open files"
+    report("resources", f"{REPEATED} calls of each function", f"under {GROWTH:g} MB, none more", seen, good)

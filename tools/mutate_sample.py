@@ -3,7 +3,7 @@
     .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv] [PACKAGE ...]
     .venv/bin/python tools/mutate_sample.py --list
 
-Run by hand; 200 take an hour or two. `mutate.py` runs wrong equations that somebody thought of; these are made from the
+Run by hand; 200 take an hour or two. Mutations are made from the
 syntax tree: operators, comparisons, numbers, signs, arguments and names of functions. Each place of the packages of
 science is as likely as any other. A mutation is noticed if a test of the module's folder, or of the folders that use
 it, fails. FILE gets a row for each, as it ends, and a second run with the same FILE goes on behind it. Whether a
@@ -15,7 +15,10 @@ from __future__ import annotations
 import argparse
 import ast
 import csv
+import os
 import random
+import shutil
+import subprocess
 import sys
 import tempfile
 import time
@@ -23,11 +26,14 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, NamedTuple
 
-from mutate import PACKAGE, ROOT, SURVIVED, Copy, Mutation
 from table_text import percent, table
 
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "src/rockdamp"
+SURVIVED, STATUS = "**survived**", "exit status"
+PYTEST = [sys.executable, *"-m pytest -x -q --no-header -p no:cacheprovider --tb=no -m".split(), "not peers"]
 # Packages of science, and the folders of tests that use them, nearest first.
 PACKAGES = {
     "mechanics": ["mechanics", "solvers", "equivalence", "whole_package/test_properties.py"],
@@ -65,6 +71,52 @@ NAMES |= {"minimum": "maximum", "maximum": "minimum", "floor": "ceil", "ceil": "
 WORDS = {"require", "InputError", "ConfigError", "warn", "track", "dataclass", "njit", "jitable"}
 FIELDS = ("file", "line", "column", "length", "right", "wrong", "noticed", "seconds", "equivalent", "since")
 JUDGED = Path(__file__).with_name("mutation_sample.csv")
+
+
+class Mutation(NamedTuple):
+    """One wrong place of a file, and the tests that should notice first."""
+
+    name: str
+    file: str
+    right: str
+    wrong: str
+    tests: list[str]
+
+
+class Copy:
+    """A copy of the package, in which one file at a time is wrong; what is compiled of the others is kept."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.source = folder, folder / "src"
+        shutil.copytree(ROOT / "src", self.source, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+
+    def test(self, mutation: Mutation) -> str:
+        """Return the first test that fails, or what to say of a mutation that survives, in bold."""
+        path = self.source / "rockdamp" / mutation.file
+        # Numba's cache does not notice every edit of what it compiled.
+        cache = self.folder / ("mutated" if "numba" in mutation.right else "cache")
+        path.write_text(mutation.wrong, encoding="utf-8")
+        try:
+            failed = self.first_failure(mutation.tests, cache)
+        finally:
+            shutil.copy2(ROOT / "src/rockdamp" / mutation.file, path)
+            shutil.rmtree(self.folder / "mutated", ignore_errors=True)
+        if not failed or failed.startswith(STATUS):
+            return failed or SURVIVED
+        test = failed.partition("[")[0]  # with all of its parameters: some hold what divides the lines of pytest
+        if self.first_failure([test], self.folder / "cache"):
+            return f"**{test} fails without it too**"
+        return failed.partition("::")[2] or failed
+
+    def first_failure(self, tests: list[str], cache: Path) -> str:
+        """Return the first test that fails against the copy as it is, below `tests`; empty if none does."""
+        changes = {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(cache)}
+        command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]
+        run = subprocess.run(command, cwd=ROOT, env={**os.environ, **changes}, capture_output=True, text=True)
+        if run.returncode == 0:
+            return ""
+        failed = [line.split(" ", 1)[1] for line in run.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        return failed[0].split(" - ")[0].removeprefix("tests/") if failed else f"{STATUS} {run.returncode}"
 
 
 class Places(ast.NodeVisitor):
@@ -176,7 +228,7 @@ def tests_of(file: str) -> list[str]:
 
 
 def as_mutation(entry: dict[str, Any]) -> Mutation:
-    """Return a mutation as `mutate.py` runs it: the whole file before and after."""
+    """Return a mutation: the whole file before and after, and its tests."""
     right = (PACKAGE / entry["file"]).read_text(encoding="utf-8")
     lines = right.splitlines(keepends=True)
     line, at = lines[int(entry["line"]) - 1], int(entry["column"])

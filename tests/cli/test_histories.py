@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import printed, refused, run
-from PIL import Image
 
 import rockdamp as rd
-from rockdamp.figures import rocking
 from rockdamp.identification import calibration
 from rockdamp.storage import dataset
 
@@ -100,17 +98,6 @@ def test_the_digest_of_the_options_follows_the_record_and_not_its_place(record, 
     assert digest("copy.csv") != digest("pulse.csv")
 
 
-def test_the_rocking_bodies_are_animated(record, tmp_path, monkeypatch):
-    monkeypatch.setattr(rocking, "MOST_FRAMES", 4)
-    path = tmp_path / "wall.gif"
-    parapet = ("--thickness", 0.102, "--height", 2.754, "--parapet")
-    given = ("respond", "--record", record, *parapet, *CURVE, *CDR, "--scale", 0.5, "--animate", path)
-    assert run(*given).exit_code == 0
-    with Image.open(path) as film:
-        assert film.n_frames == 4
-    assert [file.name for file in sorted(tmp_path.iterdir())] == ["pulse.csv", "wall.gif"]
-
-
 # --- calibrate ------------------------------------------------------------------------------------------------------
 
 
@@ -194,7 +181,6 @@ def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(qui
         (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "--restitution belongs to CR"),
         (("--compare", *CDR, "--restitution", 0.9), "--compare finds every model's damping ratio"),
         (("--compare",), "--restitution is missing; --compare must have it"),
-        (("--compare", "--restitution", 0.9, "--animate", "wall.gif"), "--animate shows one model"),
         ((*CDR, "--output", "no/such/folder.nc"), "which is no folder"),
         ((*CDR, "--output", "response.txt"), "must end in .nc"),
         ((*CDR, "--plot", "plot.jpeg"), "must end in .png or .pdf or .svg"),

@@ -34,7 +34,7 @@ HEADINGS = {
     "Tables": "walls identifier columns".split(),
     "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),
     "Building": "building_period storeys storey building_damping shape".split(),
-    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date animation table".split(),
+    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date table".split(),
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
@@ -214,7 +214,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "animation", "nrml", "report", "table", "as_json", "units", "name", "project", "date")
+    files = ("output", "plot", "nrml", "report", "table", "as_json", "units", "name", "project", "date")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     version = code_version(module, "rockdamp.storage.dataset")
     with writing(path):

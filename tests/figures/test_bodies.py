@@ -1,16 +1,9 @@
-"""The animated wall: its bodies, and how far they are moved."""
+"""The rigid bodies as they are drawn, at any displacement."""
 
 import numpy as np
 import pytest
 
-from rockdamp.figures import rocking
 from rockdamp.figures.bodies import wall_corners
-
-
-def test_small_displacements_are_enlarged_by_a_round_factor_and_large_ones_are_not():
-    assert rocking.enlargement(0.2, 0.3) == rocking.enlargement(0.0, 0.3) == 1.0
-    assert rocking.enlargement(0.001, 0.3) == 200.0
-    assert rocking.enlargement(0.1, 0.3) == 2.0
 
 
 @pytest.mark.parametrize("offset", [-0.2, 0.05])
