@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 
 from rockdamp.arrays import Array
 from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, Population, SpectrumMethod
-from rockdamp.config.kinds import Length, OrNull, Positive, Records, Restitution, Section, Text, arithmetic
+from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
 from rockdamp.config.sections import (
     Accuracy,
     AmplitudeDependence,
@@ -26,10 +26,13 @@ from rockdamp.config.sections import (
     Matching,
     PlateauBeyond,
     Pulses,
+    ResponseLengths,
+    RestitutionGrid,
     Solver,
     Strip,
     Studies,
     Validation,
+    made,
 )
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
@@ -61,18 +64,15 @@ class Config(Section):
     release_amplitude: Positive = Field(
         description="Displacement that free decays start from, u0/u_ins, less than a3. [-]"
     )
-    restitution: Annotated[Array, arithmetic(Restitution, Annotated[float, Field(ge=0.0005, le=1)])] = Field(
-        description="Coefficients of restitution e of every study; an arithmetic grid that includes its ends, of at least"
-        " three values, as the fits of Fig. 7 have three coefficients. [-]"
+    restitution: Annotated[Array, made_of(RestitutionGrid, RestitutionGrid.values)] = Field(
+        description="Coefficients of restitution e of every study; an arithmetic grid that includes its ends."
     )
     studies: Studies = Field(
         description="The studies of free decay; each varies one parameter of the reference wall, in ascending order."
     )
     matching: Matching = Field(description="Eq. (17), the damping ratio that follows a decay under restitution best.")
-    response_lengths: Annotated[Array, arithmetic(Length, Annotated[float, Field(ge=0.01, le=1000)])] = Field(
-        description="Lengths of the response in tau that are compared; an arithmetic grid that includes its ends. The"
-        " shortest is longer than the time to the latest first impact; the decays of the study of the amplitude are"
-        " computed to the longest. [-]"
+    response_lengths: Annotated[ResponseLengths, made_of(ResponseLengths, made)] = Field(
+        description="Lengths of the response in tau that are compared; an arithmetic grid that includes its ends."
     )
     damping_force: DampingForce = Field(description="The histories and loops of Figs 3 and 4.")
     validation: Validation = Field(description="The test of Fig. 8, and the calibration.")

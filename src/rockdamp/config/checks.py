@@ -127,7 +127,7 @@ def responses_have_an_impact(config: Config) -> Problems:
     latest = max(float(np.max(_first_impact(study.curve, study.release_amplitude))) for study in studies_of(config))
     rigid = float(_first_impact(force.rigid.curve, np.asarray(force.rigid.release_amplitude)))
     for key, length, impact in (
-        ("response_lengths.start", float(config.response_lengths[0]), latest),
+        ("response_lengths.start", config.response_lengths.start, latest),
         ("matching.response_length", response_length, latest),
         ("damping_force.response_length", force.response_length, rigid),
     ):
@@ -158,7 +158,7 @@ def decays_are_as_long_as_matches(config: Config) -> Problems:
 
     Held in seconds at the length that the reference wall has, the response of another wall is another length in tau.
     """
-    response_length, longest = config.matching.response_length, float(config.response_lengths[-1])
+    response_length, longest = config.matching.response_length, config.response_lengths.stop
     if not response_length <= longest:
         text = f"is {response_length}; it must be at most response_lengths.stop, {longest:g} (in tau)"
         yield "matching.response_length", text

@@ -143,26 +143,19 @@ def _require_start_below_stop(start: float, stop: float) -> None:
         raise Refusal(f"is {stop}; it must be greater than start, {start:g}", "stop")
 
 
-def arithmetic(bound: Any, step: Any) -> GetPydanticSchema:
-    """Return the annotation of a grid from ``start`` to ``stop`` by ``step``, whose ends are of the kind `bound`."""
-    grid = create_model(
-        "ArithmeticGrid",
-        __base__=Section,
-        start=(bound, Field(description="The smallest value.")),
-        stop=(bound, Field(description="The largest value.")),
-        step=(step, Field(description="Spacing; a whole number of steps leads from start to stop.")),
-    )
-    return made_of(grid, _arithmetic)
+class ArithmeticGrid(Section):
+    start: float = Field(description="The smallest value.")
+    stop: float = Field(description="The largest value.")
+    step: float = Field(description="Spacing; a whole number of steps leads from start to stop.")
 
-
-def _arithmetic(grid: Any) -> Array:
-    """Values of a grid, rounded to 12 decimals, lest 0.85 be a little more."""
-    _require_start_below_stop(grid.start, grid.stop)
-    steps = (grid.stop - grid.start) / grid.step
-    if not abs(steps - round(steps)) <= WHOLE * steps:
-        allowed = f"such that a whole number of steps leads from start, {grid.start:g}, to stop, {grid.stop:g}"
-        raise Refusal(f"is {grid.step}; it must be {allowed}", "step")
-    return np.round(grid.start + grid.step * np.arange(round(steps) + 1), 12)
+    def values(self) -> Array:
+        """Return the values, both ends included, rounded to 12 decimals, lest 0.85 be a little more."""
+        _require_start_below_stop(self.start, self.stop)
+        steps = (self.stop - self.start) / self.step
+        if not abs(steps - round(steps)) <= WHOLE * steps:
+            allowed = f"such that a whole number of steps leads from start, {self.start:g}, to stop, {self.stop:g}"
+            raise Refusal(f"is {self.step}; it must be {allowed}", "step")
+        return np.round(self.start + self.step * np.arange(round(steps) + 1), 12)
 
 
 class GeometricGrid(Section):

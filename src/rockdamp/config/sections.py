@@ -13,6 +13,7 @@ from pydantic import Field
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config.kinds import (
+    ArithmeticGrid,
     Bands,
     Fraction,
     Fractions,
@@ -174,6 +175,24 @@ class Matching(Section):
     )
 
 
+class RestitutionGrid(ArithmeticGrid):
+    start: Restitution = Field(description="The smallest e. [-]")
+    stop: Restitution = Field(description="The largest e. [-]")
+    step: float = Field(
+        ge=0.0005,
+        le=1,
+        description="Spacing; there are at least three values, as the fits of Fig. 7 have three coefficients. [-]",
+    )
+
+
+class ResponseLengths(ArithmeticGrid):
+    start: Length = Field(description="The shortest, longer than the time to the latest first impact. [-]")
+    stop: Length = Field(
+        description="The longest; the decays of the study of the amplitude are computed to it. [-]"
+    )
+    step: float = Field(ge=0.01, le=1000, description="Spacing. [-]")
+
+
 class RigidWall(Section):
     """The wall of Fig. 4a; sizes of which there is no wall or curve are refused."""
 
@@ -197,6 +216,12 @@ class RigidWall(Section):
 def _possible(rigid: RigidWall) -> RigidWall:
     rigid.wall, rigid.curve  # noqa: B018 - the constructors refuse what cannot be
     return rigid
+
+
+def made(lengths: ResponseLengths) -> ResponseLengths:
+    """Return a grid whose values can be made."""
+    lengths.values()  # refuses what is no grid
+    return lengths
 
 
 class DampingForce(Section):

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated
 from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.parsing import Settings
-from rockdamp.config.walls import Strip
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
 from rockdamp.identification.candidates import Candidate
 from rockdamp.identification.evidence import Evidence, evidence_of, probabilities
 from rockdamp.identification.prior import Prior
+from rockdamp.identification.sections import LaboratoryConfig
 from rockdamp.identification.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
@@ -26,39 +22,30 @@ from rockdamp.progress import track, without_bars
 NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
 
 
-class IdentificationSettings(Settings):
-    """The wall of the tests, the prior, and what is simulated: new records, and the test_series's with more noise."""
-
-    wall: Annotated[Strip, "validation.wall"]
-    ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
-    softening: Annotated[str, "validation.curve.softening"]
-    prior: Annotated[Prior, "identification.prior", Prior.of]
-    step: Annotated[float, "identification.step"]
-    simulated: Annotated[Simulated, "identification.simulated"]
-    damping_models: Annotated[tuple[str, ...], "identification.damping_models"]
-    noise: Annotated[Array, "identification.noise"]
-
-
-def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
+def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
     """Identify records made with parameters drawn from the prior; compare models for the records of a test series."""
-    settings = IdentificationSettings.of(config)
-    maker = maker_of(settings)
+    maker = maker_of(config)
     records = []
-    for number in track(range(settings.simulated.draws), "simulated records"):
+    for number in track(range(config.identification.simulated.draws), "simulated records"):
         with without_bars():
             records.append(maker.judged(number))
-    return gathered(maker.names, records).merge(supported(settings, test_series))
+    return gathered(maker.names, records).merge(supported(config, test_series))
 
 
-def maker_of(settings: IdentificationSettings) -> Maker:
+def maker_of(config: LaboratoryConfig) -> Maker:
     """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
-    simulated = settings.simulated
+    simulated, test = Simulated(**dict(config.identification.simulated)), config.validation
     prior = replace(
-        settings.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
+        prior_of(config), sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
     )
-    return Maker(
-        settings.wall, settings.ultimate_displacement_ratio, settings.softening, settings.step, prior, simulated
-    )
+    curve = test.curve
+    a3 = float(curve.ultimate_displacement_ratio)
+    return Maker(test.wall, a3, curve.softening, config.identification.step, prior, simulated)
+
+
+def prior_of(config: LaboratoryConfig) -> Prior:
+    """Return the prior that the config states."""
+    return Prior(**dict(config.identification.prior))
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -75,7 +62,7 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
     )
 
 
-def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
+def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dataset:
     """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
 
     It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
@@ -83,14 +70,14 @@ def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases = [(name, factor) for name in records for factor in settings.noise]
-    maker, found = maker_of(settings), []
+    cases = [(name, factor) for name in records for factor in config.identification.noise]
+    maker, found = maker_of(config), []
     for name, factor in track(cases, "models of the test_series's records"):
-        random = np.random.RandomState([settings.simulated.seed, crc32(name.encode())])
+        random = np.random.RandomState([config.identification.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(maker, settings.prior, record, model) for model in settings.damping_models])
-    shape = (len(records), len(settings.noise), len(settings.damping_models))
+            found.append([_evidence(maker, prior_of(config), record, model) for model in config.identification.damping_models])
+    shape = (len(records), len(config.identification.noise), len(config.identification.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
     error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
@@ -103,8 +90,8 @@ def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -
         },
         coords={
             "record": list(records),
-            "noise_factor": settings.noise,
-            "damping_model": list(settings.damping_models),
+            "noise_factor": config.identification.noise,
+            "damping_model": list(config.identification.damping_models),
         },
     )
 

@@ -15,13 +15,7 @@ from scipy.special import ndtr, ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import (
-    PARAMETERS,
-    PopulationSettings,
-    PopulationShareSettings,
-    PopulationWallSettings,
-)
-from rockdamp.config.settings import Bootstrap
+from rockdamp.config.earthquakes import PARAMETERS, Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.at_intensities import peaks_and_collapses
@@ -47,12 +41,11 @@ def walls(config: Config) -> xr.Dataset:
 
     ``redrawn`` (parameter, wall) is another value of each parameter, NaN where it is not drawn.
     """
-    settings = PopulationWallSettings.of(config)
-    values = sample(settings)
+    values = sample(config)
     wall, curve = mechanics(values)
     ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
     for column, model in enumerate(VISCOUS_MODELS, start=1):
-        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], settings.release_amplitude)
+        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], config.release_amplitude)
     of_wall: dict[str, Array] = {
         **values,
         "instability_displacement": wall.instability_displacement,
@@ -63,7 +56,7 @@ def walls(config: Config) -> xr.Dataset:
         {
             **{name: ("wall", value) for name, value in of_wall.items()},
             "damping_ratio": (("wall", "damping_model"), ratio),
-            "redrawn": (("parameter", "wall"), redraw(settings)),
+            "redrawn": (("parameter", "wall"), redraw(config)),
         },
         coords={
             "wall": np.arange(wall.thickness.size),
@@ -73,54 +66,54 @@ def walls(config: Config) -> xr.Dataset:
     )
 
 
-def sample(settings: PopulationWallSettings) -> dict[str, Array]:
+def sample(config: Config) -> dict[str, Array]:
     """Draw a Latin hypercube of the distributions, with the correlations of the settings.
 
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
     """
-    drawn, (_, factor) = _hypercube(settings, settings.seed), _correlation(settings)
+    drawn, (_, factor) = _hypercube(config, config.population.seed), _correlation(config)
     scores = ndtri(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
-    return {name: settings.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {name: getattr(config.population.parameters, name).quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
-def redraw(settings: PopulationWallSettings) -> Array:
+def redraw(config: Config) -> Array:
     """Draw each parameter of some walls again, conditional on all others; shape (parameters, walls), NaN elsewhere.
 
     Under the copula the normal score of one parameter, conditional on the others, is normal: with the scores z and the
     inverse R of the correlations its mean is z_i - (R z)_i/R_ii and its variance 1/R_ii.
     """
-    correlation, factor = _correlation(settings)
+    correlation, factor = _correlation(config)
     inverse = np.linalg.inv(correlation)
     variance = 1 / np.diag(inverse)
-    scores = ndtri(_hypercube(settings, settings.seed)) @ factor.T
-    fresh = ndtri(_hypercube(settings, [settings.seed, 1]))
+    scores = ndtri(_hypercube(config, config.population.seed)) @ factor.T
+    fresh = ndtri(_hypercube(config, [config.population.seed, 1]))
     uniform = ndtr(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
-    values = np.array([settings.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
-    some = np.unique(np.linspace(0, settings.count - 1, min(settings.redrawn, settings.count)).astype(int))
-    return np.where(np.isin(np.arange(settings.count), some), values, np.nan)
+    values = np.array([getattr(config.population.parameters, name).quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
+    some = np.unique(np.linspace(0, config.population.walls - 1, min(config.population.redrawn, config.population.walls)).astype(int))
+    return np.where(np.isin(np.arange(config.population.walls), some), values, np.nan)
 
 
-def _hypercube(settings: PopulationWallSettings, seed: int | list[int]) -> Array:
+def _hypercube(config: Config, seed: int | list[int]) -> Array:
     """Return a Latin hypercube; shape (walls, parameters)."""
     rng = np.random.default_rng(seed)
     from scipy.stats import qmc  # slow to import, and the shares need none
 
-    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(settings.count))
+    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(config.population.walls))
 
 
-def _correlation(settings: PopulationWallSettings) -> tuple[Array, Array]:
+def _correlation(config: Config) -> tuple[Array, Array]:
     """Return the correlations of the normal scores, which must not contradict each other, and their factor."""
     correlation = np.eye(len(PARAMETERS))
-    for pair, value in settings.correlations.items():
+    for pair, value in config.population.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
         return correlation, np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
         stated = ", ".join(
-            f"{value:g} of {name} with {other}" for (name, other), value in settings.correlations.items()
+            f"{value:g} of {name} with {other}" for (name, other), value in config.population.correlations.items()
         )
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
 
@@ -144,12 +137,11 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 
     ``redrawn_vulnerability`` (parameter, wall) is that under CR with the parameter drawn again, NaN where it is not.
     """
-    settings = PopulationShareSettings.of(config)
-    size = settings.walls_per_job
+    size = config.population.chunk
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    motions = catalogue.load_records(settings.records)
+    motions = catalogue.load_records(config.population.records)
     runs = [
-        run(motion, mine, settings.intensity, step=settings.step, tail=settings.tail)
+        run(motion, mine, config.population.intensity, step=config.population.step, tail=config.population.tail)
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
@@ -158,7 +150,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     if drawn.any():
         others = _with_one_redrawn(mine.isel(wall=drawn))
         fell = [
-            run(motion, others, settings.intensity, step=settings.step, tail=settings.tail, models=[REFERENCE])[1]
+            run(motion, others, config.population.intensity, step=config.population.step, tail=config.population.tail, models=[REFERENCE])[1]
             for motion in track(motions, f"Walls {int(number) + 1}, redrawn")
         ]
         again[:, drawn] = np.mean(fell, axis=(0, 2, 3)).reshape(len(PARAMETERS), -1)
@@ -174,7 +166,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         coords={
             "parameter": list(PARAMETERS),
             "wall": mine["wall"].values,
-            "intensity": settings.intensity,
+            "intensity": config.population.intensity,
             "damping_model": list(MODELS),
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
@@ -223,7 +215,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
 
     Intervals are bootstrapped over the stations. Sensitivities of fewer than `FEWEST` walls are NaN.
     """
-    bootstrap = PopulationSettings.of(config).bootstrap
+    bootstrap = config.population.bootstrap
     collapses = sum_of(share["collapses"] for share in shares)
     vulnerability = np.concatenate([share["vulnerability"].values for share in shares])
     first = shares[0]

@@ -13,8 +13,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.settings import MeasuredRocking, MeasuredRockingSettings
+from rockdamp.identification.sections import LaboratoryConfig, MeasuredRocking
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions.rocking_trials import RockingTrials, read_rocking_trials
 from rockdamp.progress import track
@@ -51,11 +50,11 @@ ERROR_MODELS = {
 }
 
 
-def measured_rocking(config: Config) -> xr.Dataset:
+def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
     """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
-    settings = MeasuredRockingSettings.of(config).measured_rocking
+    settings = config.measured_rocking
     measured = read_rocking_trials(settings.trials)
-    study = _Study(settings, measured)
+    study = _Study(config, measured)
     models, fits = study.by_model()
     shown = fits[REFERENCE]
     parts = [
