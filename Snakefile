@@ -31,6 +31,7 @@ if workflow.is_main_process:
     from rockdamp.config.merging import refuse_other_readings
     from rockdamp.config.schema import refuse_old_targets
     from rockdamp.config.validation import require_readable_motions, validate
+    from rockdamp.laboratory.trials import require_readable_trials
 
     try:
         check_environment()
@@ -41,6 +42,7 @@ if workflow.is_main_process:
         with warnings_as_lines():
             validate(config, Path(workflow.basedir, "workflow/schemas/config.schema.yaml"), files)
             require_readable_motions(config)
+            require_readable_trials(config)
         require_own_folder(config["results"], tree=workflow.basedir)
     except InputError as error:
         raise WorkflowError(str(error)) from None

@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 from experimental_style import WALL
 
-from rockdamp.identification import sampler
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.least_squares import Fit
-from rockdamp.identification.prior import Prior
-from rockdamp.identification.problem import Problem
-from rockdamp.identification.sampler import Draws, Neighbourhood, sample
+from rockdamp.laboratory import sampler
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.problem import Problem
+from rockdamp.laboratory.sampler import Draws, Neighbourhood, sample
 from rockdamp.motions.records import read_record
 from rockdamp.progress import without_bars
 

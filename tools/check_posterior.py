@@ -23,9 +23,9 @@ import xarray as xr
 from random_tests import NAMES, judged
 
 from rockdamp.config.merging import merged
-from rockdamp.identification.simulated import gathered
+from rockdamp.laboratory.simulated import gathered
+from rockdamp.laboratory.stages import IdentificationSettings, maker_of
 from rockdamp.progress import track, without_bars
-from rockdamp.studies.identification import IdentificationSettings, maker_of
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -24,7 +24,7 @@ from random_tests import MAKERS, OVERSAMPLING, RandomTest, drawn
 from scipy.integrate import cumulative_simpson
 
 from rockdamp.errors import InputError
-from rockdamp.identification.calibration import calibrate
+from rockdamp.laboratory.calibration import calibrate
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
 from rockdamp.vocabulary import STANDARD_GRAVITY

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 from table_text import models, percent, table
 
-from rockdamp.figures.identification import compared
+from rockdamp.laboratory.figures import compared
 from rockdamp.text import listed, number
 
 Data = dict[str, xr.Dataset]

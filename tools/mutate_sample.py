@@ -40,7 +40,7 @@ PACKAGES = {
     "solvers": ["solvers", "equivalence", "histories"],
     "equivalence": ["equivalence", "studies/test_matches.py", "studies/test_polynomial_fits.py"],
     "histories": ["histories", "assessment", "studies"],
-    "identification": ["identification", "cli/test_posterior.py"],
+    "laboratory": ["laboratory", "cli/test_posterior.py"],
     "statistics": ["statistics", "assessment", "studies"],
     "motions": ["motions", "assessment", "histories"],
     "assessment": ["assessment", "cli"],

@@ -15,8 +15,11 @@ from .histories.labelled import free_decay as free_decay
 from .histories.labelled import respond as respond
 from .histories.upper_floors import FloorMotion as FloorMotion
 from .histories.upper_floors import floor_motions as floor_motions
-from .identification.calibration import calibrate as calibrate
-from .identification.free_rocking import calibrate_free_rocking as calibrate_free_rocking
+from .laboratory.calibration import calibrate as calibrate
+from .laboratory.free_rocking import calibrate_free_rocking as calibrate_free_rocking
+from .laboratory.free_rocking_record import FreeRocking as FreeRocking
+from .laboratory.free_rocking_record import read_free_rocking as read_free_rocking
+from .laboratory.free_rocking_record import write_free_rocking as write_free_rocking
 from .mechanics.building import Building as Building
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
@@ -24,9 +27,6 @@ from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion
 from .motions.catalogue import load_records as load_records
-from .motions.free_rocking import FreeRocking as FreeRocking
-from .motions.free_rocking import read_free_rocking as read_free_rocking
-from .motions.free_rocking import write_free_rocking as write_free_rocking
 from .motions.intensity import IntensityMeasures as IntensityMeasures
 from .motions.intensity import intensity_measures as intensity_measures
 from .motions.records import Record as Record

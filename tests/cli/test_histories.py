@@ -8,7 +8,7 @@ import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
-from rockdamp.identification import calibration
+from rockdamp.laboratory import calibration
 from rockdamp.storage import dataset
 
 CURVE = ("--a1", 0.04, "--b1", 0.8)

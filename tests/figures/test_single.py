@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rockdamp.figures.single import calibration_figure, decay_figure, response_figure
+from rockdamp.figures.single import decay_figure, response_figure
 
 U_INS, P = 0.25, 2.5
 MODELS = {"CR": (0.85, np.nan), "SDR": (np.nan, 0.0625)}
@@ -59,23 +59,3 @@ def test_a_response_is_drawn_in_millimetres_and_over_u_ins_up_to_a_collapse():
     (beside,) = axes.child_axes
     assert beside.get_ylim()[1] == pytest.approx(axes.get_ylim()[1] / (1000 * U_INS))
     assert figure.get_suptitle() == "SYNTHETIC record: a wall (times 2)"
-
-
-def test_a_calibration_is_drawn_with_what_it_leaves_and_its_errors():
-    time = np.linspace(0.0, 2.0, 41)
-    names = ["yield_displacement_ratio", "strength_ratio", "restitution"]
-    fit = xr.Dataset(
-        {
-            "measured": ("elapsed", 0.02 * np.cos(time) + 0.001),
-            "displacement": ("elapsed", 0.02 * np.cos(time)),
-            "estimate": ("parameter", [0.03, 0.8, 0.84]),
-            "standard_error": ("parameter", [0.001, 0.002, 0.003]),
-        },
-        coords={"elapsed": time, "parameter": names},
-    )
-    axes, left = calibration_figure(fit).axes
-    np.testing.assert_allclose(left.get_lines()[0].get_ydata(), 1.0)
-    assert axes.get_title() == ",  ".join(
-        f"${symbol} = {value:.4f} \\pm {error:.4f}$"
-        for symbol, value, error in (("a_1", 0.03, 0.001), ("b_1", 0.8, 0.002), ("e", 0.84, 0.003))
-    )

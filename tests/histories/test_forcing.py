@@ -9,8 +9,8 @@ from experimental_style import WALL
 import rockdamp as rd
 from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.measured_test import computed_response
-from rockdamp.identification.candidates import Candidate
-from rockdamp.identification.least_squares import Fit
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.least_squares import Fit
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import ricker

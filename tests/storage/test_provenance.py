@@ -18,7 +18,7 @@ STAGES = [
     "studies.damping_force",
     "studies.force_curves",
     "studies.validation",
-    "studies.calibration",
+    "laboratory.stages",
     "studies.accuracy.convergence",
 ]
 

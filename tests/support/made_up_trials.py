@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from made_up_earthquakes import by_model, complete
 
-from rockdamp.studies.measured_rocking.stage import COMPARED, ERROR_MODELS
+from rockdamp.laboratory.measured_rocking import COMPARED, ERROR_MODELS
 from rockdamp.vocabulary import MODELS, PAPER_MODELS
 
 ALL = list(MODELS)

@@ -51,7 +51,7 @@ def verify(folder: Path | None, files: tuple[Path, ...], as_json: bool) -> None:
     """
     from rockdamp.config.checks import validate
     from rockdamp.config.files import merged
-    from rockdamp.identification.sections import LaboratoryConfig, broken
+    from rockdamp.laboratory.sections import LaboratoryConfig, broken
     from rockdamp.motions import catalogue
     from rockdamp.pipeline import verification
 

@@ -1,4 +1,4 @@
-"""Pictures that the command line draws: a record, and one wall's free decays, response to a record, calibration."""
+"""Pictures that the command line draws: one wall's free decays and its response to a record."""
 
 from __future__ import annotations
 
@@ -9,20 +9,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, TAU, line_of, literal, new_figure, scaling, styled
-from rockdamp.figures.test_series import measured_name
-from rockdamp.figures.validation import MEASURED, MILLIMETRES
-from rockdamp.motions.free_rocking import FreeRocking
-from rockdamp.motions.records import Record
+from rockdamp.figures.style import DISPLACEMENT, PALE, TAU, line_of, literal, new_figure, scaling, styled
+from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
 ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"
-PARAMETERS = {
-    "yield_displacement_ratio": "$a_1 = {:.4f} \\pm {:.4f}$",
-    "strength_ratio": "$b_1 = {:.4f} \\pm {:.4f}$",
-    "restitution": "$e = {:.4f} \\pm {:.4f}$",
-}
 
 
 def label_of(history: xr.Dataset, model: str) -> str:
@@ -78,27 +70,6 @@ def response_figure(response: xr.Dataset) -> Figure:
     return figure
 
 
-@styled
-def record_figure(record: Record | FreeRocking) -> Figure:
-    """Draw the histories of a record, or that of a free-rocking test."""
-    shown = [(ACCELERATION, record.ground_acceleration)] if isinstance(record, Record) else []
-    if record.displacement is not None:
-        shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
-    if isinstance(record, FreeRocking) and record.rotation is not None:
-        shown.append((r"rotation [rad]", record.rotation))
-    figure = new_figure(20.0 + 42.0 * len(shown))
-    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
-    for axes, (label, values) in zip(panels, shown, strict=True):
-        axes.plot(record.elapsed, values, color="black", linewidth=0.8)
-        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-        axes.set_ylabel(label)
-    panels[-1].set_xlabel(TIME)
-    figure.align_ylabels(panels)
-    kind = "SYNTHETIC record" if record.synthetic else "Record"
-    figure.suptitle(fill(literal(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
-    return figure
-
-
 def record_title(dataset: xr.Dataset) -> str:
     """Return the record's specimen or source, and the factor on it."""
     kind = "SYNTHETIC record" if dataset.attrs.get("record_synthetic") == "yes" else "Record"
@@ -129,24 +100,3 @@ def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
 def _legend(figure: Figure, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(3, len(labels)))
-
-
-@styled
-def calibration_figure(calibration: xr.Dataset) -> Figure:
-    """Draw the measured response and the fitted one, and what is left between them."""
-    figure = new_figure(105.0)
-    axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
-    measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
-    axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
-    axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of(REFERENCE))
-    values = [calibration[name].sel(parameter=list(PARAMETERS)).values for name in ("estimate", "standard_error")]
-    estimates = ",  ".join(text.format(*of_name) for text, *of_name in zip(PARAMETERS.values(), *values, strict=True))
-    axes.set(ylabel="$u$ [mm]", title=estimates)
-    axes.legend(loc="upper right")
-    left.plot(calibration["elapsed"], measured - fitted, color=GREY, linewidth=0.8)
-    left.set(ylabel="residual [mm]", xlabel=TIME)
-    for each in (axes, left):
-        each.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    figure.align_ylabels([axes, left])
-    figure.suptitle(record_title(calibration), fontsize=8)
-    return figure

@@ -11,8 +11,7 @@ from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.free_rocking import FreeRocking
-from rockdamp.motions.records import Record
+from rockdamp.motions.records import Record, Sampled
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import Histories
 
@@ -24,7 +23,7 @@ SHORTEST_REST = 10  # samples
 NOISY, MOST_NOISY = 5.0, 0.3  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
 
 
-def record_attributes(record: Record | FreeRocking) -> dict[str, str]:
+def record_attributes(record: Sampled) -> dict[str, str]:
     """Return the attributes that a dataset, and with it each figure, must state of its record."""
     stated = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
     return {**stated, "record_synthetic": "yes" if record.synthetic else "no"}

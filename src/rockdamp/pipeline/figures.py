@@ -22,12 +22,12 @@ class Drawing:
     @property
     def function(self) -> str:
         """Full name of the function that draws it."""
-        return f"rockdamp.figures.{self.module}.{self.name}"
+        return f"{self.modules[0]}.{self.name}"
 
     @property
     def modules(self) -> tuple[str, ...]:
         """Modules whose sources it depends on."""
-        return f"rockdamp.figures.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"
+        return f"rockdamp.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"
 
     @property
     def number(self) -> str:
@@ -43,4 +43,4 @@ FIGURES = {
 }
 
 # What the report is made by: the captions stand in the modules of the figures.
-REPORT_MODULES = ("rockdamp.report", *dict.fromkeys(f"rockdamp.figures.{figure.module}" for figure in FIGURES.values()))
+REPORT_MODULES = ("rockdamp.report", *dict.fromkeys(figure.modules[0] for figure in FIGURES.values()))

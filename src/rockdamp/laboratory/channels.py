@@ -1,0 +1,305 @@
+"""From a laboratory's raw channels to a record: units, relative displacement, filter, resampling, zero and baseline."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt
+
+from rockdamp import units
+from rockdamp.arguments import number
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, require
+from rockdamp.laboratory.free_rocking_record import FreeRocking
+from rockdamp.motions.records import Record
+from rockdamp.plausibility import of_displacement, of_step, warn
+from rockdamp.storage import input_file, tables
+
+FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
+FEWEST_FILTERED = 16  # samples that the filter needs to run backwards
+MOST_FINER = 100  # times the channels' rate: a spline adds nothing between the samples
+MOST_SAMPLES = 10**7  # of a record: some seconds of work
+KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
+MOST_UNEVEN = 0.5  # of the median interval: how far an interval may be from it
+BASELINES = ("constant", "linear", "none")
+ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}  # [rad]
+# ASSUME: where the rest varies so many times more than the quietest part, and by so much of the peak, it is none.
+RESTLESS, RESTLESS_SHARE = 3.0, 0.005
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A column of a raw file, by its name or number, and its unit."""
+
+    column: str
+    unit: str
+
+    @classmethod
+    def of(cls, text: str, unit: str = "") -> Channel:
+        """Parse ``COLUMN:UNIT``; the unit may be left out where there is a usual one."""
+        column, colon, stated = text.rpartition(":")
+        if not colon:
+            column, stated = text, unit
+        if not column or not stated:
+            raise InputError(f"channel {text!r} must be COLUMN:UNIT, as d1:mm; COLUMN is a name, or a number from 1 on")
+        return cls(column.strip(), stated.strip())
+
+
+@dataclass(frozen=True)
+class Raw:
+    """The columns of a raw file."""
+
+    names: Sequence[str]
+    values: Array  # (rows, columns)
+    digest: str
+
+    def column(self, name: str) -> Array:
+        """Return a column by its name, or by its number from 1 on."""
+        if name in self.names:
+            return self.values[:, list(self.names).index(name)]
+        if name.isascii() and name.isdigit() and 1 <= int(name) <= self.values.shape[1]:
+            return self.values[:, int(name) - 1]
+        raise InputError(f"column {name!r} is not there; it must be one of {', '.join(self.names)}, or its number")
+
+
+def read_raw(path: str | os.PathLike[str]) -> Raw:
+    """Read a table of numbers: divided by commas, semicolons, tabs or blanks, with or without a line of names.
+
+    Lines before the first of two or more numbers are remarks, of which the last one with as many cells names the
+    columns; otherwise the columns are numbered. A comma is a decimal sign where semicolons or tabs divide.
+    """
+    read = input_file.content(path, "a table of raw channels")
+    lines = [line.strip() for line in input_file.text(read, path).split("\n")]
+    divider = _divider(lines)
+    try:
+        rows = [(index, _cells(line, divider)) for index, line in enumerate(lines, 1) if line]
+    except csv.Error as error:  # of a cell of more than 131 072 characters
+        raise InputError(f"{os.fspath(path)}: {error}; it must be a table of raw channels") from None
+    first = next((at for at, (_, cells) in enumerate(rows) if len(cells) > 1 and _numbers(cells) is not None), None)
+    if first is None or len(rows) < first + 2:
+        raise InputError(f"{os.fspath(path)}: has no table of numbers; it must have two columns and two rows at least")
+    width = len(rows[first][1])
+    values = []
+    for line, cells in rows[first:]:
+        found = _numbers(cells)
+        if found is None or len(found) != width or not np.isfinite(found).all():
+            raise InputError(f"{os.fspath(path)}: line {line} must have {width} finite numbers")
+        values.append(found)
+    named = [cells for _, cells in rows[:first] if len(cells) == width]
+    names = [cell.strip(' "#') for cell in named[-1]] if named else [str(index + 1) for index in range(width)]
+    return Raw(names, np.array(values), hashlib.sha256(read).hexdigest())
+
+
+def _divider(lines: Sequence[str]) -> str | None:
+    """Return what divides the cells; None for blanks."""
+    body = [line for line in lines if line and not line.startswith("#")][-1:]
+    return tables.divider(body[0]) if body else None
+
+
+def _cells(line: str, divider: str | None) -> list[str]:
+    cells = next(csv.reader([line], delimiter=divider)) if divider else line.split()
+    return [tables.with_point(cell, divider) for cell in cells]
+
+
+def _numbers(cells: Sequence[str]) -> list[float] | None:
+    try:
+        return [units.number(cell) for cell in cells]
+    except ValueError:
+        return None
+
+
+def laboratory_record(
+    raw: Raw,
+    *,
+    time: Channel,
+    table_acceleration: Channel | None = None,
+    table_velocity: Channel | None = None,
+    wall: Channel | None = None,
+    table: Channel | None = None,
+    rest: float = 0.5,
+    lowpass: float | None = None,
+    rate: float | None = None,
+    baseline: str = "constant",
+    specimen: str = "not stated",
+    source: str = "not stated",
+    synthetic: bool = False,
+) -> Record:
+    """Make a record of raw channels; its header says all that was done to them.
+
+    In this order: units to SI, the wall less the table, velocity to acceleration, the low-pass filter, one rate, the
+    displacement's zero and the acceleration's baseline. The motion is `table_acceleration` or `table_velocity`; of the
+    wall's displacement that of the `table` is taken off. The zeros are means over `rest` at the start [s]. `lowpass` is
+    the corner of Butterworth's filter of fourth order, run forwards and backwards [Hz]; where `rate` is lower than that
+    of the channels, there is one at 0.4 of it [Hz]. A ``linear`` baseline is also the straight line, zero at the end of
+    the rest, that leaves no velocity at the end of the record.
+    """
+    if (table_acceleration is None) == (table_velocity is None):
+        raise InputError("the motion must be given once: as table_acceleration or as table_velocity")
+    if table is not None and wall is None:
+        raise InputError("table is the displacement that is taken off the wall's; there must be a wall")
+    if baseline not in BASELINES:
+        raise InputError(f"baseline is {baseline!r}; it must be one of {', '.join(BASELINES)}")
+    header = {"specimen": specimen, "source": source, "units": "s, m s-2, m" if wall else "s, m s-2"}
+    header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
+    elapsed = _in(raw, time, "s", "time", header)
+    interval = _check_time(elapsed)
+    ends = f"greater than 0 and less than the record's length, {elapsed[-1] - elapsed[0]:.4g} [s]"
+    require(0 < rest < elapsed[-1] - elapsed[0], "rest", rest, ends)
+    even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
+    if table_velocity is not None:
+        motion = CubicSpline(elapsed, _in(raw, table_velocity, "m s-1", "table_velocity", header))(even, 1)
+        header["acceleration"] = "derivative of the velocity's cubic spline"
+    if table_acceleration is not None:
+        motion = CubicSpline(elapsed, _in(raw, table_acceleration, "m s-2", "table_acceleration", header))(even)
+    displacement = None
+    if wall is not None:
+        moved = _in(raw, wall, "m", "wall", header)
+        moved = moved - _in(raw, table, "m", "table", header) if table is not None else moved
+        header["displacement"] = "wall less table" if table is not None else "wall, taken as relative to the table"
+        displacement = CubicSpline(elapsed, moved)(even)
+    even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
+    even = even - even[0]
+    resting = even < rest
+    motion_and_wall = {"acceleration": (motion, "m s-2", 1.0)}
+    if displacement is not None:
+        motion_and_wall["displacement"] = (displacement, "mm", 1000.0)
+    warn([doubt for name, channel in motion_and_wall.items() for doubt in _restless(name, *channel, even, rest)])
+    warn(of_step(float(even[1] - even[0])))
+    if displacement is not None:
+        zero = float(displacement[resting].mean())
+        displacement, header["zero_removed_m"] = displacement - zero, f"{zero:.6g}"
+        warn(of_displacement(displacement))
+    return Record(even, _baseline(even, motion, resting, baseline, header), displacement, header)
+
+
+def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> list[str]:
+    """Return a doubt where a channel varies far more in its rest than in its quietest part of the same length."""
+    count = int(np.count_nonzero(elapsed < rest))
+    starts = range(0, values.size - count + 1, max(count // 4, 1))
+    spreads = [float(np.std(values[start : start + count])) for start in starts]
+    quietest = int(np.argmin(spreads))
+    enough = max(RESTLESS * spreads[quietest], RESTLESS_SHARE * float(np.abs(values).max()))
+    if spreads[0] <= enough:
+        return []
+    zero, there, least = (factor * value for value in (float(np.mean(values[:count])), spreads[0], spreads[quietest]))
+    return [
+        f"the first {rest:g} s are not at rest: the {name} varies there by {there:.2g} {unit} (standard deviation), and"
+        f" by {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; their mean,"
+        f" {zero:.3g} {unit}, is no zero: the rest must end before the motion begins"
+    ]
+
+
+def laboratory_free_rocking(
+    raw: Raw,
+    *,
+    time: Channel,
+    wall: Channel | None = None,
+    rotation: Channel | None = None,
+    lowpass: float | None = None,
+    rate: float | None = None,
+    specimen: str = "not stated",
+    source: str = "not stated",
+    synthetic: bool = False,
+) -> FreeRocking:
+    """Make a free-rocking test of a raw channel: units to SI, the low-pass filter, one rate. No zero is taken off.
+
+    Either `wall`, the displacement at the hinge or at the top of a parapet, or `rotation`, of the lower body.
+    """
+    if (wall is None) == (rotation is None):
+        raise InputError("a free-rocking test must be given once: as wall, a displacement, or as rotation")
+    header = {"specimen": specimen, "source": source, "units": "s, m" if wall else "s, rad"}
+    header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
+    elapsed = _in(raw, time, "s", "time", header)
+    interval = _check_time(elapsed)
+    even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
+    name, channel, unit = ("wall", wall, "m") if wall is not None else ("rotation", rotation, "rad")
+    assert channel is not None
+    moved = CubicSpline(elapsed, _in(raw, channel, unit, name, header))(even)
+    even, moved, _ = _filtered(even, moved, None, lowpass, rate, header)
+    displacement, turned = (moved, None) if name == "wall" else (None, moved)
+    return FreeRocking(even - even[0], displacement, turned, header)
+
+
+def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str]) -> Array:
+    """Return a channel in SI, and state its factor in the header."""
+    factor = ANGLES.get(channel.unit.lower()) if unit == "rad" else units.size(channel.unit, unit)
+    if factor is None:
+        raise InputError(f"{name} has the unit {channel.unit!r}, which is none of its kind, as {EXAMPLES[name]}")
+    header[f"{name}_channel"] = f"{channel.column}, times {factor:.9g}"
+    return raw.column(channel.column) * factor
+
+
+EXAMPLES = {
+    "time": "s, ms",
+    "table_acceleration": "g, m/s2, cm/s2",
+    "table_velocity": "m/s, mm/s, in/s",
+    "wall": "mm, cm, m, in",
+    "table": "mm, cm, m, in",
+    "rotation": ", ".join(ANGLES),
+}
+
+
+def _check_time(elapsed: Array) -> float:
+    """Return the median interval of times, which must increase and leave no gap."""
+    intervals = np.diff(elapsed)
+    usual = float(np.median(intervals))
+    uneven = np.flatnonzero(~(np.abs(intervals - usual) <= MOST_UNEVEN * usual) | (intervals <= 0))
+    if uneven.size:
+        row = int(uneven[0]) + 2
+        raise InputError(
+            f"time is {elapsed[row - 1]:.9g} s in row {row}; it must be {usual:.4g} s after the row before"
+        )
+    return usual
+
+
+def _filtered(
+    even: Array,
+    motion: Array,
+    displacement: Array | None,
+    lowpass: float | None,
+    rate: float | None,
+    header: dict[str, str],
+) -> tuple[Array, Array, Array | None]:
+    """Return times and channels through the low-pass filter and at the rate that were asked for."""
+    own, length = 1 / float(even[1] - even[0]), float(even[-1] - even[0])
+    wanted = own
+    if rate is not None:
+        wanted, least, most = number("rate", rate), 3 / length, min(MOST_FINER * own, MOST_SAMPLES / length)
+        require(least <= wanted <= most, "rate", wanted, f"between {least:.4g} and {most:.4g} [Hz]")
+    corner = lowpass if lowpass is not None else KEPT * wanted if wanted < own * (1 - 1e-6) else None
+    channels = [motion] if displacement is None else [motion, displacement]
+    if corner is not None:
+        corner = number("lowpass", corner)
+        require(even.size >= FEWEST_FILTERED, "the number of rows", even.size, f"at least {FEWEST_FILTERED} to filter")
+        least, most = 1 / length, min(own, wanted) / 2
+        allowed = f"at least {least:.4g}, a cycle in the record, and below half the rate, {most:.4g} [Hz]"
+        require(least <= corner < most, "lowpass", corner, allowed)
+        sections = butter(FILTER_ORDER, corner, fs=own, output="sos")
+        channels = [sosfiltfilt(sections, channel) for channel in channels]
+        header["lowpass_hz"] = f"{corner:g}, Butterworth of order {FILTER_ORDER}, forwards and backwards"
+    if rate is not None:
+        at = even[0] + np.arange(int((even[-1] - even[0]) * wanted * (1 + 1e-9)) + 1) / wanted
+        channels = [CubicSpline(even, channel)(at) for channel in channels]
+        header["resampled_hz"] = f"{wanted:g}, from {own:.6g}, by a cubic spline"
+        even = at
+    return even, channels[0], channels[1] if displacement is not None else None
+
+
+def _baseline(even: Array, motion: Array, resting: Array, baseline: str, header: dict[str, str]) -> Array:
+    """Return the acceleration without its baseline."""
+    if baseline == "none":
+        return motion
+    offset = float(motion[resting].mean())
+    motion, header["acceleration_offset_removed_m_s2"] = motion - offset, f"{offset:.6g}"
+    if baseline == "linear":
+        ramp = np.maximum(even - even[resting][-1], 0.0)
+        slope = float(np.trapezoid(motion, even) / np.trapezoid(ramp, even))
+        motion, header["acceleration_slope_removed_m_s3"] = motion - slope * ramp, f"{slope:.6g}"
+    return motion

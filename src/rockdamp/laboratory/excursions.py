@@ -1,0 +1,197 @@
+"""Free decays as excursions of undamped motion, each with an amplitude of its own, joined at the crossings of zero.
+
+Between impacts a wall under restitution moves freely, in closed form; so all that a test says is a1, b1, and for each
+release the time of the first crossing and the amplitudes. The loss of each impact follows from two amplitudes, and no
+law of the losses is assumed. Least squares of the whole history take each sample once: noise averages out over the
+samples of a peak, and half periods tell a1 and b1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.laboratory.least_squares import covariance_by_sensor
+from rockdamp.laboratory.releases import Release
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.free_motion import displacement_from_peak
+
+# ASSUME: where a1/a2 and b1 are looked for. Blocks that rock nearly rigidly reach further than walls do.
+LOWEST, HIGHEST = np.array([0.004, 0.30]), np.array([0.90, 0.98])
+STARTS = (np.geomspace(0.006, 0.8, 24), np.linspace(0.32, 0.97, 40))
+MOST_UNLIKE = 1.3  # half periods, over those of the nearest curve or below: beyond it the wall is another one
+LEAST = 1e-6  # of u_ins: the smallest amplitude
+BELOW_A3 = 1 - 1e-6  # of a3: the largest amplitude
+DIFFERENCE = 1e-5  # of a parameter: step of the central differences
+AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
+
+
+@dataclass(frozen=True)
+class Excursions:
+    """Releases of one specimen, to be fitted: `p` in rad s-1, u_ins in m, and the shape of the last branch.
+
+    A *point* holds a1/a2, b1, and for each release the first crossing [tau], the sensor's zero and drift over the
+    release [u_ins], and the logarithms of the amplitudes [u_ins].
+    """
+
+    releases: Sequence[Release]
+    p: float
+    u_ins: float
+    ultimate_displacement_ratio: float
+    softening: str
+
+    def curve(self, ratio: Array, b1: Array) -> TrilinearCurve:
+        """Return the curve of a1/a2 and b1, which may be arrays."""
+        a3 = self.ultimate_displacement_ratio
+        end = (1.0 if self.softening == "steeper" else a3) - b1
+        return TrilinearCurve(ratio * end, b1, a3, self.softening)
+
+    @cached_property
+    def slices(self) -> list[slice]:
+        """Where the parameters of each release stand in a point."""
+        ends = 2 + np.cumsum([3 + release.peaks.size for release in self.releases])
+        return [slice(int(start), int(end)) for start, end in zip([2, *ends[:-1]], ends, strict=True)]
+
+    @cached_property
+    def measured(self) -> list[Array]:
+        """Displacements of each release from its zero. [u_ins]"""
+        return [(release.displacement - release.zero) / self.u_ins for release in self.releases]
+
+    def computed(self, points: Array, index: int) -> Array:
+        """Return the displacement of a release for points, shape (batch, ...); shape (batch, samples). [u_ins]"""
+        release, part = self.releases[index], points[:, self.slices[index]]
+        tau, side = self.p * (release.elapsed - release.elapsed[0]), np.sign(release.peaks[0])
+        curve = self.curve(points[:, 0, None], points[:, 1, None])
+        amplitude = np.minimum(np.exp(part[:, 3:]), BELOW_A3 * self.ultimate_displacement_ratio)
+        quarter = curve.period(amplitude) / 4
+        crossing = part[:, :1] + np.concatenate(
+            [np.zeros((len(points), 1)), np.cumsum(2 * quarter[:, 1:-1], axis=1)], axis=1
+        )
+        peak = np.concatenate([crossing[:, :1] - quarter[:, :1], crossing + quarter[:, 1:]], axis=1)
+        excursion = (tau[None, :, None] >= crossing[:, None, :]).sum(axis=2)
+        from_peak = tau - np.take_along_axis(peak, excursion, axis=1)
+        x = displacement_from_peak(curve, np.take_along_axis(amplitude, excursion, axis=1), from_peak)
+        trend = part[:, 1:2] + part[:, 2:3] * (tau / tau[-1] - 0.5)
+        return side * np.where(excursion % 2 == 0, 1, -1) * x + trend
+
+    def residual(self, point: Array) -> Array:
+        """Return measured less computed displacements of all releases, one after the other. [u_ins]"""
+        parts = [self.measured[index] - self.computed(point[None], index)[0] for index in range(len(self.releases))]
+        return np.concatenate(parts)
+
+    def derivative(self, point: Array) -> Array:
+        """Return the derivative of the computed displacements by the point, shape (samples, parameters)."""
+        rows = []
+        for index, part in enumerate(self.slices):
+            of_release = [0, 1, *range(part.start, part.stop)]
+            h = DIFFERENCE * np.eye(point.size)[of_release]
+            sides = self.computed(np.concatenate([point + h, point - h]), index)
+            block = np.zeros((sides.shape[1], point.size))
+            block[:, of_release] = ((sides[: len(h)] - sides[len(h) :]) / (2 * DIFFERENCE)).T
+            rows.append(block)
+        return np.concatenate(rows)
+
+    def start(self) -> Array:
+        """Return a point by the measured peaks, and by a1 and b1 whose half periods fit best on a grid."""
+        ratio, b1 = (axis.reshape(-1) for axis in np.meshgrid(*STARTS, indexing="ij"))
+        curve = self.curve(ratio[:, None], b1[:, None])
+        misfit = np.zeros(ratio.size)
+        own = []
+        for release in self.releases:
+            amplitude = np.clip(np.abs(release.peaks) / self.u_ins, LEAST, BELOW_A3 * self.ultimate_displacement_ratio)
+            expected = curve.period(amplitude[1:-1]) / 2
+            misfit += ((expected - self.p * release.half_periods) ** 2).sum(axis=1)
+            crossing = self.p * (release.crossings[0] - release.elapsed[0])
+            own += [crossing, 0.0, 0.0, *np.log(amplitude)]
+        best = int(np.argmin(misfit))
+        self._check_half_periods(self.curve(ratio[best], b1[best]))
+        return np.array([ratio[best], b1[best], *own])
+
+    def _check_half_periods(self, curve: TrilinearCurve) -> None:
+        """Raise `InputError` where no curve has half periods like the measured ones."""
+        release = self.releases[0]
+        amplitude = np.minimum(np.abs(release.peaks[1:-1]) / self.u_ins, BELOW_A3 * self.ultimate_displacement_ratio)
+        ratio = float(np.median(self.p * release.half_periods / (curve.period(amplitude) / 2)))
+        if not 1 / MOST_UNLIKE < ratio < MOST_UNLIKE:
+            raise InputError(
+                f"half periods are {ratio:.3g} times those of the wall whose curve is nearest;"
+                " are the wall, and the units of time and displacement, right?"
+            )
+
+    def solution(self) -> Solution:
+        """Return the least squares."""
+        start = self.start()
+        low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
+        low[:2], high[:2] = LOWEST, HIGHEST
+        for part in self.slices:
+            low[part.start + 3 : part.stop] = np.log(LEAST)
+            high[part.start + 3 : part.stop] = np.log(BELOW_A3 * self.ultimate_displacement_ratio)
+        start = np.clip(start, low + 1e-9, high - 1e-9)
+        scale = np.full(start.size, 0.01)
+        scale[:2] = 0.1
+        found = least_squares(
+            self.residual,
+            start,
+            lambda point: -self.derivative(np.clip(point, low + DIFFERENCE, high - DIFFERENCE)),
+            bounds=(low, high),
+            x_scale=scale,
+            max_nfev=200,
+            xtol=1e-10,
+            ftol=1e-12,
+            gtol=None,
+        )
+        return Solution(self, found.x)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The least squares of a test: losses of its impacts, and what surrounds them."""
+
+    test: Excursions
+    point: Array
+
+    @cached_property
+    def residual(self) -> Array:
+        """Measured less fitted displacement. [u_ins]"""
+        return self.test.residual(self.point)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the point by the residuals, which may follow each other, and at least that of white noise.
+
+        With so many parameters neighbouring residuals are correlated negatively by the fit itself, which the estimate
+        that takes them as they are would mistake for the sensor's (the larger of the two: Angrist and Pischke 2009,
+        section 8.1).
+        """
+        inside = np.clip(self.point[:2], LOWEST + DIFFERENCE, HIGHEST - DIFFERENCE)
+        derivative = self.test.derivative(np.concatenate([inside, self.point[2:]]))
+        following = covariance_by_sensor(derivative, self.residual)[0]
+        samples, parameters = derivative.shape
+        scale = np.linalg.norm(derivative, axis=0)
+        inverse = np.linalg.inv((derivative / scale).T @ (derivative / scale))
+        white = np.diag(inverse) / scale**2 * (self.residual @ self.residual) / (samples - parameters)
+        larger = np.sqrt(np.maximum(white / np.diag(following), 1.0))
+        return following * np.outer(larger, larger)
+
+    @property
+    def curve(self) -> TrilinearCurve:
+        """The fitted curve."""
+        return self.test.curve(*self.point[:2])
+
+    def check_inside(self) -> None:
+        """Raise `InputError` where b1, or a1 from above, lies at a bound of the search."""
+        names = ("yield_displacement_ratio over the plateau's end (a1/a2)", "strength_ratio (b1)")
+        near = AT_BOUND * (HIGHEST - LOWEST)
+        for index, name in enumerate(names):
+            value = self.point[index]
+            if value > HIGHEST[index] - near[index] or (index == 1 and value < LOWEST[index] + near[index]):
+                raise InputError(
+                    f"the best fit has {name} {value:.3g}; it must lie inside {LOWEST[index]:g} to {HIGHEST[index]:g}:"
+                    " are the wall, and the units of time and displacement, right?"
+                )

@@ -1,0 +1,140 @@
+"""Releases of a free-rocking test: its zero, the release, the peaks and the crossings of zero that follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import detrend, find_peaks
+from scipy.stats import theilslopes
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, require
+from rockdamp.histories.half_cycles import CLEAR, half_cycles
+from rockdamp.laboratory.free_rocking_record import FreeRocking
+
+# ASSUME: what a test must be for these to be found in it.
+FEWEST_PEAKS = 4  # of a release, itself included: three impacts, of which two leave something to compare
+GROWN = 1.5  # of the peak before: a peak beyond it did not follow from free motion, the specimen was pulled again
+RELEASE = 0.2  # of the largest peak: a release is at least as large
+FALLING = 0.8  # of the release: below it the specimen moves freely, whatever held it
+RISEN = 0.5  # of the next peak: where the record begins below it, the first impact has no energy before it
+ONE_SIDED = 0.5  # of the amplitude: how far the middle between peaks may move with it
+LAST = 0.4  # of the half period before: how far beyond the last peak the record is used
+# Of the white noise, or of the range: where the first or the last part of a test varies less, the specimen is at rest.
+QUIET_SPREAD, QUIET = 1.5, 0.005
+QUIET_SHARE, QUIET_SAMPLES = 0.05, 50  # of the test: how long that part is, and its least number of samples
+NORMAL_MEDIAN = 0.6745  # median of the absolute value of a standard normal variable
+
+
+@dataclass(frozen=True)
+class Release:
+    """A part of a test that is one free decay, in SI and as the sensor shows it.
+
+    Times [s] and displacements [m] of the samples; crossings of zero, one for each impact [s]; signed peaks around
+    them, one more than crossings [m].
+    """
+
+    elapsed: Array
+    displacement: Array
+    zero: float
+    crossings: Array
+    peaks: Array
+
+    @property
+    def half_periods(self) -> Array:
+        """Times between crossings, as they were measured. [s]"""
+        return np.diff(self.crossings)
+
+
+def noise_of(displacement: Array) -> float:
+    """Return the standard deviation of the sensor's noise, or half of that at rest where the noise is no white one. [m]
+
+    White noise shows in second differences, which motion hardly changes; filtered noise shows at rest alone.
+    """
+    resting = rest_deviation(displacement)
+    return max(_white_noise(displacement), 0.0 if np.isnan(resting) else resting / 2)
+
+
+def rest_deviation(displacement: Array) -> float:
+    """Return the standard deviation of the sensor at rest, at the start or the end of a test; NaN without rest. [m]"""
+    count = max(int(QUIET_SHARE * displacement.size), QUIET_SAMPLES)
+    spreads = [float(np.std(detrend(part))) for part in (displacement[:count], displacement[-count:])]
+    quiet = max(QUIET_SPREAD * _white_noise(displacement), QUIET * float(np.ptp(displacement)))
+    return min(spreads) if min(spreads) < quiet else np.nan
+
+
+def _white_noise(displacement: Array) -> float:
+    differences = np.diff(displacement, 2)
+    spread = float(np.median(np.abs(differences - np.median(differences)))) / NORMAL_MEDIAN / np.sqrt(6)
+    steps = np.unique(np.abs(np.diff(displacement)))
+    return max(spread, float(steps[steps > 0].min()) / np.sqrt(12) if steps.any() else 0.0)  # the logger's steps
+
+
+def zero_of(displacement: Array, noise: float) -> float:
+    """Return the level about which the specimen rocks: where the middle between peaks tends to as they fade. [m]
+
+    A specimen that rocks to one side of a support has its middle move with the amplitude, and is refused.
+    """
+    top, bottom = (find_peaks(side, prominence=2 * CLEAR * noise)[0] for side in (displacement, -displacement))
+    at = np.sort(np.concatenate([top, bottom]))
+    values = displacement[at]
+    if values.size < FEWEST_PEAKS:
+        raise _too_few(values.size, noise)
+    middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
+    amplitude = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 4
+    slope = float(theilslopes(middle, amplitude)[0])  # robust: of several releases some peaks follow from a pull
+    if abs(slope) > ONE_SIDED:
+        raise InputError(
+            "the specimen rocks to one side of its zero only, as a wall against a support does; it must rock to both"
+            " sides: two-sided tests alone are fitted"
+        )
+    return float(np.median(middle - slope * amplitude))
+
+
+def releases_of(test: FreeRocking, displacement: Array, least: float | None = None) -> list[Release]:
+    """Split a test into its releases, each from where the specimen falls freely to its last clear half cycle.
+
+    The displacement is that at the hinge or the top [m]; `least` is the smallest peak that is used [m], by default ten
+    standard deviations of the noise. Raises `InputError` for too few peaks, or a specimen that rocks to one side only.
+    """
+    if displacement.size < QUIET_SAMPLES:
+        require(False, "the number of samples", displacement.size, f"at least {QUIET_SAMPLES}")
+    noise = noise_of(displacement)
+    zero = zero_of(displacement, noise)
+    cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)
+    sizes = np.abs(cycles.peak)
+    if sizes.size < FEWEST_PEAKS:
+        raise _too_few(sizes.size, noise, least)
+    grown = (sizes[1:] > GROWN * sizes[:-1]) & (sizes[1:] > RELEASE * sizes.max())
+    starts = np.concatenate([[0], 1 + np.flatnonzero(grown)])
+    ends = np.append(starts[1:], sizes.size)
+    parts = [cycles[int(start) : int(end)] for start, end in zip(starts, ends, strict=True)]
+    usable = [part for part in parts if part.peak.size >= FEWEST_PEAKS and abs(part.peak[0]) > RELEASE * sizes.max()]
+    if not usable and max(part.peak.size for part in parts) >= FEWEST_PEAKS:
+        raise InputError("no release has peaks that fade; after a release the specimen must rock freely")
+    if not usable:
+        raise _too_few(max(part.peak.size for part in parts), noise, least)
+    found = []
+    for part in usable:
+        inside = part.start[1:]
+        # The last half cycle ends in the noise: it is used to a little before where its like would end.
+        last = part.peak_elapsed[-1] + LAST * (inside[-1] - inside[-2])
+        fall = (test.elapsed < inside[0]) & (np.abs(displacement - zero) >= FALLING * abs(part.peak[0]))
+        first = int(np.flatnonzero(fall)[-1]) if fall.any() else 0
+        peaks = part.peak
+        if np.abs(displacement[first] - zero) < RISEN * np.abs(peaks[1]):
+            first, inside, peaks = int(np.argmax(test.elapsed >= inside[0])), inside[1:], peaks[1:]
+        used = slice(first, int(np.searchsorted(test.elapsed, last)) + 1)
+        found.append(Release(test.elapsed[used], displacement[used], zero, inside, peaks))
+    return found
+
+
+def _too_few(count: int, noise: float, least: float | None = None) -> InputError:
+    clear = f"{1000 * CLEAR * noise:.3g} mm, {CLEAR} standard deviations of the sensor's noise"
+    if least is not None:
+        clear = f"{1000 * least:.3g} mm, the least peak"
+    return InputError(
+        f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak is"
+        f" clear beyond {clear}"
+    )

@@ -1,0 +1,105 @@
+"""The study of identification: simulated records identified, and the models that a test_series's records support."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from zlib import crc32
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.errors import InputError
+from rockdamp.histories.measured_test import made_by
+from rockdamp.laboratory.candidates import Candidate
+from rockdamp.laboratory.evidence import Evidence, evidence_of, probabilities
+from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.sections import LaboratoryConfig
+from rockdamp.laboratory.simulated import Maker, Simulated, gathered
+from rockdamp.motions.records import Record
+from rockdamp.progress import track, without_bars
+
+NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
+
+
+def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
+    """Identify records made with parameters drawn from the prior; compare models for the records of a test series."""
+    maker = maker_of(config)
+    records = []
+    for number in track(range(config.identification.simulated.draws), "simulated records"):
+        with without_bars():
+            records.append(maker.judged(number))
+    return gathered(maker.names, records).merge(supported(config, test_series))
+
+
+def maker_of(config: LaboratoryConfig) -> Maker:
+    """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
+    simulated, test = Simulated(**dict(config.identification.simulated)), config.validation
+    prior = replace(
+        prior_of(config), sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
+    )
+    curve = test.curve
+    a3 = float(curve.ultimate_displacement_ratio)
+    return Maker(test.wall, a3, curve.softening, config.identification.step, prior, simulated)
+
+
+def prior_of(config: LaboratoryConfig) -> Prior:
+    """Return the prior that the config states."""
+    return Prior(**dict(config.identification.prior))
+
+
+def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
+    """Add white noise to both channels of a synthetic record until its noise is a multiple of what it was."""
+    more = np.sqrt(factor**2 - 1)
+    acceleration, displacement = (
+        more * float(record.header[name]) * random.standard_normal(record.elapsed.size) for name in NOISE
+    )
+    assert record.displacement is not None
+    return replace(
+        record,
+        ground_acceleration=record.ground_acceleration + acceleration,
+        displacement=record.displacement + displacement,
+    )
+
+
+def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dataset:
+    """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
+
+    It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
+    """
+    for name, record in records.items():
+        if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
+            raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
+    cases = [(name, factor) for name in records for factor in config.identification.noise]
+    maker, found = maker_of(config), []
+    for name, factor in track(cases, "models of the test_series's records"):
+        random = np.random.RandomState([config.identification.simulated.seed, crc32(name.encode())])
+        record = noisier(records[name], float(factor), random)
+        with without_bars():
+            found.append([_evidence(maker, prior_of(config), record, model) for model in config.identification.damping_models])
+    shape = (len(records), len(config.identification.noise), len(config.identification.damping_models))
+    dims = ("record", "noise_factor", "damping_model")
+    logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
+    error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
+    return xr.Dataset(
+        {
+            "log_evidence": (dims, logarithm),
+            "log_evidence_error": (dims, error),
+            "probability": (dims, probabilities(logarithm)),
+            "record_made_by": ("record", np.array([made_by(record) for record in records.values()])),
+        },
+        coords={
+            "record": list(records),
+            "noise_factor": config.identification.noise,
+            "damping_model": list(config.identification.damping_models),
+        },
+    )
+
+
+def _evidence(maker: Maker, prior: Prior, record: Record, model: str) -> Evidence:
+    """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
+    try:
+        fit = maker.fit(record, Candidate.of(model))
+    except InputError:
+        return Evidence()
+    return evidence_of(fit, prior, maker.simulated.seed)

@@ -1,1 +1,0 @@
-"""Measured free rocking: which damping model the ratios of 134 trials support, and how they scatter."""

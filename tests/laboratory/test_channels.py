@@ -1,0 +1,160 @@
+"""Raw channels of a laboratory become a record, and its header says how."""
+
+import numpy as np
+import pytest
+import raw_channels
+from experimental_style import synthetic_record
+from repository import ROOT
+
+from rockdamp.errors import InputError
+from rockdamp.laboratory.channels import Channel, laboratory_record, read_raw
+from rockdamp.motions.records import read_record, write_record
+from rockdamp.vocabulary import STANDARD_GRAVITY
+
+RAW = ROOT / "examples/my-test-raw.csv"
+ELAPSED = 0.01 * np.arange(400)
+PULSE = np.where(ELAPSED > 1, np.sin(2 * np.pi * (ELAPSED - 1)), 0.0)
+
+
+def written(folder, text):
+    path = folder / "raw.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def table(names, *columns, mark=","):
+    rows = [mark.join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    return "\n".join([mark.join(names), *rows] if names else rows) + "\n"
+
+
+def test_the_shipped_example_is_what_its_program_makes():
+    assert RAW.read_text(encoding="utf-8") == raw_channels.text()
+
+
+def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):
+    given = {"time": "t:s", "table_acceleration": "a:g", "wall": "d1:mm", "table": "d2:mm"}
+    made = laboratory_record(
+        read_raw(RAW),
+        **{name: Channel.of(text) for name, text in given.items()},
+        rest=0.2,
+        source="here",
+        synthetic=True,
+    )
+    expected, resting = synthetic_record(), made.elapsed < 0.2
+    zeros = [getattr(expected, name)[resting].mean() for name in ("ground_acceleration", "displacement")]
+    np.testing.assert_allclose(made.ground_acceleration, expected.ground_acceleration - zeros[0], atol=1e-4)
+    np.testing.assert_allclose(made.displacement, expected.displacement - zeros[1], atol=2e-6)
+    removed = float(made.header["acceleration_offset_removed_m_s2"])
+    assert removed == pytest.approx(0.012 * STANDARD_GRAVITY + zeros[0], abs=1e-4)
+    assert abs(zeros[0]) < 0.02 / np.sqrt(resting.sum()) * 3  # the pulse has not begun
+    assert made.header["displacement"] == "wall less table" and made.synthetic and made.header["source"] == "here"
+    write_record(tmp_path / "made.csv", made)
+    assert read_record(tmp_path / "made.csv") == made
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", "  "])
+def test_tables_are_read_with_and_without_names_by_name_or_number(tmp_path, mark):
+    text = table(("time", "acc"), ELAPSED, PULSE, mark=mark)
+    by_name = laboratory_record(
+        read_raw(written(tmp_path, text)), time=Channel.of("time:s"), table_acceleration=Channel.of("acc:m/s2")
+    )
+    bare = text.partition("\n")[2]
+    by_number = laboratory_record(
+        read_raw(written(tmp_path, bare)), time=Channel.of("1", "s"), table_acceleration=Channel.of("2:m/s2")
+    )
+    np.testing.assert_array_equal(by_name.ground_acceleration, by_number.ground_acceleration)
+    assert by_name.displacement is None
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_comma_is_a_decimal_sign_where_it_does_not_divide(tmp_path, mark):
+    text = table(("t", "a"), ELAPSED, PULSE, mark=mark).replace(".", ",")
+    found = read_raw(written(tmp_path, text))
+    np.testing.assert_allclose(found.column("a"), PULSE, atol=1e-8)
+
+
+def test_a_table_of_velocities_is_a_motion_too(tmp_path):
+    t = ELAPSED - 2
+    velocity = 1000 * np.exp(-((5 * t) ** 2))  # mm/s
+    path = written(tmp_path, table((), ELAPSED, velocity))
+    made = laboratory_record(read_raw(path), time=Channel.of("1:s"), table_velocity=Channel.of("2:mm/s"))
+    np.testing.assert_allclose(made.ground_acceleration, -50 * t * np.exp(-((5 * t) ** 2)), atol=2e-3)
+
+
+def test_a_filter_keeps_what_is_slow_takes_what_is_quick_and_delays_neither(tmp_path):
+    quick = 0.5 * np.sin(2 * np.pi * 40 * ELAPSED)
+    path = written(tmp_path, table(("t", "a"), ELAPSED, PULSE + quick))
+    channels = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:m/s2"), "baseline": "none"}
+    made = laboratory_record(read_raw(path), lowpass=15.0, **channels)
+    inside = slice(110, 380)
+    np.testing.assert_allclose(made.ground_acceleration[inside], PULSE[inside], atol=0.02)
+    coarse = laboratory_record(read_raw(path), rate=50.0, **channels)
+    assert coarse.step == pytest.approx(0.02) and coarse.header["lowpass_hz"].startswith("20,")
+    np.testing.assert_allclose(coarse.ground_acceleration[60:180], PULSE[120:360:2], atol=0.03)
+
+
+def test_a_linear_baseline_leaves_no_velocity_at_the_end(tmp_path):
+    drifting = PULSE + 0.3 + 0.05 * np.maximum(ELAPSED - 0.5, 0)
+    path = written(tmp_path, table(("t", "a"), ELAPSED, drifting))
+    channels = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:m/s2")}
+    made = laboratory_record(read_raw(path), baseline="linear", **channels)
+    assert abs(np.trapezoid(made.ground_acceleration, made.elapsed)) < 1e-9
+    np.testing.assert_allclose(made.ground_acceleration, PULSE, atol=0.01)
+    constant = laboratory_record(read_raw(path), **channels)
+    np.testing.assert_allclose(constant.ground_acceleration, drifting - 0.3, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"time": "tt:s"}, "column 'tt' is not there; it must be one of t, a, d"),
+        ({"table_acceleration": "a:mm"}, "table_acceleration has the unit 'mm'"),
+        ({"table_acceleration": None}, "the motion must be given once"),
+        ({"table": "d:mm"}, "there must be a wall"),
+        ({"rest": 9.0}, "rest is 9.0; it must be greater than 0 and less than"),
+        ({"lowpass": 60.0}, "lowpass is 60.0; it must be at least 0.2506, a cycle in the record, and below half the"),
+        ({"lowpass": 1e-9}, "lowpass is 1e-09; it must be at least 0.2506"),
+        ({"rate": 0.0}, "rate is 0.0; it must be between 0.7519 and 1e"),
+        ({"rate": 3e6}, "rate is 3000000.0; it must be between 0.7519 and 1e"),
+        ({"baseline": "cubic"}, "baseline is 'cubic'"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_by_its_name(tmp_path, given, message):
+    path = written(tmp_path, table(("t", "a", "d"), ELAPSED, PULSE, PULSE))
+    options = {"time": "t:s", "table_acceleration": "a:g", **given}
+    channels = {
+        name: Channel.of(value) if isinstance(value, str) and ":" in value else value for name, value in options.items()
+    }
+    with pytest.raises(InputError, match=message):
+        laboratory_record(read_raw(path), **channels)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t,a\n0,1\n", "has no table of numbers"),
+        ("t,a\n0,1\n0.1,x\n0.2,1\n", "line 3 must have 2 finite numbers"),
+        (f"t,a\n0,1\n0.1,{131073 * '1'}\n", "field larger than field limit .131072.; it must be a table of raw"),
+    ],
+)
+def test_a_file_that_holds_no_table_is_refused_with_its_line(tmp_path, text, message):
+    with pytest.raises(InputError, match=message):
+        read_raw(written(tmp_path, text))
+
+
+def test_times_with_a_gap_are_refused_with_their_row(tmp_path):
+    late = np.where(np.arange(400) > 200, ELAPSED + 0.05, ELAPSED)
+    path = written(tmp_path, table(("t", "a"), late, PULSE))
+    with pytest.raises(InputError, match="time is 2.06 s in row 202; it must be 0.01 s after the row before"):
+        laboratory_record(read_raw(path), time=Channel.of("t:s"), table_acceleration=Channel.of("a:g"))
+
+
+@pytest.mark.parametrize("rows", [3, 15, 16])
+def test_a_filter_has_rows_enough_or_is_refused(tmp_path, rows):
+    path = written(tmp_path, table(("t", "a"), ELAPSED[:rows], PULSE[:rows]))
+    run = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:g"), "rest": 0.01, "lowpass": 49.9}
+    if rows == 16:
+        assert laboratory_record(read_raw(path), **run).elapsed.size == 16
+    else:
+        with pytest.raises(InputError, match=f"the number of rows is {rows}; it must be at least 16 to filter"):
+            laboratory_record(read_raw(path), **run)

@@ -1,0 +1,46 @@
+"""The picture of a posterior."""
+
+import numpy as np
+import pytest
+from made_up_posterior import made_up_posterior
+from made_up_studies import identification
+
+from rockdamp.laboratory.figures import SYMBOLS, confusion, fig_identification, posterior_figure
+from rockdamp.vocabulary import CANDIDATES
+
+
+@pytest.mark.parametrize("compared", [True, False])
+def test_a_posterior_is_drawn_in_pairs_below_the_record_in_its_band(compared):
+    found = made_up_posterior(compared=compared)
+    figure = posterior_figure(found)
+    names = [name for name in SYMBOLS if name in found["parameter"].values]
+    pairs = len(names) * (len(names) + 1) // 2
+    assert len(figure.axes) == 2 + pairs + compared
+    titles = [axes.get_title() for axes in figure.axes]
+    assert "90.0% of the record inside the band" in titles[0]
+    for name in names:
+        mean = f"{float(found['mean'].sel(parameter=name)):.4g}"
+        assert any(title.startswith(f"{SYMBOLS[name]} = {mean} ") for title in titles)
+    assert "SYNTHETIC" in figure.get_suptitle()
+
+
+def test_the_evidence_of_a_model_is_what_it_lacks_to_the_best_one():
+    axes = posterior_figure(made_up_posterior()).axes[-1]
+    shown = [text.get_text().strip() for text in axes.texts]
+    assert shown == ["not determined", *(f"{below:.1f}" for below in range(len(CANDIDATES) - 2, -1, -1))]
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == list(CANDIDATES)
+
+
+def test_the_table_of_the_study_holds_the_mean_probability_of_each_model_for_each_origin():
+    made = identification()
+    ranks, intervals, table = fig_identification(made).axes
+    shown = [text.get_text() for text in table.texts]
+    expected = confusion(made).stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model").values
+    assert [float(text) for text in shown if text != "not determined"] == [
+        round(float(v), 2) for v in expected.ravel() if v == v
+    ]
+    assert float(confusion(made).sel(record_made_by="CR", noise_factor=1.0, damping_model="CR")) == pytest.approx(
+        (1 / (1 + np.exp(-1)) + 1 / (1 + np.exp(0.5))) / 2, abs=1e-6
+    )
+    lines = ranks.get_lines()
+    assert lines[1].get_ydata().min() < -0.2 < lines[0].get_ydata().min()  # b1's ranks are too high

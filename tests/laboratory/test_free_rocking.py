@@ -1,0 +1,198 @@
+"""Free-rocking tests identified: simulated ones give back what made them, and slips are named."""
+
+import check_free_rocking
+import free_rocking_tests
+import numpy as np
+import pytest
+from repository import ROOT
+
+import rockdamp as rd
+from rockdamp.histories.labelled import free_decay
+from rockdamp.laboratory.releases import noise_of, releases_of
+from rockdamp.solvers import event_driven
+
+WALL = rd.Wall(thickness=0.25, height=3.0, hinge_ratio=0.6)
+U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
+CURVE, E = rd.TrilinearCurve(0.05, 0.8), 0.86
+ELAPSED = 0.002 * np.arange(3000)
+
+
+def decay(damping=None, release=0.5, sign=1.0, seed=1, noise=2e-4, before=250):
+    """A release of WALL by the event-driven solver, with noise and a zero; held before it."""
+    history = event_driven.history(CURVE, damping or rd.Damping.cr(E), P * ELAPSED, release_amplitude=release)
+    moved = np.concatenate([np.full(before, release), history.displacement, np.zeros(300)])
+    random = np.random.RandomState(seed)
+    return sign * U_INS * moved + 0.003 + noise * random.standard_normal(moved.size)
+
+
+def test_of(displacement, **kwargs):
+    return rd.FreeRocking(0.002 * np.arange(displacement.size), displacement, **kwargs)
+
+
+test_of.__test__ = False
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """Two releases in one file to one side, and one in another to the other side."""
+    both = np.concatenate([decay(seed=1), decay(seed=2, release=0.3)])
+    return rd.calibrate_free_rocking([test_of(both), test_of(decay(seed=3, sign=-1.0))], WALL)
+
+
+def test_several_releases_of_one_specimen_are_one_estimate(fitted):
+    assert fitted.sizes["release"] == 3
+    error = np.abs(fitted["estimate"].values - [0.05, 0.8, E])
+    assert (error < 4 * fitted["standard_error"].values).all() and (error < [1e-4, 1e-3, 2e-3]).all()
+    released = fitted["release_displacement"].values / U_INS
+    np.testing.assert_allclose(released, [0.5, 0.3, -0.5], rtol=2e-3)
+    np.testing.assert_allclose(fitted["release_elapsed"][0], 0.5, atol=2e-3)
+    np.testing.assert_allclose(fitted["sensor_zero"], 0.003, atol=2e-4)
+    assert float(fitted["restitution_unlike_releases"]) > 0.01
+
+
+@pytest.mark.parametrize(("release", "seed", "sign"), [(1, 1, 1.0), (3, 3, -1.0)])
+def test_the_measured_history_is_the_record_without_the_sensor_s_zero_and_drift(fitted, release, seed, sign):
+    samples = fitted.isel(sample=fitted["sample_release"].values == release)
+    elapsed, sensor = samples["sample_elapsed"].values, fitted.isel(release=release - 1)
+    shown = decay(seed=seed, sign=sign)[np.rint(elapsed / 0.002).astype(int)]
+    drift = float(sensor["sensor_drift"]) * (elapsed - (elapsed[0] + elapsed[-1]) / 2)
+    assert np.ptp(drift) > 1e-7
+    np.testing.assert_allclose(shown - samples["measured"], float(sensor["sensor_zero"]) + drift, atol=1e-12)
+
+
+def test_impacts_have_the_e_that_made_them_within_the_intervals_of_the_noise(fitted):
+    low, high = fitted["impact_restitution_interval"].values
+    assert 0.75 < np.mean((low < E) & (high > E)) <= 1
+    early = fitted["impact_amplitude"].values > 0.2
+    np.testing.assert_allclose(fitted["impact_restitution"].values[early], E, atol=5e-3)
+    assert float(fitted["residual_rms"]) == pytest.approx(2e-4, rel=0.05)
+    assert float(fitted["restitution_scatter"]) < 0.004
+
+
+def test_the_exponent_and_the_dampers_are_judged_on_this_curve(fitted):
+    low, high = fitted["amplitude_exponent_interval"].values
+    assert low < 0 < high
+    excluded = fitted["log_likelihood"] < fitted["log_likelihood_threshold"]
+    assert not excluded.sel(damping_model=["CR", "ECD", "ECD16"]).any()
+    assert excluded.sel(damping_model=["CDC", "SDR"]).all()
+
+
+@pytest.mark.parametrize(("model", "ratio"), [("CDC", 0.03), ("SDR", 0.05)])
+def test_a_damper_that_made_a_test_is_told(model, ratio):
+    history = free_decay(CURVE, rd.Damping(model, ratio), wall=WALL, release_amplitude=0.6, length=6.0, points=3001)
+    shown = np.concatenate([np.full(200, 0.6 * U_INS), history["displacement"].values])
+    fit = rd.calibrate_free_rocking(test_of(shown + 2e-4 * np.random.RandomState(4).standard_normal(shown.size)), WALL)
+    assert str(fit["log_likelihood"].idxmax("damping_model").item()) == model
+    assert float(fit["log_likelihood"].sel(damping_model="CR")) < float(fit["log_likelihood_threshold"])
+
+
+def test_a_rotation_is_a_displacement_over_the_height_of_the_hinge():
+    displacement = decay()
+    turned = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / float(WALL.lower_height))
+    by_rotation, by_displacement = (rd.calibrate_free_rocking(test, WALL) for test in (turned, test_of(displacement)))
+    np.testing.assert_allclose(by_rotation["estimate"], by_displacement["estimate"], rtol=1e-6)
+
+
+def test_what_the_integrator_simulates_is_inside_the_intervals():
+    """A small part of tools/check_free_rocking.py, whose table is in docs/identification.md."""
+    inside = []
+    for number in range(4):
+        random = np.random.RandomState([11, number])
+        wall = check_free_rocking.specimen(random)
+        tests, _ = check_free_rocking.tests_of(wall, random, most=1)
+        inside += check_free_rocking.held(wall, check_free_rocking.fitted(wall, tests)).values()
+    assert np.mean(inside) >= 0.75
+
+
+def test_the_integrator_is_the_event_driven_solver():
+    specimen = free_rocking_tests.Specimen(0.25, 3.0, 0.6, 0.0, a1=0.05, b1=0.8, e=E)
+    assert specimen.u_ins == pytest.approx(U_INS)
+    moved, _ = free_rocking_tests.decay(specimen, 0.5 * U_INS, 0.002, 4.0, 1e-6, np.random.RandomState(0))
+    exact = event_driven.history(CURVE, rd.Damping.cr(E), P * 0.002 * np.arange(moved.size), release_amplitude=0.5)
+    np.testing.assert_allclose(moved, U_INS * exact.displacement, atol=1e-6)
+
+
+def test_the_shipped_examples_are_what_their_program_makes():
+    """A number on the border between two last decimals may be rounded either way on another processor."""
+    for name, text in free_rocking_tests.examples().items():
+        (words, numbers), (made_words, made) = (
+            parted((ROOT / "examples" / name).read_text(encoding="utf-8")),
+            parted(text),
+        )
+        assert words == made_words
+        last_decimal = 0.01 if ";" in words[-1] else 1e-5  # [mm], [m]
+        np.testing.assert_allclose(numbers, made, rtol=0, atol=1.01 * last_decimal)
+        assert np.mean(numbers != made) < 0.01
+
+
+def parted(text):
+    """Return the lines of words, and the numbers."""
+    lines = text.splitlines()
+    rows = [line for line in lines if line[0].isdigit()]
+    numbers = np.array([line.replace(";", ",").split(",") for line in rows], dtype=float)
+    return [line for line in lines if line not in set(rows)], numbers
+
+
+@pytest.mark.parametrize(
+    ("displacement", "said"),
+    [
+        (1000 * decay(), "were they millimetres?"),
+        (np.abs(decay(before=0) - 0.003), "two-sided tests alone are fitted"),
+        (decay()[:700], r"the number of clear peaks is [0-3]; it must be at least 4"),
+        (1e-4 * np.random.RandomState(5).standard_normal(2000), "the number of clear peaks is 0"),
+    ],
+)
+def test_slips_are_named(displacement, said):
+    with pytest.raises(rd.InputError, match=said):
+        rd.calibrate_free_rocking(test_of(displacement), WALL)
+
+
+def test_degrees_and_a_wrong_wall_are_named():
+    displacement = decay()
+    degrees = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / 1.8 * 180 / np.pi)
+    with pytest.raises(rd.InputError, match=r"rad; it must be less than .* were they degrees\?"):
+        rd.calibrate_free_rocking(degrees, WALL)
+    slow = rd.FreeRocking(0.02 * np.arange(displacement.size), displacement)
+    with pytest.raises(rd.InputError, match="half periods are .* times those of the wall"):
+        rd.calibrate_free_rocking(slow, WALL)
+
+
+def test_a_test_without_rest_is_fitted_with_a_warning():
+    with pytest.warns(rd.InputWarning, match="no rest at the start or the end"):
+        fit = rd.calibrate_free_rocking(test_of(decay(before=0)[150:2400]), WALL)
+    assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=3e-3)
+
+
+def test_releases_are_found_with_their_peaks_and_without_those_in_the_noise():
+    displacement = np.concatenate([decay(), decay(sign=-1.0, release=0.4)])
+    first, second = releases_of(test_of(displacement), displacement)
+    assert np.sign(first.peaks[0]) == 1 and np.sign(second.peaks[0]) == -1
+    assert (np.sign(first.peaks[1:]) == -np.sign(first.peaks[:-1])).all()
+    assert noise_of(displacement) == pytest.approx(2e-4, rel=0.1)
+    assert np.abs(first.peaks).min() > 2e-3 and first.crossings.size == first.peaks.size - 1
+    few, _ = releases_of(test_of(displacement), displacement, least=0.02)
+    assert np.abs(few.peaks).min() > 0.02
+
+
+def test_filtered_noise_makes_no_peaks_at_rest():
+    """White noise that a logger's filter took most of shows at rest, and hardly in differences of samples."""
+    displacement = np.convolve(decay(noise=1e-3), np.full(25, 1 / 25), mode="valid")
+    (release,) = releases_of(test_of(displacement), displacement)
+    assert noise_of(displacement) > 5e-5
+    assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
+    fit = rd.calibrate_free_rocking(test_of(displacement), WALL)
+    assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=5e-3)
+
+
+def test_an_uncertain_size_widens_the_answer_by_what_another_size_changes():
+    test = test_of(decay(release=0.4))
+    exact, uncertain = (
+        rd.calibrate_free_rocking(test, WALL, least_peak=0.01, uncertain=sizes)
+        for sizes in (None, {"thickness": 0.002})
+    )
+    thick, thin = (rd.Wall(thickness=0.25 + side, height=3.0, hinge_ratio=0.6) for side in (0.002, -0.002))
+    change = [rd.calibrate_free_rocking(test, wall, least_peak=0.01)["estimate"].values for wall in (thick, thin)]
+    added = uncertain["standard_error"].values ** 2 - exact["standard_error"].values ** 2
+    np.testing.assert_allclose(np.sqrt(added), np.abs(change[0] - change[1]) / 2, rtol=1e-6)
+    low, high = uncertain["interval"].sel(parameter="strength_ratio").values
+    assert high - low > 5 * float(np.diff(exact["interval"].sel(parameter="strength_ratio").values)[0])
