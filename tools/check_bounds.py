@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 import yaml
+from rockdamp.config.settings import AccuracySettings
 
 from rockdamp.config import Config
-from rockdamp.config.settings import AccuracySettings
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy import matched_ratios
 from rockdamp.studies.earthquakes import event_driven_check

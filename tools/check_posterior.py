@@ -21,8 +21,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from random_tests import NAMES, judged
-
 from rockdamp.config.merging import merged
+
 from rockdamp.laboratory.simulated import gathered
 from rockdamp.laboratory.stages import IdentificationSettings, maker_of
 from rockdamp.progress import track, without_bars

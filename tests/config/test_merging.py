@@ -2,10 +2,10 @@
 
 import pytest
 from repository import ROOT
+from rockdamp.config.merging import merged, refuse_other_readings, refuse_unreadable
 from snakemake.common.configfile import load_configfile
 from snakemake.utils import update_config
 
-from rockdamp.config.merging import merged, refuse_other_readings, refuse_unreadable
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
 

@@ -4,12 +4,12 @@ import copy
 
 import pytest
 from repository import ROOT
-from snakemake.utils import update_config
-
-from rockdamp.config import earthquakes
 from rockdamp.config.parsing import Settings, ascending
 from rockdamp.config.settings import DecaySettings, MatchSettings, PulseSettings
 from rockdamp.config.walls import StudySettings, make_named_wall, make_wall
+from snakemake.utils import update_config
+
+from rockdamp.config import earthquakes
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.storage import yaml_file

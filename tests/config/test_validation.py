@@ -6,10 +6,10 @@ import re
 import pytest
 from jsonschema import Draft202012Validator
 from repository import ROOT
-
-from rockdamp.config import schema, validation
 from rockdamp.config.merging import merged
 from rockdamp.config.validation import validate
+
+from rockdamp.config import schema, validation
 from rockdamp.errors import InputError, InputWarning
 from rockdamp.storage.dotted_keys import path_of, stated
 

@@ -14,10 +14,10 @@ import pytest
 from click.testing import CliRunner
 from nbclient import NotebookClient
 from repository import ROOT
+from rockdamp.config.merging import merged
 
 import rockdamp as rd
 from rockdamp.cli import main
-from rockdamp.config.merging import merged
 from rockdamp.storage import dataset
 from rockdamp.studies import decays, polynomial_fits
 from rockdamp.studies.matches import match

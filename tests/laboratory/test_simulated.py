@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from repository import ROOT
-
 from rockdamp.config.merging import merged
+
 from rockdamp.errors import InputError
 from rockdamp.laboratory.simulated import Judged, gathered
 from rockdamp.laboratory.stages import IdentificationSettings, maker_of, noisier, supported

@@ -8,8 +8,8 @@ import pytest
 import yaml
 from figure_functions import FIGURES
 from repository import ROOT
-
 from rockdamp.config.settings import AmplitudeDependenceSettings
+
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.equivalence.minima import RESOLUTION
 from rockdamp.mechanics.curve import TrilinearCurve

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from repository import ROOT
-
 from rockdamp.config.merging import merged
 from rockdamp.config.settings import BilinearSettings
+
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from rockdamp.config.walls import StudySettings
+
 from rockdamp.studies.decays import step_count
 from rockdamp.vocabulary import STUDIES
 

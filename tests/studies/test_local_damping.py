@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from repository import ROOT
+from rockdamp.config.merging import merged
 
 from rockdamp.config.earthquakes import LocalDampingSettings
-from rockdamp.config.merging import merged
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures

@@ -4,9 +4,9 @@ import copy
 
 import numpy as np
 import pytest
-
 from rockdamp.config.settings import MatchSettings, PulseSettings
 from rockdamp.config.walls import make_wall
+
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.studies import damping_force, polynomial_fits, pulses
 from rockdamp.studies.decays import study as decay_study

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from repository import ROOT
-
 from rockdamp.config.merging import merged
+
 from rockdamp.studies.spectrum_method import first_factor, spectrum_method, statistics
 
 LINEAR = {"name": "linear", "thickness": 0.3, "slenderness": 12, "overburden_ratio": 0.0, "hinge_ratio": 0.7}

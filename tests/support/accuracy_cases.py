@@ -2,8 +2,8 @@
 
 import numpy as np
 import xarray as xr
-
 from rockdamp.config.settings import DecaySettings
+
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import xarray as xr
 from repository import ROOT
-
 from rockdamp.config.merging import merged
+
 from rockdamp.motions import catalogue
 from rockdamp.pipeline import verification
 

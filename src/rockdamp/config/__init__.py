@@ -110,7 +110,7 @@ class Config(Section):
         description="The ensemble on which the order of both schemes is measured."
     )
     accuracy: Annotated[Accuracy, OrNull] = Field(
-        description="What the accuracy of the solver, the damping ratios, small rotations and the energy is measured on."
+        description="What the accuracy of solver, damping ratios, small rotations and energy is measured on."
     )
 
     def part(self, keys: Iterable[str]) -> Self:

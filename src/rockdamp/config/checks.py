@@ -15,11 +15,12 @@ from pydantic import ValidationError
 from rockdamp import plausibility
 from rockdamp.arrays import Array
 from rockdamp.config import Config, Study
-from rockdamp.config.files import Problem, problems
+from rockdamp.config.files import Problem, problems, refuse_braces
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import has_displacement
+from rockdamp.motions import catalogue
+from rockdamp.motions.records import has_displacement, read_record
 from rockdamp.storage.dotted_keys import path_of
 from rockdamp.vocabulary import PRESETS, STUDIES
 
@@ -322,3 +323,17 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, (thick, height) in sizes.items():
         for doubt in plausibility.of_wall(thick, height):
             yield key, f"makes an unlikely wall: {doubt}"
+
+
+# --- ground motions and folders --------------------------------------------------------------------------------------
+
+
+def require_readable_motions(tests: Iterable[str], lists: Sequence[Sequence[str]]) -> None:
+    """Read the records of tests and the user's ground motions that a config names, or raise `InputError`."""
+    of_tests, own = list(tests), [path for entries in lists for path in catalogue.files_of(entries)]
+    refuse_braces([*of_tests, *own])
+    for test in of_tests:
+        read_record(test)
+    catalogue.warn_of_left_out([entry for entries in lists for entry in entries])
+    for path in dict.fromkeys([*map(str, of_tests), *map(str, own)]):
+        catalogue.from_file(path)

@@ -154,15 +154,15 @@ class Earthquakes(Section):
     step: float = Field(
         ge=1e-4,
         lt=0.5,
-        description="Longest step of the published histories, times the angular frequency of the first branch; a record's"
-        " step is divided until it is no longer. Errors are bounded with steps two and four times as long, so less than"
-        " 0.5. [-]",
+        description="Longest step of the published histories, times the angular frequency of the first branch; a"
+        " record's step is divided until it is no longer. Errors are bounded with steps two and four times as"
+        " long, so less than 0.5. [-]",
     )
     tail: Duration = Field(description="Rest after the record. [s]")
     chunk: Count = Field(description="Records that one job runs; fewer make more jobs, for more cores.")
     check: Check = Field(
-        description="Histories that are solved again, event by event: as many of each stratum, from walls that stand far"
-        " from collapse to those whose outcome depends on the step."
+        description="Histories that are solved again, event by event: as many of each stratum, from walls far from"
+        " collapse to those whose outcome depends on the step."
     )
     orders: EarthquakeOrders = Field(
         description="The energy-consistent damper of order m beside restitution, with no fit."
@@ -263,8 +263,8 @@ class Population(Section):
     correlations: Annotated[
         dict[tuple[str, str], float], made_of(dict[_Parameter, dict[_Parameter, _Correlation]], _by_pair)
     ] = Field(
-        description="Correlation of two parameters' normal scores, as parameter - other parameter - value; none where not"
-        " stated."
+        description="Correlation of two parameters' normal scores, as parameter - other parameter - value; none where"
+        " not stated."
     )
     redrawn: Whole = Field(
         ge=0,
@@ -284,6 +284,6 @@ class Population(Section):
     tail: Duration = Field(description="Rest after the record. [s]")
     bootstrap: Bootstrap = Field(description="Resampling of the stations.")
     check: Check = Field(
-        description="Histories that are solved again, event by event: as many of each stratum, from walls that stand far"
-        " from collapse to those that just collapse."
+        description="Histories that are solved again, event by event: as many of each stratum, from walls far from"
+        " collapse to those that just collapse."
     )

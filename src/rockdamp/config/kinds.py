@@ -1,4 +1,4 @@
-"""Kinds of values in the config: bounded numbers, lists, grids, and sections that are made into what a stage computes with.
+"""Kinds of values in the config: bounded numbers, lists, grids, and what sections are made into.
 
 A kind is an annotated type, so that its bounds are checked and stand in the schema, and mypy sees what is made of it.
 """
@@ -110,7 +110,7 @@ def _ascending(values: list[Any]) -> list[Any]:
 
 def _list(item: Any, least: int, *checks: Callable[[list[Any]], list[Any]]) -> Any:
     bounds = Field(min_length=least, max_length=1000, json_schema_extra={"uniqueItems": True})
-    return Annotated[(list[item], bounds, AfterValidator(_differ), *map(AfterValidator, checks))]  # type: ignore[misc]
+    return Annotated[(list[item], bounds, AfterValidator(_differ), *map(AfterValidator, checks))]
 
 
 def values(item: Any, least: int = 1) -> GetPydanticSchema:

@@ -1,7 +1,7 @@
 """The sections of the config: meaning, unit and bounds of each key, and what a section is made into.
 
-Values stand in config/default.yaml alone, so every key is required. Bounds leave out what no wall has, and what no computer can
-run. What one key demands of another is checked in `rockdamp.config.checks`.
+Values stand in config/default.yaml alone, so every key is required. Bounds leave out what no wall has, and what no
+computer can run. What one key demands of another is checked in `rockdamp.config.checks`.
 """
 
 from __future__ import annotations
@@ -187,9 +187,7 @@ class RestitutionGrid(ArithmeticGrid):
 
 class ResponseLengths(ArithmeticGrid):
     start: Length = Field(description="The shortest, longer than the time to the latest first impact. [-]")
-    stop: Length = Field(
-        description="The longest; the decays of the study of the amplitude are computed to it. [-]"
-    )
+    stop: Length = Field(description="The longest; the decays of the study of the amplitude are computed to it. [-]")
     step: float = Field(ge=0.01, le=1000, description="Spacing. [-]")
 
 
@@ -273,11 +271,11 @@ class AmplitudeDependence(Section):
         ge=2,
         le=1000,
         multiple_of=2,
-        description="Steps in place of each of the solver's in the last minimisation, as matching.refinement. Even. [-]",
+        description="Steps in place of each of the solver's in the last minimisation, as matching.refinement. [-]",
     )
     map: CurveMap = Field(
-        description="Curves for which the best exponent of the general damper is found; those that do not exist are left"
-        " out."
+        description="Curves for which the best exponent of the general damper is found; those that do not exist are"
+        " left out."
     )
 
 
@@ -345,8 +343,8 @@ class Accuracy(Section):
     minima: Whole = Field(
         ge=2,
         le=10_000,
-        description="Damping ratios of each model whose minimum of Err is found with the exact solver: half are those of"
-        " the largest Err, the others are drawn from the rest.",
+        description="Damping ratios of each model whose minimum of Err is found with the exact solver: half are those"
+        " of the largest Err, the others are drawn from the rest.",
     )
     bracket: Fraction = Field(
         description="Where those minima are looked for, on both sides of the published value and as a fraction of it."

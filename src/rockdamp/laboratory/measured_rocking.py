@@ -54,7 +54,7 @@ def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
     """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
     settings = config.measured_rocking
     measured = read_rocking_trials(settings.trials)
-    study = _Study(config, measured)
+    study = _Study(settings, measured)
     models, fits = study.by_model()
     shown = fits[REFERENCE]
     parts = [

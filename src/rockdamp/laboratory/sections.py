@@ -33,7 +33,7 @@ from rockdamp.config.kinds import (
 from rockdamp.statistics.distribution import Distribution
 from rockdamp.vocabulary import CANDIDATES
 
-Model = Literal[CANDIDATES]
+Model = Literal[CANDIDATES]  # type: ignore[valid-type]
 AboveMinusOne = Annotated[float, Field(gt=-1, le=1e6)]
 Correlation = Annotated[Distribution, distribution(INTERVAL, AboveMinusOne, BelowOne)]
 OfPositive = Annotated[Distribution, distribution(INTERVAL, AboveZero)]
@@ -57,9 +57,7 @@ class PriorSection(Section):
     sensor_correlation: Correlation = Field(
         description="Correlation of that noise between a sample and the next, between -1 and 1. [-]"
     )
-    sensor_zero: Positive = Field(
-        description="Standard deviation of the sensor's zero beyond its mean at rest. [m]"
-    )
+    sensor_zero: Positive = Field(description="Standard deviation of the sensor's zero beyond its mean at rest. [m]")
     sensor_drift: Positive = Field(description="Standard deviation of the sensor's drift. [m s-1]")
 
 
@@ -138,8 +136,8 @@ class LaboratoryConfig(Config):
     """The paper's study, as config/default.yaml states it; null leaves a study out, and with it all that reads it."""
 
     identification: Annotated[Identification, OrNull] = Field(
-        description="Identification of a measured record's wall and damper; simulated records see that it is right about"
-        " itself."
+        description="Identification of a measured record's wall and damper; simulated records see that it is right"
+        " about itself."
     )
     measured_rocking: Annotated[MeasuredRocking, OrNull] = Field(
         description="Which damping model the ratios of velocity of measured free rocking support."

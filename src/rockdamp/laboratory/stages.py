@@ -34,13 +34,14 @@ def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) 
 
 def maker_of(config: LaboratoryConfig) -> Maker:
     """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
-    simulated, test = Simulated(**dict(config.identification.simulated)), config.validation
+    section = config.identification
+    simulated, test = Simulated(**dict(section.simulated)), config.validation
     prior = replace(
         prior_of(config), sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
     )
     curve = test.curve
     a3 = float(curve.ultimate_displacement_ratio)
-    return Maker(test.wall, a3, curve.softening, config.identification.step, prior, simulated)
+    return Maker(test.wall, a3, curve.softening, section.step, prior, simulated)
 
 
 def prior_of(config: LaboratoryConfig) -> Prior:
@@ -67,17 +68,18 @@ def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dat
 
     It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
     """
+    section = config.identification
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases = [(name, factor) for name in records for factor in config.identification.noise]
+    cases = [(name, factor) for name in records for factor in section.noise]
     maker, found = maker_of(config), []
     for name, factor in track(cases, "models of the test_series's records"):
-        random = np.random.RandomState([config.identification.simulated.seed, crc32(name.encode())])
+        random = np.random.RandomState([section.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(maker, prior_of(config), record, model) for model in config.identification.damping_models])
-    shape = (len(records), len(config.identification.noise), len(config.identification.damping_models))
+            found.append([_evidence(maker, prior_of(config), record, model) for model in section.damping_models])
+    shape = (len(records), len(section.noise), len(section.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
     error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
@@ -90,8 +92,8 @@ def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dat
         },
         coords={
             "record": list(records),
-            "noise_factor": config.identification.noise,
-            "damping_model": list(config.identification.damping_models),
+            "noise_factor": section.noise,
+            "damping_model": list(section.damping_models),
         },
     )
 

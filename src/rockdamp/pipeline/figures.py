@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 
@@ -44,3 +44,8 @@ FIGURES = {
 
 # What the report is made by: the captions stand in the modules of the figures.
 REPORT_MODULES = ("rockdamp.report", *dict.fromkeys(figure.modules[0] for figure in FIGURES.values()))
+
+
+def drawn(datasets: Collection[str]) -> dict[str, Drawing]:
+    """Return the figures of which all datasets are there."""
+    return {name: figure for name, figure in FIGURES.items() if set(figure.inputs) <= set(datasets)}

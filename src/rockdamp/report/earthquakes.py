@@ -5,7 +5,7 @@ The words are in a template; which of them are printed follows from the numbers,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from typing import Any, NamedTuple
 

@@ -74,7 +74,9 @@ def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Grou
 
 def amplitude_dependence(config: Config) -> xr.Dataset:
     """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents."""
-    curves = groups(config.amplitude_dependence, config.curve.strength_ratio, config.studies.cracked_stiffness.strength_ratio_beyond)
+    curves = groups(
+        config.amplitude_dependence, config.curve.strength_ratio, config.studies.cracked_stiffness.strength_ratio_beyond
+    )
     parts = [_measured(group, config) for group in curves]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     best = exponent_map(

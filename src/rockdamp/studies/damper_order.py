@@ -40,7 +40,11 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray[Any]]]
 
 def damper_order(config: Config, record: Record) -> xr.Dataset:
     """Compare ECD of each order with CR, in free decay, under pulses and under the motion of the record of Fig. 8."""
-    asked = groups(config.amplitude_dependence, float(config.curve.strength_ratio), config.studies.cracked_stiffness.strength_ratio_beyond)
+    asked = groups(
+        config.amplitude_dependence,
+        float(config.curve.strength_ratio),
+        config.studies.cracked_stiffness.strength_ratio_beyond,
+    )
     parts = [_on_group(group, config) for group in asked]
     curves = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     parts = [

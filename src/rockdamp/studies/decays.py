@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config import Study
+from rockdamp.config import Config, Study
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
@@ -44,8 +43,13 @@ def study(name: str, config: Config) -> xr.Dataset:
     Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
     that of the matching, in tau and in seconds.
     """
+    matching = config.matching
     walls, restitution, step = config.study(name), config.restitution, config.solver.step
-    length = config.response_lengths.stop if name == INFERS else longest_response(walls, config.wall, config.matching.response_length)
+    length = (
+        config.response_lengths.stop
+        if name == INFERS
+        else longest_response(walls, config.wall, matching.response_length)
+    )
     steps = step_count(length, step)
     response = solve(
         walls.curve.map(lambda parameter: parameter[:, None]),

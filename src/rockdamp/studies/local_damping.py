@@ -102,30 +102,36 @@ def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
 
 def under_records(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
     """Run every wall under every record at every intensity."""
+    quakes = config.earthquakes
     entries = catalogue.listing(config.records)
-    shape = (len(entries), config.earthquakes.velocity_ratio.size, len(config.earthquakes.walls))
+    shape = (len(entries), quakes.velocity_ratio.size, len(quakes.walls))
     ended, stations = np.empty((2, len(dampings), *shape)), []
     for row, entry in enumerate(track(entries, "Local damping, records")):
         motion = catalogue.read(entry)
         pgv = intensity_measures(motion.record).pgv
         stations.append(motion.group)
-        for column, named in enumerate(config.earthquakes.walls):
-            factor = config.earthquakes.velocity_ratio * named.wall.velocity_scale / pgv
-            forcing = Forcing.of(named.wall, motion.record, factor, rest=config.earthquakes.tail)
-            substeps = forcing.substeps(config.earthquakes.orders.step / named.curve.initial_frequency)
+        for column, named in enumerate(quakes.walls):
+            factor = quakes.velocity_ratio * named.wall.velocity_scale / pgv
+            forcing = Forcing.of(named.wall, motion.record, factor, rest=quakes.tail)
+            substeps = forcing.substeps(quakes.orders.step / named.curve.initial_frequency)
             loads = replace(forcing, load_factor=np.asarray(forcing.load_factor)).newmark(substeps)
             for index, damping in enumerate(dampings.values()):
                 response = solve(named.curve, damping, **loads)
                 ended[:, index, row, :, column] = response.peak, response.outcome == COLLAPSED
     dims = ("damping_model", *HISTORIES)
-    coords = {"damping_model": list(dampings), "velocity_ratio": config.earthquakes.velocity_ratio, "station": ("record", stations)}
+    coords = {
+        "damping_model": list(dampings),
+        "velocity_ratio": quakes.velocity_ratio,
+        "station": ("record", stations),
+    }
     peak, fell = (xr.DataArray(values, dims=dims, coords=coords) for values in ended)
     return _against(peak, fell)
 
 
 def _of_records(histories: xr.Dataset, config: Config) -> tuple[xr.Dataset, tuple[str, ...]]:
     """Add the statistics over all records, with their intervals over stations."""
-    weights = resample(histories["station"].values, config.comparison.bootstrap.replicates, config.comparison.bootstrap.seed)
+    bootstrap = config.comparison.bootstrap
+    weights = resample(histories["station"].values, bootstrap.replicates, bootstrap.seed)
     compared = bootstrapped(histories.drop_vars("ratio").expand_dims(restitution=1), weights)
     names = [*KEPT, *(f"{name}_interval" for name in KEPT)]
     whole = compared[names].isel(band=0, restitution=0)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from report_browser import PATIENCE, By, WebDriverWait, complaints, message, open_page, preset, put, shown, value
+from rockdamp.config.walls import make_wall
 
 import rockdamp
-from rockdamp.config.walls import make_wall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve

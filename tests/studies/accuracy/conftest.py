@@ -4,8 +4,8 @@ import copy
 
 import pytest
 from accuracy_cases import made_up
-
 from rockdamp.config.walls import StudySettings
+
 from rockdamp.studies import damping_force
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import accuracy

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from accuracy_cases import CURVE, DAMPINGS
+from rockdamp.config.walls import make_curve, make_wall
 
 from rockdamp import plausibility
-from rockdamp.config.walls import make_curve, make_wall
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.damping import Damping

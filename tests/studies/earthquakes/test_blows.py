@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 import yaml
 from repository import ROOT
+from rockdamp.config.walls import make_named_wall
 
 from rockdamp.config.earthquakes import EarthquakeRecordSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.histories import at_intensities
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion

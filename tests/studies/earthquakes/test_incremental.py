@@ -8,9 +8,9 @@ import xarray as xr
 import yaml
 from made_up_earthquakes import histories
 from repository import ROOT
+from rockdamp.config.walls import make_named_wall
 
 from rockdamp.config.earthquakes import EarthquakeRecordSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.mechanics.damping import Damping

@@ -6,8 +6,8 @@ import xarray as xr
 import yaml
 from made_up_orders import SPLITS, compare, made_up
 from repository import ROOT
-
 from rockdamp.config.walls import make_named_wall
+
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures

@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 import yaml
 from repository import ROOT
+from rockdamp.config.settings import Bootstrap
 from scipy import stats
 
 from rockdamp.config.earthquakes import PopulationWallSettings
-from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 from repository import ROOT
+from rockdamp.config.walls import make_named_wall
 
 from rockdamp.config.earthquakes import EarthquakeRecordSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures

@@ -31,7 +31,8 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
     than the one of least error at that e, over the histories that stand with both.
     """
-    weights = resample(earthquakes["station"].values, config.comparison.bootstrap.replicates, config.comparison.bootstrap.seed)
+    bootstrap = config.comparison.bootstrap
+    weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
     edges = config.comparison.bands
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
     complete = _complete(earthquakes)

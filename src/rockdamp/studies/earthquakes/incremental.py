@@ -42,9 +42,10 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 
     The ratio is NaN for CR and beyond the range of the polynomials.
     """
-    ratio = np.full((len(config.earthquakes.walls), config.earthquakes.restitution.size, len(MODELS), len(SOURCES)), np.nan)
+    quakes = config.earthquakes
+    ratio = np.full((len(quakes.walls), quakes.restitution.size, len(MODELS), len(SOURCES)), np.nan)
     ratio[:, :, 1:] = _damping_ratios(config, Polynomials.of(equivalence))
-    made = [(named.wall, named.curve) for named in config.earthquakes.walls]
+    made = [(named.wall, named.curve) for named in quakes.walls]
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
         for name in (
@@ -69,8 +70,8 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
             **of_wall,
         },
         coords={
-            "wall": [named.name for named in config.earthquakes.walls],
-            "restitution": config.earthquakes.restitution,
+            "wall": [named.name for named in quakes.walls],
+            "restitution": quakes.restitution,
             "damping_model": list(MODELS),
             "damping_ratio_source": list(SOURCES),
         },
@@ -79,8 +80,9 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 
 def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
-    count, e = len(config.earthquakes.walls), config.earthquakes.restitution
-    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in config.earthquakes.walls]) for name in TEXTS)
+    quakes = config.earthquakes
+    count, e = len(quakes.walls), quakes.restitution
+    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in quakes.walls]) for name in TEXTS)
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
     amplitude = np.full(each_e.size, config.release_amplitude)
     step, scheme, label = config.solver.step, config.solver.scheme, "Damping ratios of the walls"
@@ -117,12 +119,11 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 
-def run(
-    config: Config, restitution: Array, damping_ratio: Array, motion: catalogue.GroundMotion
-) -> xr.Dataset:
+def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalogue.GroundMotion) -> xr.Dataset:
     """Run one record, for every wall, scale, e and damper; ratios have the shape (walls, e, models, sources)."""
+    quakes = config.earthquakes
     intensity = intensity_measures(motion.record)
-    factors = [config.earthquakes.velocity_ratio * float(named.wall.velocity_scale) / intensity.pgv for named in config.earthquakes.walls]
+    factors = [quakes.velocity_ratio * float(named.wall.velocity_scale) / intensity.pgv for named in quakes.walls]
     cases = [
         Case.of(
             named.wall,
@@ -130,13 +131,13 @@ def run(
             motion.record,
             factor,
             strong_end=intensity.strong_end,
-            step=config.earthquakes.step,
-            tail=config.earthquakes.tail,
+            step=quakes.step,
+            tail=quakes.tail,
         )
-        for named, factor in zip(config.earthquakes.walls, factors, strict=True)
+        for named, factor in zip(quakes.walls, factors, strict=True)
     ]
-    by_wall = zip(config.earthquakes.walls, factors, cases, by_damper(cases, restitution, damping_ratio), strict=True)
-    change = config.earthquakes.restitution_change
+    by_wall = zip(quakes.walls, factors, cases, by_damper(cases, restitution, damping_ratio), strict=True)
+    change = quakes.restitution_change
     per_wall = [
         peaks | case.varied(restitution, change) | _load(named, factor, motion.record, intensity)
         for named, factor, case, peaks in by_wall
@@ -157,8 +158,8 @@ def run(
     data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
     data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
     coords = {
-        "velocity_ratio": config.earthquakes.velocity_ratio,
-        "wall": [named.name for named in config.earthquakes.walls],
+        "velocity_ratio": quakes.velocity_ratio,
+        "wall": [named.name for named in quakes.walls],
         "restitution": restitution,
         "damping_model": list(MODELS),
         "damping_ratio_source": list(SOURCES),

@@ -52,8 +52,10 @@ def chunk(number: str, config: Config) -> xr.Dataset:
 
 def _under(motion: catalogue.GroundMotion, config: Config) -> xr.Dataset:
     """Run all histories of one record."""
+    quakes = config.earthquakes
+    orders = quakes.orders
     pgv = intensity_measures(motion.record).pgv
-    per_wall = [_of_wall(named, motion, pgv, config) for named in config.earthquakes.walls]
+    per_wall = [_of_wall(named, motion, pgv, config) for named in quakes.walls]
     last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
     names = {
         "reference": ("reference_peak", "reference_collapsed"),
@@ -66,11 +68,11 @@ def _under(motion: catalogue.GroundMotion, config: Config) -> xr.Dataset:
         peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
         data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
     coords = {
-        "velocity_ratio": config.earthquakes.velocity_ratio,
-        "wall": [named.name for named in config.earthquakes.walls],
-        "restitution": config.earthquakes.orders.restitution,
+        "velocity_ratio": quakes.velocity_ratio,
+        "wall": [named.name for named in quakes.walls],
+        "restitution": orders.restitution,
         "variation": list(VARIATIONS),
-        "order": config.earthquakes.orders.order,
+        "order": orders.order,
         "record": motion.name,
     }
     of_record = {"record_set": ("record", [motion.record_set]), "station": ("record", [motion.group])}
@@ -81,22 +83,24 @@ def _of_wall(
     named: NamedWall, motion: catalogue.GroundMotion, pgv: float, config: Config
 ) -> dict[str, tuple[Array, NDArray[np.int8]]]:
     """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
+    quakes = config.earthquakes
+    asked = quakes.orders
     wall = named.wall
-    factor = config.earthquakes.velocity_ratio * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
-    forcing = Forcing.of(wall, motion.record, factor, rest=config.earthquakes.tail)
-    coarser = forcing.substeps(2 * config.earthquakes.orders.step / named.curve.initial_frequency)
+    factor = quakes.velocity_ratio * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
+    forcing = Forcing.of(wall, motion.record, factor, rest=quakes.tail)
+    coarser = forcing.substeps(2 * asked.step / named.curve.initial_frequency)
 
     def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
         by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
         response = solve(named.curve, damping, **replace(forcing, load_factor=by_scale).newmark(substeps))
         return response.peak, response.outcome
 
-    e, finer = config.earthquakes.orders.restitution, 2 * coarser
+    e, finer = asked.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
-    changes = config.earthquakes.restitution_change, config.earthquakes.orders.loss_change, config.earthquakes.orders.test_spread
+    changes = quakes.restitution_change, asked.loss_change, asked.test_spread
     changed = run(Damping.cr(np.column_stack([e, order_criterion.changed(e, *changes)])), finer)
     coarse = run(Damping.cr(e), coarser)
-    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in config.earthquakes.orders.order]
+    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in asked.order]
     peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
     return {
         "reference": (changed[0][..., 0], changed[1][..., 0]),
@@ -114,12 +118,15 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
     says whether that is enough. ``recommended_order`` is the smallest that is enough at every e over all records.
     """
+    bootstrap = config.comparison.bootstrap
+    quakes = config.earthquakes
+    orders = quakes.orders
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
         of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
-        weights = resample(of_set["station"].values, config.comparison.bootstrap.replicates, config.comparison.bootstrap.seed)
+        weights = resample(of_set["station"].values, bootstrap.replicates, bootstrap.seed)
         parts.append(_compare_set(of_set, weights, config.comparison.bands))
     compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, config))
     return compared.assign_coords(
@@ -138,9 +145,9 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     ).assign(
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
-        restitution_change=config.earthquakes.restitution_change,
-        loss_change=config.earthquakes.orders.loss_change,
-        test_spread=config.earthquakes.orders.test_spread,
+        restitution_change=quakes.restitution_change,
+        loss_change=orders.loss_change,
+        test_spread=orders.test_spread,
         recommended_order=("change", order_criterion.recommended_order(compared["smallest_order"].values[0])),
     )
 
@@ -179,7 +186,12 @@ def _splits(histories: xr.Dataset, config: Config) -> xr.Dataset:
     order, station, halves = histories["order"].values, histories["station"].values, config.comparison.splits
     parts = [
         order_criterion.split(
-            Sums.of(histories, change), order, station, halves.count, config.comparison.bootstrap.replicates, halves.seed
+            Sums.of(histories, change),
+            order,
+            station,
+            halves.count,
+            config.comparison.bootstrap.replicates,
+            halves.seed,
         )
         for change in track(list(SIDES), "Orders by halves of the stations")
     ]

@@ -72,10 +72,13 @@ def sample(config: Config) -> dict[str, Array]:
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
     """
-    drawn, (_, factor) = _hypercube(config, config.population.seed), _correlation(config)
+    section = config.population
+    drawn, (_, factor) = _hypercube(config, section.seed), _correlation(config)
     scores = ndtri(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
-    return {name: getattr(config.population.parameters, name).quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {
+        name: getattr(section.parameters, name).quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)
+    }
 
 
 def redraw(config: Config) -> Array:
@@ -84,15 +87,16 @@ def redraw(config: Config) -> Array:
     Under the copula the normal score of one parameter, conditional on the others, is normal: with the scores z and the
     inverse R of the correlations its mean is z_i - (R z)_i/R_ii and its variance 1/R_ii.
     """
+    section = config.population
     correlation, factor = _correlation(config)
     inverse = np.linalg.inv(correlation)
     variance = 1 / np.diag(inverse)
-    scores = ndtri(_hypercube(config, config.population.seed)) @ factor.T
-    fresh = ndtri(_hypercube(config, [config.population.seed, 1]))
+    scores = ndtri(_hypercube(config, section.seed)) @ factor.T
+    fresh = ndtri(_hypercube(config, [section.seed, 1]))
     uniform = ndtr(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
-    values = np.array([getattr(config.population.parameters, name).quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
-    some = np.unique(np.linspace(0, config.population.walls - 1, min(config.population.redrawn, config.population.walls)).astype(int))
-    return np.where(np.isin(np.arange(config.population.walls), some), values, np.nan)
+    values = np.array([getattr(section.parameters, name).quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
+    some = np.unique(np.linspace(0, section.walls - 1, min(section.redrawn, section.walls)).astype(int))
+    return np.where(np.isin(np.arange(section.walls), some), values, np.nan)
 
 
 def _hypercube(config: Config, seed: int | list[int]) -> Array:
@@ -105,16 +109,15 @@ def _hypercube(config: Config, seed: int | list[int]) -> Array:
 
 def _correlation(config: Config) -> tuple[Array, Array]:
     """Return the correlations of the normal scores, which must not contradict each other, and their factor."""
+    section = config.population
     correlation = np.eye(len(PARAMETERS))
-    for pair, value in config.population.correlations.items():
+    for pair, value in section.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
         return correlation, np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
-        stated = ", ".join(
-            f"{value:g} of {name} with {other}" for (name, other), value in config.population.correlations.items()
-        )
+        stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in section.correlations.items())
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
 
 
@@ -137,11 +140,12 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 
     ``redrawn_vulnerability`` (parameter, wall) is that under CR with the parameter drawn again, NaN where it is not.
     """
-    size = config.population.chunk
+    section = config.population
+    size = section.chunk
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    motions = catalogue.load_records(config.population.records)
+    motions = catalogue.load_records(section.records)
     runs = [
-        run(motion, mine, config.population.intensity, step=config.population.step, tail=config.population.tail)
+        run(motion, mine, section.intensity, step=section.step, tail=section.tail)
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
@@ -150,7 +154,14 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     if drawn.any():
         others = _with_one_redrawn(mine.isel(wall=drawn))
         fell = [
-            run(motion, others, config.population.intensity, step=config.population.step, tail=config.population.tail, models=[REFERENCE])[1]
+            run(
+                motion,
+                others,
+                section.intensity,
+                step=section.step,
+                tail=section.tail,
+                models=[REFERENCE],
+            )[1]
             for motion in track(motions, f"Walls {int(number) + 1}, redrawn")
         ]
         again[:, drawn] = np.mean(fell, axis=(0, 2, 3)).reshape(len(PARAMETERS), -1)
@@ -166,7 +177,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         coords={
             "parameter": list(PARAMETERS),
             "wall": mine["wall"].values,
-            "intensity": config.population.intensity,
+            "intensity": section.intensity,
             "damping_model": list(MODELS),
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
