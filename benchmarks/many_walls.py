@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rockdamp.assessment.many_walls import WALLS, answers
+from rockdamp.assessment.assess import CHUNK, assess_rows
 from rockdamp.assessment.table import read_walls
 from rockdamp.motions.catalogue import load_records
 from rockdamp.solvers.newmark import available_threads
@@ -46,16 +46,16 @@ def write_walls(path, count):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--walls", type=int, default=2 * WALLS, help="walls that are run")
+    parser.add_argument("--walls", type=int, default=2 * CHUNK, help="walls that are run")
     parser.add_argument("--of", type=int, default=10_000, help="walls whose time is told")
     given = parser.parse_args()
     motions = load_records(RECORDS)
     with tempfile.TemporaryDirectory() as folder:
         write_walls(Path(folder, "walls.csv"), given.walls)
         rows = read_walls(Path(folder, "walls.csv"))
-    list(answers(rows[:1], motions[:1], "PGV", 0.4))  # compiled before the clock starts
+    assess_rows(rows[:1], motions[:1], "PGV", 0.4)  # compiled before the clock starts
     start, processor = time.perf_counter(), time.process_time()
-    count = sum(1 for _ in answers(rows, motions, "PGV", 0.4))
+    count = assess_rows(rows, motions, "PGV", 0.4).sizes["wall"]
     seconds, processor = time.perf_counter() - start, time.process_time() - processor
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(

@@ -1,6 +1,6 @@
 """Public names. `__init__.py` reads them here, and so do type checkers and editors."""
 
-from .assessment.one_wall import assess as assess
+from .assessment.assess import assess as assess
 from .equivalence.closed_form import damping_ratio_energy as damping_ratio_energy
 from .equivalence.closed_form import equivalence_factor as equivalence_factor
 from .equivalence.closed_form import giannini_masiani as giannini_masiani

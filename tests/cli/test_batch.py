@@ -8,7 +8,7 @@ import pytest
 from command_line import printed, run
 from report_content import of_name
 
-from rockdamp.assessment.many_walls import COLUMNS
+from rockdamp.assessment.answers import COLUMNS
 from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a")

@@ -10,7 +10,7 @@ from html_page import Page, words
 from rockdamp import report
 from rockdamp.report import measurement, tables
 from rockdamp.report.page import BRIDGE
-from rockdamp.storage.provenance import files_of
+from rockdamp.storage import provenance
 
 REFERENCES = ("src", "href", "srcset", "action", "poster", "data", "xlink:href", "background", "cite")
 
@@ -40,7 +40,8 @@ def test_the_same_content_gives_the_same_bytes(content, html):
 def test_every_file_of_the_report_is_an_input_of_its_rule():
     folder = Path(report.__file__).parent
     own = {path for path in folder.iterdir() if path.is_file()}
-    assert own <= set(files_of("rockdamp.report"))
+    modules = provenance.modules_of("rockdamp.report")
+    assert own <= {file for name, path in modules.items() for file in (path, *provenance._read(name, path).data_files)}
 
 
 # --- complete --------------------------------------------------------------------------------------------------------

@@ -1,15 +1,21 @@
 """Which sources a result depends on, and digests of them."""
 
+import ast
+import copy
 import json
+import os
+import re
 import shutil
 import subprocess
 import sys
+import time
 
 import pytest
 
-from rockdamp.storage import provenance
+from rockdamp.pipeline.stages import STAGES
+from rockdamp.storage import provenance, registry
 
-STAGES = [
+MODULES = [
     "studies.decays",
     "equivalence.matching",
     "studies.matches",
@@ -34,8 +40,15 @@ def package(tmp_path, monkeypatch):
     forget()
 
 
+def modules_of(stage):
+    """The modules that count for a stage."""
+    left_out = {*provenance.NO_SCIENCE, *stage.sources.without}
+    modules = provenance.modules_of(*stage.sources.modules).items()
+    return {name: path for name, path in modules if name not in left_out and ".config" not in name}
+
+
 def forget():
-    for cached in (provenance._file_of, provenance._text, provenance._imports, provenance._data_files):
+    for cached in (provenance._file_of, provenance._read, provenance.code_version):
         cached.cache_clear()
 
 
@@ -54,7 +67,7 @@ def loaded():
 import importlib, json, sys, types
 
 loaded = {{}}
-for name in {[*STAGES, "storage.dataset", "figures"]!r}:
+for name in {[*MODULES, "storage.dataset", "figures"]!r}:
     for old in [old for old in sys.modules if old.partition(".")[0] == "rockdamp"]:
         del sys.modules[old]
     package = sys.modules["rockdamp"] = types.ModuleType("rockdamp")
@@ -67,7 +80,7 @@ print(json.dumps(loaded))
     return json.loads(run.stdout)
 
 
-@pytest.mark.parametrize("module", [*STAGES, "storage.dataset", "figures"])
+@pytest.mark.parametrize("module", [*MODULES, "storage.dataset", "figures"])
 def test_every_module_that_an_import_loads_is_found(module, loaded):
     assert f"rockdamp.{module}" in loaded[module]
     assert set(loaded[module]) <= set(provenance.modules_of(f"rockdamp.{module}"))
@@ -105,21 +118,117 @@ def test_a_name_taken_from_the_packages_face_depends_on_the_face(package):
     assert {"rockdamp", "rockdamp.mechanics.curve"} <= set(provenance.modules_of("rockdamp.one"))
 
 
-def test_the_code_version_follows_an_edit_of_what_is_imported_and_of_nothing_else(package):
-    before = {name: provenance.code_version(f"rockdamp.{name}") for name in ("studies.decays", "mechanics.wall")}
-    with (package / "solvers/newmark.py").open("a", encoding="utf-8") as source:
-        source.write("# edited\n")
-    after = {name: provenance.code_version(f"rockdamp.{name}") for name in before}
-    assert before["studies.decays"] != after["studies.decays"]
-    assert before["mechanics.wall"] == after["mechanics.wall"]
+MODULE = """
+'''What it is for.'''
+from rockdamp.errors import InputError, require
+from rockdamp.plausibility import warn
+
+def double(value: float) -> float:
+    '''Return twice a value.'''
+    require(value > 0, "value", value, allowed="positive")
+    if value > 9:
+        warn([f"{value} is large"])
+    if value > 99:
+        raise InputError(f"value is {value}")
+    return 2 * value  # twice
+"""
+SPOKEN = ("What it is for", "Return twice a value", '"positive"', '"value"', "# twice", " is {value}")
+
+
+@pytest.mark.parametrize("words", SPOKEN)
+def test_words_for_people_change_no_version(package, words):
+    assert words in MODULE
+    write(package, {"doubling": MODULE})
+    before = provenance.code_version("rockdamp.doubling")
+    forget()
+    write(package, {"doubling": MODULE.replace(words, words[:-2] + "s" + words[-2:])})
+    assert provenance.code_version("rockdamp.doubling") == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("2 * value", "3 * value"), ("> 9:", "> 8:"), ("require(value > 0", "require(value > 1")]
+)
+def test_what_computes_or_decides_changes_the_version(package, old, new):
+    write(package, {"doubling": MODULE, "user": "from rockdamp.doubling import double", "other": "VALUE = 1"})
+    before = {name: provenance.code_version(f"rockdamp.{name}") for name in ("doubling", "user", "other")}
+    forget()
+    write(package, {"doubling": MODULE.replace(old, new)})
+    changed = {name for name, version in before.items() if provenance.code_version(f"rockdamp.{name}") != version}
+    assert changed == {"doubling", "user"}
+
+
+def test_the_version_does_not_depend_on_how_the_code_is_laid_out(package):
+    write(package, {"doubling": "VALUES = (1, 2)\n"})
+    before = provenance.code_version("rockdamp.doubling")
+    forget()
+    write(package, {"doubling": "VALUES = (\n    1,  # one\n    2,\n)\n"})
+    assert provenance.code_version("rockdamp.doubling") == before
+
+
+def test_what_a_left_out_module_imports_counts_and_itself_does_not(package):
+    write(package, {"user": "from rockdamp import plausibility", "science": "VALUE = 1"})
+    write(package, {"plausibility": "from rockdamp.science import VALUE"})
+    before = provenance.code_version("rockdamp.user")
+    for name, text, same in (
+        ("plausibility", "from rockdamp.science import VALUE as BOUND", True),
+        ("science", "VALUE = 2", False),
+    ):
+        forget()
+        write(package, {name: text})
+        assert (provenance.code_version("rockdamp.user") == before) == same
+
+
+def test_modules_that_are_left_out_exist_and_words_that_are_stored_count(package):
+    for name in (*provenance.NO_SCIENCE, *provenance.NUMBERS_IN_WORDS, provenance.STORES_WORDS):
+        assert name in provenance.modules_of(name)
+    folder = provenance.STORES_WORDS.rpartition(".")[0]
+    users = provenance.STORES_WORDS, f"{folder}.problem"
+    before = [provenance.code_version(name) for name in users]
+    forget()
+    file = package / f"{folder.partition('.')[2]}/problem.py"
+    text = file.read_text(encoding="utf-8")
+    assert "does not rock" in text
+    file.write_text(text.replace("does not rock", "never rocks"), encoding="utf-8")
+    assert [provenance.code_version(name) == old for name, old in zip(users, before, strict=True)] == [False, True]
+
+
+def test_errors_of_what_stages_compute_with_are_made_where_they_are_raised():
+    """Elsewhere an edit of their words would run stages again."""
+    modules = {name: path for stage in STAGES.values() for name, path in modules_of(stage).items()}
+    for name, path in modules.items():
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        raised = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Raise) for part in ast.walk(node)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and id(node) not in raised:
+                assert not re.search(r"(Error|Warning)$", ast.unparse(node.func)), (name, node.lineno)
 
 
 def test_the_code_version_follows_an_edit_of_a_data_file(package):
-    names = "rockdamp.storage.dataset", "rockdamp.mechanics.curve"
-    before = [provenance.code_version(name) for name in names]
-    (package / "storage/variables.yaml").write_text("common: {}\ndatasets: {}\n", encoding="utf-8")
-    assert provenance.code_version(names[0]) != before[0]
-    assert provenance.code_version(names[1]) == before[1]
+    write(package, {"reader": "NAME = 'numbers.csv'"})
+    (package / "numbers.csv").write_text("1", encoding="utf-8")
+    before = provenance.code_version("rockdamp.reader")
+    forget()
+    (package / "numbers.csv").write_text("2", encoding="utf-8")
+    assert provenance.code_version("rockdamp.reader") != before
+
+
+def test_the_version_of_a_dataset_follows_what_the_glossary_says_of_its_own_names(monkeypatch):
+    kinds = "decay", "convergence"
+    before = [provenance.code_version("rockdamp.studies", dataset=kind) for kind in kinds]
+    forget()
+    edited = copy.deepcopy(registry.registry())
+    edited["datasets"]["decay"]["variables"]["impacts"]["long_name"] += " after the release"
+    monkeypatch.setattr(registry, "registry", lambda: edited)
+    after = [provenance.code_version("rockdamp.studies", dataset=kind) for kind in kinds]
+    assert [new == old for new, old in zip(after, before, strict=True)] == [False, True]
+
+
+def test_an_edit_since_a_moment_is_noticed_whatever_its_date(package):
+    moment = time.time() + 1
+    assert not provenance.edited_since(moment)
+    time.sleep(1.1)
+    os.utime(package / "vocabulary.py", (0, 0))
+    assert provenance.edited_since(moment)
 
 
 def test_the_config_digest_is_that_of_canonical_json():

@@ -27,15 +27,15 @@ def boundary(monkeypatch):
 def described(tmp_path, monkeypatch):
     """A description of a job as Snakemake hands it to a script."""
     monkeypatch.chdir(tmp_path)
-    modules = ("rockdamp.errors", "rockdamp.storage.dataset")
+    sources = provenance.Sources(("rockdamp.errors", "rockdamp.storage.dataset"), "convergence")
     return SimpleNamespace(
         rule="one",
         threads=1,
         log=["one.log"],
         input=SimpleNamespace(datasets=["made.nc"]),
         params=SimpleNamespace(
-            code=[str(path) for path in provenance.files_of(*modules)],
-            version=provenance.code_version(*modules),
+            sources=sources,
+            version=sources.version(),
             attributes={"made.nc": ORIGIN},
         ),
     )
@@ -49,9 +49,16 @@ def test_a_job_runs_with_the_sources_that_its_result_states(boundary, described)
 
 def test_sources_that_were_edited_during_the_run_are_noticed_at_the_end_of_a_job(boundary, described, monkeypatch):
     with pytest.raises(SystemExit, match="1"), boundary.job(described):
-        monkeypatch.setattr(provenance, "version_of", lambda paths: "0.1.0+edited")
+        monkeypatch.setattr(provenance, "code_version", lambda *modules, dataset, without: "0.1.0+edited")
+        monkeypatch.setenv("ROCKDAMP_RUN_BEGAN", "0")
     was = described.params.version
     assert Path("one.log").read_text().startswith(f"one: the sources are 0.1.0+edited, and they were {was} when this")
+
+
+def test_without_an_edit_since_the_run_began_nothing_is_read_again(boundary, described, monkeypatch):
+    monkeypatch.setattr(provenance, "edited_since", lambda moment: False)
+    with boundary.job(described):
+        monkeypatch.setattr(provenance, "code_version", None)
 
 
 def test_bad_input_is_one_line_and_a_mistake_of_ours_a_traceback(boundary, described, capsys):

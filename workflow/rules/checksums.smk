@@ -10,8 +10,8 @@ rule checksums:
         f"{LOGS}/checksums.log",
     params:
         expected=ORIGINS,
-        code=source_files(["rockdamp.pipeline.verification"]),
-        version=code_version("rockdamp.pipeline.verification"),
+        sources=verification.CHECKSUM_SOURCES,
+        version=verification.CHECKSUM_SOURCES.version(),
     message:
         "The checksums of all results"
     script:

@@ -14,8 +14,8 @@ rule claims:
         f"{LOGS}/claims.log",
     params:
         attributes=expected_attributes,
-        code=source_files(STAGES["claims"].modules),
-        version=code_version(*STAGES["claims"].modules),
+        sources=STAGES["claims"].sources,
+        version=STAGES["claims"].sources.version(),
     message:
         message_of(STAGES["claims"])
     script:

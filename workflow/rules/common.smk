@@ -18,14 +18,6 @@ def motion_count(entries):
 ORIGINS = verification.origins(CONFIG, motion_count)
 
 
-def source_files(modules):
-    """Return the files of the package that modules depend on, which a job compares with its version at its end.
-
-    They are parameters: Snakemake looks at every input of the waiting jobs many times a second.
-    """
-    return [os.path.relpath(path) for path in files_of(*modules)]
-
-
 def expected_attributes(wildcards, input):
     """Return the attributes that each dataset must state which a job reads; the job refuses another."""
     return {path: ORIGINS[os.path.relpath(path, RESULTS)]._asdict() for path in input.datasets}

@@ -15,8 +15,8 @@ for figure in FIGURES.values():
             function=figure.function,
             shows=figure.alternative,
             attributes=expected_attributes,
-            code=source_files(figure.modules),
-            version=code_version(*figure.modules),
+            sources=figure.sources,
+            version=figure.sources.version(),
             config=config_part(["figures"]),
         message:
             figure.title

@@ -21,8 +21,8 @@ rule report:
         datasets=REPORTED,
         attributes=expected_attributes,
         config=CONFIG.plain(),
-        code=source_files(verification.REPORT),
-        version=code_version(*verification.REPORT),
+        sources=REPORT,
+        version=REPORT.version(),
     message:
         "The report: claims, figures, explorer, accuracy and versions on one page"
     script:

@@ -29,8 +29,8 @@ for stage in STAGES.values():
                 lazy=stage.lazy,
                 test_series=bool(stage.test_series),
                 attributes=expected_attributes,
-                code=source_files(stage.modules),
-                version=code_version(*stage.modules),
+                sources=stage.sources,
+                version=stage.sources.version(),
                 keys=stage.config,
                 config=config_part(stage.config),
             message:
@@ -49,8 +49,8 @@ rule coefficients:
     params:
         function=STAGES["coefficients"].function,
         attributes=expected_attributes,
-        code=source_files(STAGES["coefficients"].modules),
-        version=code_version(*STAGES["coefficients"].modules),
+        sources=STAGES["coefficients"].sources,
+        version=STAGES["coefficients"].sources.version(),
     message:
         message_of(STAGES["coefficients"])
     script:

@@ -5,7 +5,6 @@ import os
 import sys
 import traceback
 from contextlib import contextmanager, redirect_stderr
-from pathlib import Path
 
 
 class TerminalAndLog:
@@ -53,12 +52,13 @@ def job(snakemake):
 def require_unchanged_sources(snakemake):
     """Raise `InputError` if the sources were edited during the run: then Snakemake deletes what the job wrote."""
     from rockdamp.errors import InputError
-    from rockdamp.storage.provenance import version_of
+    from rockdamp.storage.provenance import edited_since
 
-    now = version_of(Path(path).resolve() for path in snakemake.params.code)
+    began = float(os.environ.get("ROCKDAMP_RUN_BEGAN", 0))
+    now = snakemake.params.sources.version() if edited_since(began) else snakemake.params.version
     if now != snakemake.params.version:
-        began = f"they were {snakemake.params.version} when this run began"
-        raise InputError(f"the sources are {now}, and {began}; leave them alone while it runs, and run again")
+        were = f"they were {snakemake.params.version} when this run began"
+        raise InputError(f"the sources are {now}, and {were}; leave them alone while it runs, and run again")
 
 
 def open_datasets(snakemake, lazily=False):

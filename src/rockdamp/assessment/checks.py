@@ -1,21 +1,27 @@
-"""Checks in the engineer's words, from the histories of one wall: does it rock, and does it stay below its capacity?
+"""What an engineer asks of one wall's answer: does it rock, does it stay below its capacity, how far does it move?
 
-They are this package's own, in physical terms, and are no clause of a code.
+The checks are this package's own, in physical terms, and are no clause of a code.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from rockdamp.arguments import number
-from rockdamp.errors import require
+from rockdamp.assessment.assess import assess_rows
+from rockdamp.assessment.table import Row
+from rockdamp.errors import InputError, require
+from rockdamp.mechanics.building import Building
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import REFERENCE
 
 # ASSUME: the limit state is a displacement of this part of u_ins, where guidelines differ; a user may state another.
@@ -118,3 +124,86 @@ def require_capacity(capacity: float) -> float:
 def _not_passed(peaks: np.ndarray[tuple[int, ...], np.dtype[np.float64]], share: float) -> float:
     """Return the least peak that at least a share of the records does not pass."""
     return float(np.quantile(peaks, share, method="inverted_cdf"))
+
+
+# --- how much the answer moves ----------------------------------------------------------------------------------------
+
+CHANGE_OF_E, CHANGE_OF_HINGE = 0.05, 0.1  # what is left open without a test of the wall
+FACTORS = (0.5, 2.0)  # on a1 and on the overburden
+PERIOD_FACTORS = (0.7, 1.4)  # on the period of the building
+FIRST_OVERBURDEN = 0.5  # O/W in place of none
+HIGHEST_E = 0.99
+
+
+class Moved(NamedTuple):
+    """The answer after one change: its name, the value, the share of collapses and the median, with restitution."""
+
+    name: str
+    value: float
+    share: float
+    median: float
+
+
+def sensitivity(
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    restitution: float,
+    motions: Sequence[GroundMotion],
+    measure: str,
+    intensity: float,
+    tail: float,
+    building: Building | None = None,
+) -> list[Moved]:
+    """Assess the wall again with one input changed at a time, under restitution; what makes no wall is left out.
+
+    In a `building` the motions are those of its floors, and its period is changed too.
+    """
+    changes = [(*change, building) for change in _changes(wall, curve, restitution)]
+    if building is not None:
+        for factor in PERIOD_FACTORS:
+            with as_meant():
+                other = replace(building, period=factor * building.period)
+            changes.append(("period of the building [s]", other.period, (wall, curve, restitution), other))
+    moved = []
+    for placed in dict.fromkeys(change[-1] for change in changes):
+        here = [change for change in changes if change[-1] == placed]
+        rows = [Row(i, str(i), *made, "") for i, (_, _, made, _) in enumerate(here)]
+        buildings = [] if placed is None else [placed]
+        with as_meant():
+            answer = assess_rows(rows, motions, measure, intensity, tail=tail, buildings=buildings)
+        cr = answer.sel(damping_model=REFERENCE)
+        values = zip(here, cr["collapse_probability"].values, cr[f"median_{measure.lower()}"].values, strict=True)
+        moved += [Moved(name, value, float(share), float(median)) for (name, value, *_), share, median in values]
+    return [one for one in moved if np.isfinite(one.share)]
+
+
+Change = tuple[str, float, tuple[Wall | Parapet, TrilinearCurve, float]]
+
+
+def _changes(wall: Wall | Parapet, curve: TrilinearCurve, e: float) -> Iterator[Change]:
+    for value in (e - CHANGE_OF_E, min(e + CHANGE_OF_E, HIGHEST_E)):
+        yield from _made("coefficient of restitution, e", value, lambda v: (wall, curve, v))
+    if isinstance(wall, Wall):
+        hinge = float(wall.hinge_ratio)
+        for value in (hinge - CHANGE_OF_HINGE, hinge + CHANGE_OF_HINGE):
+            yield from _made("height of the hinge, h₁/h", value, lambda v: (replace(wall, hinge_ratio=v), curve, e))
+    for factor in FACTORS:
+        value = factor * float(curve.yield_displacement_ratio)
+        name = "yield displacement ratio, a₁"
+        yield from _made(name, value, lambda v: (wall, replace(curve, yield_displacement_ratio=v), e))
+    loaded = float(wall.overburden_ratio)
+    for value in [factor * loaded for factor in FACTORS] if loaded else [FIRST_OVERBURDEN]:
+        yield from _made("overburden, O/W", value, lambda v: (replace(wall, overburden_ratio=v), curve, e))
+
+
+def _made(
+    name: str, value: float, make: Callable[[float], tuple[Wall | Parapet, TrilinearCurve, float]]
+) -> Iterator[Change]:
+    """Yield the change, unless there is no such wall."""
+    try:
+        with as_meant():
+            made = make(value)
+    except InputError:
+        return
+    if made[2] > 0:
+        yield name, value, made

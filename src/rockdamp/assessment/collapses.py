@@ -3,58 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import fields, replace
 from functools import partial
+from operator import itemgetter
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
 
 from rockdamp import progress
 from rockdamp.arrays import Array
-from rockdamp.assessment.refinement import refined
+from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.records import Record
+from rockdamp.plausibility import as_meant
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
-STEP = 0.05  # of the solver, times the first branch's angular frequency, at most; a quarter of it near to collapse
+MODELS = (REFERENCE, RECOMMENDED)
+STEP = 0.05  # of the solver, times the first branch's angular frequency, at most; a quarter of it near collapse
 TAIL = 3.0  # rest after a record [s]
 # Of the stripes: lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie between 0.57 and 2.0,
 # and twice their dispersions span a factor of 2.6 to either side: a test holds the stripes to be beyond it.
 STRIPES = np.geomspace(0.15, 8.0, 16)
-
-
+NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
+HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
 SHOWN = partial(progress.track, description="Records")
 
 
-@dataclass(frozen=True)
-class Collapses:
-    """Walls under records: peaks and collapses at the intensities asked for, and collapses at the stripes of each wall.
-
-    `peak` is the largest |u|/u_ins, NaN of a wall that collapsed; it and `collapsed` have the shape (walls, dampings,
-    records, intensities), `stripe_collapsed` (walls, dampings, records, stripes). `stripe_coarser` are the collapses
-    at the stripes at twice the finest step of each history. `stripe` has the shape (walls, stripes), in the unit of
-    `intensity`; `factor`, on each record's acceleration, (records, intensities); `strongest` is the largest PGA of the
-    scaled records, shape (intensities,). [m s-2]
-    """
-
-    measure: str
-    intensity: Array
-    stripe: Array
-    factor: Array
-    strongest: Array
-    peak: Array
-    collapsed: NDArray[np.bool_]
-    stripe_collapsed: NDArray[np.bool_]
-    stripe_coarser: NDArray[np.bool_]
+def side_by_side(restitution: ArrayLike) -> list[Damping]:
+    """Return restitution and the damper that is recommended in its place: those of `MODELS`."""
+    return [Damping.cr(restitution), Damping.of_restitution(restitution, RECOMMENDED)]
 
 
 def collapses(
     wall: Wall | Parapet,
     curve: TrilinearCurve,
-    dampings: Sequence[Damping],
+    restitution: ArrayLike,
     motions: Sequence[GroundMotion],
     measure: str,
     intensity: Array,
@@ -62,38 +52,126 @@ def collapses(
     step: float = STEP,
     tail: float = TAIL,
     track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
-) -> Collapses:
-    """Run walls with each damper under records, scaled to the intensities asked for and to each wall's stripes.
+) -> xr.Dataset:
+    """Run walls with each of `MODELS` under records, scaled to the intensities asked for and to each wall's stripes.
 
-    Walls, curves and dampers are of numbers, or of arrays of shape (walls,). `step` is the solver's longest, times the
-    angular frequency of the first branch, and is refined near to collapse; `tail` is the rest after each record [s].
-    `track` yields the records on, and may show progress.
+    Parameters
+    ----------
+    wall, curve, restitution : Wall or Parapet, TrilinearCurve, float or ndarray
+        Of numbers, or of arrays of shape (walls,).
+    measure, intensity : str, ndarray
+        PGV [m s-1] or PGA [m s-2], and the levels asked for.
+    step, tail : float
+        The solver's longest step, times the angular frequency of the first branch: it is refined near collapse. [-]
+        Rest after each record. [s]
+    track : function
+        Yields the motions, and may show progress.
+
+    Returns
+    -------
+    xarray.Dataset
+        By ``wall``, ``damping_model``, ``record`` and ``intensity``: ``peak``, the largest \\|u\\|/u_ins, NaN where the
+        wall collapses, and ``collapsed``. By stripe ``stripe_collapsed``, and ``stripe_coarser``, the same at twice the
+        finest step of each history, at each wall's ``stripe_intensity``. ``scale_factor`` are the factors on the
+        records' accelerations, ``strongest`` is the largest PGA of the scaled records. [m s-2]
     """
+    dampings = side_by_side(restitution)
     supports = [intensity_measures(motion.record) for motion in motions]
-    own = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])
+    levels = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])
     stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
-    stripe = stripe * np.median(own / [level.pgv for level in supports])
+    stripe = stripe * np.median(levels / [level.pgv for level in supports])
     walls = np.broadcast_shapes(stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings))[0]
-    asked = np.broadcast_to(intensity, (walls, intensity.size))
-    wanted = np.concatenate([asked, np.broadcast_to(stripe, (walls, STRIPES.size))], axis=1)
-    peak, collapsed, coarser = [], [], []
-    for motion, level in zip(track(motions), own, strict=True):
-        largest, fell, before = refined(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
+    stripe = np.broadcast_to(stripe, (walls, STRIPES.size))
+    wanted = np.concatenate([np.broadcast_to(intensity, (walls, intensity.size)), stripe], axis=1)
+    peaks, runs = [], []
+    for motion, level in zip(track(motions), levels, strict=True):
+        peak, *outcomes = refined(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
-        peak.append(np.where(fell, np.nan, largest)[:, : intensity.size])
-        collapsed.append(fell)
-        coarser.append(before)
-    order = (1, 3, 0, 2)  # from (records, walls, intensities, dampings)
-    fell, before = (np.stack(outcomes).transpose(order) for outcomes in (collapsed, coarser))
-    factor = intensity / own[:, None]
-    return Collapses(
-        measure,
-        intensity,
-        np.broadcast_to(stripe, (walls, STRIPES.size)),
-        factor,
-        np.max(factor * [[level.pga] for level in supports], axis=0),
-        np.stack(peak).transpose(order),
-        fell[..., : intensity.size],
-        fell[..., intensity.size :],
-        before[..., intensity.size :],
+        peaks.append(np.where(outcomes[0], np.nan, peak)[:, : intensity.size])
+        runs.append(outcomes)
+    collapsed, coarser = np.stack(runs, axis=1)
+    dims, asked = ("record", "wall", "level", "damping_model"), slice(None, intensity.size)
+    factor = intensity / levels[:, None]
+    at, stripes = (*dims[:2], "intensity", dims[3]), (*dims[:2], "stripe", dims[3])
+    by_wall = {name: [_parameter(damping, name, walls) for damping in dampings] for name in ("damping_ratio", "order")}
+    return xr.Dataset(
+        {
+            "peak": (at, np.stack(peaks)),
+            "collapsed": (at, collapsed[:, :, asked]),
+            "stripe_collapsed": (stripes, collapsed[:, :, intensity.size :]),
+            "stripe_coarser": (stripes, coarser[:, :, intensity.size :]),
+            "stripe_intensity": (("wall", "stripe"), stripe),
+            "asked": ("intensity", intensity),
+            "scale_factor": (("record", "intensity"), factor),
+            "strongest": ("intensity", np.max(factor * [[level.pga] for level in supports], axis=0)),
+            **{name: (("damping_model", "wall"), np.array(values)) for name, values in by_wall.items()},
+        },
+        coords={"damping_model": list(MODELS)},
     )
+
+
+def _parameter(damping: Damping, name: str, walls: int) -> Array:
+    """Return a parameter of a damper for each wall; restitution has none."""
+    return np.full(walls, np.nan if damping.is_impact else getattr(damping, name))
+
+
+# --- a finer step near collapse ---------------------------------------------------------------------------------------
+
+
+def refined(
+    record: Record,
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    factor: Array,
+    *,
+    step: float,
+    tail: float,
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Run walls with each damper under a record at each factor, at a finer step near collapse.
+
+    Arguments are as for `peaks_and_collapses`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
+    and collapses at the finest step, and the collapses at twice that step, shape (walls, factors, dampings).
+    """
+    peak, collapsed = peaks_and_collapses(record, wall, curve, dampings, factor, step=step, tail=tail)
+    coarser = collapsed.copy()
+    near = near_to_collapse(peak, collapsed, factor)
+    spread = partial(np.broadcast_to, shape=factor.shape[:1])
+    for column, damping in enumerate(dampings):
+        walls, levels = np.nonzero(near[..., column])
+        if not walls.size:
+            continue
+        # Those that collapsed stand together: the kernel leaves a block that has collapsed.
+        collapsed_last = np.argsort(collapsed[walls, levels, column], kind="stable")
+        walls, levels = walls[collapsed_last], levels[collapsed_last]
+        lane, pick = (walls, levels, column), itemgetter(walls)
+        lanes = (_lanes(wall, factor.shape[0], walls), curve.map(spread).map(pick), [damping.map(spread).map(pick)])
+        for halvings in range(1, HALVINGS + 1):
+            coarser[lane] = collapsed[lane]
+            finer = peaks_and_collapses(
+                record, *lanes, factor[walls, levels][:, None], step=step, tail=tail, halvings=halvings
+            )
+            peak[lane], collapsed[lane] = (values[:, 0, 0] for values in finer)
+    return peak, collapsed, coarser
+
+
+def near_to_collapse(peak: Array, collapsed: NDArray[np.bool_], factor: Array) -> NDArray[np.bool_]:
+    """Return which histories survive with a large peak, or collapse where the next weaker motion does not.
+
+    `peak` and `collapsed` have the shape (walls, factors, dampings), `factor` (walls, factors).
+    """
+    order = np.argsort(np.abs(factor), axis=1, kind="stable")[..., None]
+    ordered = np.take_along_axis(collapsed, order, axis=1)
+    first = ordered.copy()
+    first[:, 1:] &= ~ordered[:, :-1]
+    near = np.empty_like(collapsed)
+    np.put_along_axis(near, order, first, axis=1)
+    return near | (~collapsed & (peak >= NEAR))
+
+
+def _lanes(wall: Wall | Parapet, count: int, walls: NDArray[np.intp]) -> Wall | Parapet:
+    """Return the wall of each lane."""
+    each = {field.name: np.broadcast_to(getattr(wall, field.name), count) for field in fields(wall)}
+    sizes: dict[str, Any] = {name: values[walls] for name, values in each.items()}
+    with as_meant():  # it was warned of when it was made
+        return replace(wall, **sizes)

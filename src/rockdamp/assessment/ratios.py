@@ -7,7 +7,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from rockdamp.assessment.many_walls import alike, stacked
+from rockdamp.assessment.assess import alike, stacked
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.equivalence.tabulated import damping_ratio_table, table_refusal
 from rockdamp.errors import InputError
@@ -34,7 +34,7 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
     """
     released = [_released(row, release_amplitude) for row in rows]
     of_walls: dict[int, list[Ratio]] = {}
-    for batch in alike(released):
+    for batch in alike(row for row in released if isinstance(row, Row)):
         of_walls |= _of_alike(batch, release_amplitude)
     for row in released:
         if isinstance(row, BadRow):

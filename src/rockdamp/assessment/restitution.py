@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from rockdamp import plausibility
+from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
 from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
 
@@ -43,6 +46,16 @@ def by_rule(wall: Rocking, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
         return wall.restitution, HOUSNER
     formula, reason = RULES[rule]
     return formula(wall), reason
+
+
+def restitution_and_reason(wall: Rocking, restitution: float | str) -> tuple[float, str]:
+    """Return e, by its rule or as it is given, and the reason for it. [-]"""
+    if isinstance(restitution, str):
+        e, reason = by_rule(wall, restitution)
+        return float(e), reason
+    given = float(Damping.cr(number("restitution (e)", restitution)).restitution)
+    plausibility.warn(plausibility.of_restitution(given))
+    return given, "as given"
 
 
 def deviation_of(wall: Rocking) -> tuple[float, str]:

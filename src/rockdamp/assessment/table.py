@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rockdamp import plausibility
-from rockdamp.assessment.one_wall import stated
-from rockdamp.assessment.restitution import DEFAULT_RULE, RULES
+from rockdamp.assessment.restitution import DEFAULT_RULE, RULES, restitution_and_reason
 from rockdamp.errors import InputError
 from rockdamp.mechanics import written_sizes
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -156,7 +155,7 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         plausibility.warn(
             [*plausibility.of_stated(wall), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
         )
-        e, reason = stated(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
+        e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
     return Row(line, filled["id"], wall, curve, e, reason, doubts, filled.get("taxonomy", filled["id"]))
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import known, print_table
+from rockdamp.cli.command import print_table
 from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -18,42 +17,14 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.wall import Parapet, Wall
 
 INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
-SHARES = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
-AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
-HALVING = ("unsettled", "median_uncertainty", "dispersion_uncertainty")
-
-
-def models(answer: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the answer for each damping model; what depends on the intensity, in `SHARES`, as a list over it."""
-    from rockdamp.assessment.one_wall import missing
-
-    median = f"median_{answer.attrs['intensity_measure'].lower()}"
-    rows = []
-    for model in map(str, answer["damping_model"].values):
-        one = answer.sel(damping_model=model)
-        rows.append(
-            {
-                "damping_model": model,
-                "order": known(one["order"]),
-                "damping_ratio": known(one["damping_ratio"]),
-                "records": int(answer["records"]),
-                **{name: one[name].values.tolist() for name in (*SHARES, AVERAGED) if name in one},
-                INTERVAL: [_numbers(bounds) for bounds in one[INTERVAL]],
-                "median_intensity": known(one[median]),
-                "median_intensity_interval": _numbers(one[f"{median}_interval"]),
-                "dispersion": known(one["dispersion"]),
-                "dispersion_interval": _numbers(one["dispersion_interval"]),
-                **{name: known(one[name]) for name in HALVING},
-                "reason": "; ".join(missing(answer, model)) or None,
-            }
-        )
-    return rows
 
 
 def values(
     answer: xr.Dataset, wall: Wall | Parapet, typed: list[Typed], frequencies: tuple[float, float]
 ) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several; in SI."""
+    from rockdamp.assessment.answers import AVERAGED, BY_INTENSITY, models
+
     measure = answer.attrs["intensity_measure"]
     asked = answer[measure.lower()].values.tolist()
 
@@ -71,7 +42,7 @@ def values(
         "interval": answer.attrs[INTERVAL],
         "tail": float(answer["tail"]),
         "models": [
-            row | {name: at(row[name]) for name in (*SHARES, AVERAGED) if name in row} for row in models(answer)
+            row | {name: at(row[name]) for name in (*BY_INTENSITY, AVERAGED) if name in row} for row in models(answer)
         ],
         "initial_frequency": frequencies[0],
         "initial_period": frequencies[1],
@@ -95,6 +66,7 @@ def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
 
 def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     """Print the answer as tables: accelerations in g too, a reason for every dash, and what the step changes."""
+    from rockdamp.assessment.answers import AVERAGED, models
     from rockdamp.text import counted
 
     measure, rows = answer.attrs["intensity_measure"], models(answer)
@@ -185,10 +157,6 @@ def show_damping(typed: list[Typed], frequencies: tuple[float, float], restituti
     print_table(table, {"C": unit})
     click.echo("\n-: C is not constant, and the program must compute it from xi")
     click.echo(advice(restitution))
-
-
-def _numbers(values: xr.DataArray) -> list[float] | None:
-    return values.values.tolist() if all(map(isfinite, values.values)) else None
 
 
 def _span(bounds: list[float] | None, size: float = 1.0) -> str | None:

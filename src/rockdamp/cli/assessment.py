@@ -129,14 +129,14 @@ def assess_command(
     if options["nrml"] is None:
         refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
-    from rockdamp.assessment.openquake import require_modelling
+    from rockdamp.assessment.answers import require_modelling
 
     require_modelling(options["modelling_dispersion"])
     of_walls, of_records = columns_of_both(options["columns"])
     wall, curve, e, reason = _wall(walls, identifier, of_walls, options)
     buildings = make_buildings(options)
+    from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
-    from rockdamp.assessment.one_wall import assess
     from rockdamp.equivalence.programs import frequencies, typed_in
     from rockdamp.motions.catalogue import motions_of
     from rockdamp.plausibility import of_supports, warn
@@ -160,16 +160,16 @@ def assess_command(
             "walls": repr((wall, curve, e)) if walls else "",
             "building": placed.place,
         }
-        write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.one_wall", **read)
+        write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.assess", **read)
     if options["plot"] is not None:
         from rockdamp.figures.assessment import fragility_figure
 
         write_figure(fragility_figure(answer), options["plot"])
     if options["nrml"] is not None:
-        from rockdamp.assessment.openquake import of_wall
+        from rockdamp.assessment.answers import fragilities
 
         taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
-        write_nrml(of_wall(answer, taxonomy), answer.attrs["intensity_measure"], options["nrml"], modelling)
+        write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
     typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
     if report is not None:
@@ -202,7 +202,7 @@ def content_of(motions: Iterable[GroundMotion]) -> str:
 
 def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modelling: float = 0.0) -> None:
     """Write fragility functions as NRML, with a modelling dispersion besides that of the records."""
-    from rockdamp.assessment.openquake import description, with_modelling
+    from rockdamp.assessment.answers import description, with_modelling
     from rockdamp.storage import nrml
 
     text = nrml.text(with_modelling(collapses, modelling), measure, path.stem, description(modelling))

@@ -16,7 +16,7 @@ from rockdamp.cli.assessment import (
     write_nrml,
 )
 from rockdamp.cli.building import make_buildings
-from rockdamp.cli.command import SOME_FAILED, Command, print_json, write_dataset, write_table
+from rockdamp.cli.command import SOME_FAILED, Command, concerning, print_json, write_dataset, write_table
 from rockdamp.cli.options import (
     column_option,
     columns_of_both,
@@ -69,46 +69,40 @@ def batch(
     damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility. In a building, that
     intensity is of the ground; of several periods the worst counts for each wall, and building_period says which.
     """
-    from rockdamp.assessment.in_buildings import in_buildings
-    from rockdamp.assessment.many_walls import COLUMNS, below_onset, dataset, fragilities, lines
-    from rockdamp.assessment.one_wall import asked
-    from rockdamp.assessment.openquake import require_modelling
-    from rockdamp.assessment.table import BadRow
-    from rockdamp.errors import InputError
+    from rockdamp.assessment.answers import COLUMNS, fragilities, lines, require_modelling
+    from rockdamp.assessment.assess import assess_rows, intensities
     from rockdamp.motions.catalogue import motions_of
-    from rockdamp.plausibility import warn
 
     require_one(pgv, pga)
     if nrml is None:
         refuse_unused(("modelling_dispersion",), "--nrml")
     require_modelling(modelling_dispersion)
-    measure, intensity = asked(pgv, pga)
-    if intensity.size > 1:
-        raise click.UsageError(f"--{measure.lower()} has {intensity.size} values; batch takes one")
-    buildings = make_buildings(building)
+    measure, levels = intensities(pgv, pga)
+    if levels.size > 1:
+        raise click.UsageError(f"--{measure.lower()} has {levels.size} values; batch takes one")
+    intensity, buildings = float(levels[0]), make_buildings(building)
     of_walls, of_records = columns_of_both(columns)
     rows = table_of_walls(walls, of_walls)
     motions = motions_of(records, of_records)
-    answered = in_buildings(rows, motions, buildings, measure, float(intensity[0]), tail)
-    bad = [one for one in answered if isinstance(one, BadRow)]
-    if len(bad) == len(answered):
-        raise InputError(f"{walls}: no row could be computed; {bad[0].error}")
-    warn(below_onset(answered, measure, float(intensity[0])))
+    with concerning(walls):
+        answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail)
+    bad = [(row, error) for row, error in zip(rows, answer["error"].values.tolist(), strict=True) if error]
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
-        made = dataset(answered, measure, float(intensity[0]), tail)
-        write_dataset(made, output, "batch", "rockdamp.assessment.many_walls", **read)
+        write_dataset(answer, output, "batch", "rockdamp.assessment.assess", **read)
     else:
-        write_table((line for one in answered for line in lines(one)), output, COLUMNS)
+        write_table(lines(answer), output, COLUMNS)
     if nrml is not None:
-        write_nrml(fragilities(answered), measure, nrml, modelling_dispersion)
-    for one in bad[:MOST_SHOWN]:
-        click.echo(f"{walls}, {one.error}", err=True)
+        write_nrml(
+            fragilities(answer, [getattr(row, "taxonomy", "") for row in rows]), measure, nrml, modelling_dispersion
+        )
+    for _, error in bad[:MOST_SHOWN]:
+        click.echo(f"{walls}, {error}", err=True)
     if bad:
-        click.echo(f"{len(bad)} of {len(answered)} rows could not be computed; the column error says why", err=True)
+        click.echo(f"{len(bad)} of {len(rows)} rows could not be computed; the column error says why", err=True)
     if as_json:
-        errors = [{"line": one.line, "id": one.id, "error": one.error} for one in bad]
-        values = {"walls": len(answered) - len(bad), "records": len(motions), "intensity_measure": measure}
-        print_json({**values, "intensity": float(intensity[0]), "tail": tail, "errors": errors})
+        errors = [{"line": row.line, "id": row.id, "error": error} for row, error in bad]
+        values = {"walls": len(rows) - len(bad), "records": len(motions), "intensity_measure": measure}
+        print_json({**values, "intensity": intensity, "tail": tail, "errors": errors})
     if bad and strict:
         click.get_current_context().exit(SOME_FAILED)

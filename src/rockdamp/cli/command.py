@@ -216,7 +216,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
 
     files = ("output", "plot", "nrml", "report", "table", "as_json", "units", "name", "project", "date")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
-    version = code_version(module, "rockdamp.storage.dataset")
+    version = code_version(module, "rockdamp.storage.dataset", dataset=kind)
     with writing(path):
         storage.write(dataset, path, kind, config={**options, **read}, code_version=version)
 

@@ -23,7 +23,7 @@ def nrml(dataset: Path, output: Path, modelling_dispersion: float) -> None:
     dispersions are record to record, and of the walls; --modelling-dispersion adds another.
     `assess` and `batch` write the same for your walls with --nrml.
     """
-    from rockdamp.assessment.openquake import of_population
+    from rockdamp.assessment.answers import population_fragilities
     from rockdamp.errors import InputError
     from rockdamp.storage import dataset as storage
 
@@ -32,4 +32,4 @@ def nrml(dataset: Path, output: Path, modelling_dispersion: float) -> None:
         storage.check(population, "population")
     except storage.DatasetError as error:
         raise InputError(f"{dataset}: is no dataset of the population, as results/population.nc is ({error})") from None
-    write_nrml(of_population(population), "PGV", output, modelling_dispersion)
+    write_nrml(population_fragilities(population), "PGV", output, modelling_dispersion)

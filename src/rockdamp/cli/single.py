@@ -90,8 +90,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     rigid one, rocking starts at the strength of the plateau, and there is viscous damping to type into a program, for
     one e. The JSON holds the constants and their units, and with --amplitude the periods.
     """
-    from rockdamp.assessment.one_wall import stated
-    from rockdamp.assessment.restitution import DEFAULT_RULE
+    from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
     from rockdamp.plausibility import of_onset, warn
 
     built = make_wall(options)
@@ -110,7 +109,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     if curve is not None:
         from rockdamp.equivalence.programs import frequencies, typed_in
 
-        e, _ = stated(built, options["restitution"] or DEFAULT_RULE)
+        e, _ = restitution_and_reason(built, options["restitution"] or DEFAULT_RULE)
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
         typed = typed_in(built, curve, e)

@@ -6,7 +6,7 @@ A stage is given the part of it that the table of stages names; nothing further 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, is_dataclass
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -24,7 +24,6 @@ from rockdamp.config.sections import (
     DampingForce,
     Figures,
     Matching,
-    PlateauBeyond,
     Pulses,
     ResponseLengths,
     RestitutionGrid,
@@ -34,22 +33,7 @@ from rockdamp.config.sections import (
     Validation,
     made,
 )
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Wall
-from rockdamp.vocabulary import STUDIES
-
-
-@dataclass(frozen=True)
-class Study:
-    """The walls of one study: its `parameter` varies over `values`, and every array has one entry for each of them."""
-
-    name: str
-    parameter: str
-    values: Array
-    curve: TrilinearCurve
-    release_amplitude: Array
-    frequency_parameter: Array
-    of_wall: bool
+from rockdamp.config.study import Study, walls_of
 
 
 class Config(Section):
@@ -131,7 +115,8 @@ class Config(Section):
 
     def study(self, name: str) -> Study:
         """Return the walls of study `name`."""
-        return walls_of(self, name, getattr(self.studies, name))
+        varied = getattr(self.studies, name)
+        return walls_of(name, varied, self.wall, self.curve, self.release_amplitude)
 
 
 def _part(section: Any, paths: list[list[str]]) -> Any:
@@ -158,33 +143,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
-
-
-def walls_of(config: Config, name: str, varied: Section) -> Study:
-    """Return the walls of the study `name`, whose values its section holds under the name of its parameter."""
-    parameter = STUDIES[name]
-    values: Array = getattr(varied, parameter)
-    wall, curve, release = config.wall, config.curve, np.full(values.shape, config.release_amplitude)
-    of_wall = parameter in ("slenderness", *(field.name for field in fields(Wall)))
-    if parameter == "release_amplitude":
-        release = values
-    elif parameter == "slenderness":
-        wall = replace(wall, height=wall.thickness * values)
-    elif parameter == "thickness":  # the config states the slenderness, so that stays
-        wall = replace(wall, thickness=values, height=wall.height / wall.thickness * values)
-    elif of_wall:
-        wall = replace(wall, **{parameter: values})
-    else:
-        beyond: PlateauBeyond | None = getattr(varied, "strength_ratio_beyond", None)
-        b1 = curve.strength_ratio if beyond is None else beyond.at(values, curve.strength_ratio)
-        changes: dict[str, Any] = {"strength_ratio": b1, parameter: values}
-        curve = replace(curve, **changes)
-    return Study(
-        name,
-        parameter,
-        values,
-        curve.map(lambda p: np.broadcast_to(p, values.shape)),
-        release,
-        np.broadcast_to(wall.frequency_parameter, values.shape),
-        of_wall,
-    )

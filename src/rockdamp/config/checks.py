@@ -14,8 +14,9 @@ from pydantic import ValidationError
 
 from rockdamp import plausibility
 from rockdamp.arrays import Array
-from rockdamp.config import Config, Study
+from rockdamp.config import Config
 from rockdamp.config.files import Problem, problems, refuse_braces
+from rockdamp.config.study import Study
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall

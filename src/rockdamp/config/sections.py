@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
-from rockdamp.arrays import Array, Quantity
+from rockdamp.arrays import Array
 from rockdamp.config.kinds import (
     ArithmeticGrid,
     Bands,
@@ -33,6 +32,7 @@ from rockdamp.config.kinds import (
     made_of,
     names,
 )
+from rockdamp.config.study import PlateauBeyond, RigidWall
 from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
@@ -96,18 +96,6 @@ Curve = Annotated[TrilinearCurve, made_of(CurveSection, CurveSection.curve)]
 
 
 # --- studies of free decay -------------------------------------------------------------------------------------------
-
-
-class PlateauBeyond(Section):
-    """The plateau b1 of curves with `yield_displacement_ratio` or more, for which the reference's leaves no room."""
-
-    yield_displacement_ratio: Positive = Field(description="The a1 from which on this plateau is used. [-]")
-    strength_ratio: Fraction = Field(description="b1 from there on. [-]")
-
-    def at(self, yield_displacement_ratio: Quantity, reference: Quantity) -> Array:
-        """Return b1 at each a1, where `reference` is b1 of the other curves. [-]"""
-        beyond = np.asarray(yield_displacement_ratio) >= self.yield_displacement_ratio
-        return np.where(beyond, self.strength_ratio, reference)
 
 
 class OfAmplitude(Section):
@@ -189,26 +177,6 @@ class ResponseLengths(ArithmeticGrid):
     start: Length = Field(description="The shortest, longer than the time to the latest first impact. [-]")
     stop: Length = Field(description="The longest; the decays of the study of the amplitude are computed to it. [-]")
     step: float = Field(ge=0.01, le=1000, description="Spacing. [-]")
-
-
-class RigidWall(Section):
-    """The wall of Fig. 4a; sizes of which there is no wall or curve are refused."""
-
-    thickness: Positive = Field(description="Thickness t. [m]")
-    height: Positive = Field(description="Height h. [m]")
-    hinge_ratio: Fraction = Field(description="Height h1 of the hinge over h. [-]")
-    restitution: Restitution = Field(description="Coefficient of restitution e, as the paper's figure gives it. [-]")
-    release_amplitude: Fraction = Field(description="Release amplitude u0/u_ins, less than 1. [-]")
-    yield_displacement_ratio: Positive = Field(description="a1 = u1/u_ins, small. [-]")
-    strength_ratio: Fraction = Field(description="b1 = F_y/F0, near 1. [-]")
-
-    @property
-    def wall(self) -> Wall:
-        return Wall(self.thickness, self.height, hinge_ratio=self.hinge_ratio)
-
-    @property
-    def curve(self) -> TrilinearCurve:
-        return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
 
 
 def _possible(rigid: RigidWall) -> RigidWall:

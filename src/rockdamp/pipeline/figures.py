@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 from rockdamp.storage import yaml_file
+from rockdamp.storage.provenance import Sources
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,12 +23,12 @@ class Drawing:
     @property
     def function(self) -> str:
         """Full name of the function that draws it."""
-        return f"{self.modules[0]}.{self.name}"
+        return f"rockdamp.{self.module}.{self.name}"
 
     @property
-    def modules(self) -> tuple[str, ...]:
-        """Modules whose sources it depends on."""
-        return f"rockdamp.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"
+    def sources(self) -> Sources:
+        """What it depends on: its module, what saves figures, and what reads datasets."""
+        return Sources((f"rockdamp.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"))
 
     @property
     def number(self) -> str:
@@ -43,7 +44,12 @@ FIGURES = {
 }
 
 # What the report is made by: the captions stand in the modules of the figures.
-REPORT_MODULES = ("rockdamp.report", *dict.fromkeys(figure.modules[0] for figure in FIGURES.values()))
+REPORT = Sources(
+    (
+        *("rockdamp.report", "rockdamp.storage.dataset"),
+        *dict.fromkeys(f"rockdamp.{figure.module}" for figure in FIGURES.values()),
+    )
+)
 
 
 def drawn(datasets: Collection[str]) -> dict[str, Drawing]:

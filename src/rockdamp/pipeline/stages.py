@@ -13,6 +13,7 @@ from typing import Any
 
 from rockdamp.config import Config
 from rockdamp.storage import yaml_file
+from rockdamp.storage.provenance import NUMBERS_IN_WORDS, Sources
 from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
@@ -41,9 +42,10 @@ class Stage:
     intermediate: bool = False
 
     @property
-    def modules(self) -> tuple[str, str]:
-        """Modules whose sources it depends on: that of its function, and what reads and writes datasets."""
-        return self.function.rpartition(".")[0], "rockdamp.storage.dataset"
+    def sources(self) -> Sources:
+        """What it depends on: the module of its function, what reads and writes datasets, and its dataset's texts."""
+        modules = self.function.rpartition(".")[0], "rockdamp.storage.dataset"
+        return Sources(modules, self.name if self.dataset else "", NUMBERS_IN_WORDS)
 
     @property
     def dataset(self) -> str:

@@ -10,24 +10,21 @@ import csv
 import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
 from rockdamp.config import Config
-from rockdamp.pipeline.figures import REPORT_MODULES, drawn
+from rockdamp.pipeline.figures import REPORT, drawn
 from rockdamp.pipeline.stages import built, reported
 from rockdamp.progress import track
 from rockdamp.storage.atomic import replacing
-from rockdamp.storage.provenance import code_version, config_digest
+from rockdamp.storage.provenance import Sources, config_digest
 from rockdamp.vocabulary import STUDIES
 
 CHECKSUMS = "checksums.csv"  # in the folder of the results
 COLUMNS = ("file", "sha256", "config_sha256", "code_version")
-REPORT = (*REPORT_MODULES, "rockdamp.storage.dataset")  # modules that the report depends on
-
-_version = cache(code_version)
+CHECKSUM_SOURCES = Sources((__name__,))
 
 
 class Origin(NamedTuple):
@@ -42,7 +39,7 @@ def origins(config: Config, count: Callable[[Sequence[str]], int]) -> dict[str, 
     expected: dict[str, Origin] = {}
     stages = built(config)
     for stage in stages.values():
-        version = _version(*stage.modules)
+        version = stage.sources.version()
         for study in STUDIES if "{study}" in stage.file else [""]:
             keys = [key.format(study=study) for key in stage.config]
             origin = Origin(config_digest(config.part(keys).plain()), version)
@@ -50,9 +47,9 @@ def origins(config: Config, count: Callable[[Sequence[str]], int]) -> dict[str, 
                 expected[file.format(study=study, share=share)] = origin
     drawn_with = config_digest(config.part(["figures"]).plain())
     for figure in drawn(reported(stages.values())).values():
-        origin = Origin(drawn_with, _version(*figure.modules))
+        origin = Origin(drawn_with, figure.sources.version())
         expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config.figures.formats}
-    return expected | {"report.html": Origin(config_digest(config.plain()), _version(*REPORT))}
+    return expected | {"report.html": Origin(config_digest(config.plain()), REPORT.version())}
 
 
 def write_checksums(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> None:

@@ -160,7 +160,7 @@ def _figures(content: Content) -> list[dict[str, Any]]:
 def caption(name: str, datasets: Datasets) -> str:
     """Return a figure's caption, HTML, which stands with the function that draws it."""
     figure = FIGURES[name]
-    write_caption = getattr(importlib.import_module(figure.modules[0]), f"{name}_caption")
+    write_caption = getattr(importlib.import_module(figure.sources.modules[0]), f"{name}_caption")
     return " ".join(write_caption(*(datasets[source] for source in figure.inputs)).split())
 
 

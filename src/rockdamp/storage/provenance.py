@@ -1,7 +1,9 @@
-"""Find the sources and the part of the config that a result depends on, to store and to watch both.
+"""Find the science and the part of the config that a result depends on, to store and to watch both.
 
-Modules are read, not run, and their imports followed wherever they stand. A file of the package that a module names in
-a string, as ``variables.yaml``, belongs to that module.
+Modules are read, not run, and their imports followed wherever they stand. What counts of a module is its code without
+docstrings, comments and the words of its errors and warnings, so that an edit of these makes nothing run again. A file
+of the package that a module names in a string, as ``presets.yaml``, belongs to that module. Of the glossary, the
+entries of a dataset's own names count.
 """
 
 from __future__ import annotations
@@ -9,17 +11,43 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from rockdamp.storage import registry
 
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).resolve().parents[1]
 BY_NAME = re.compile(r"""import_module\(f"(\w+\.[\w.]+)\.\{""")
-FILE_NAME = re.compile(r"""(["'])([\w./-]*\.\w+)\1""")
+FILE = re.compile(r"[\w./-]*\.\w+")
+WORDS = ("require", "warn")  # functions whose arguments name and explain what is wrong
+
+# Modules that change no value of a result, with the reason. What they import counts.
+NO_SCIENCE = {
+    "rockdamp.errors": "raises and prints",
+    "rockdamp.plausibility": "refuses or warns; what passes is as it was given",
+    "rockdamp.progress": "shows how far a job is",
+    "rockdamp.storage.atomic": "writes the bytes that it is given",
+    "rockdamp.storage.dotted_keys": "finds values of the config, which count themselves",
+    "rockdamp.storage.provenance": "finds what counts",
+    "rockdamp.storage.registry": "reads the glossary, of which a dataset's own names count",
+    "rockdamp.storage.yaml_file": "reads files, which count themselves",
+}
+# Modules that say what the config holds: its values count, as made, and neither these modules nor what only they import.
+CONFIG = (
+    *(f"rockdamp.config{name}" for name in ("", ".checks", ".earthquakes", ".files", ".kinds", ".sections")),
+    "rockdamp.laboratory.sections",
+)
+# Numbers in words. Stages need them for errors alone; figures, pages and claims show them.
+NUMBERS_IN_WORDS = ("rockdamp.text",)
+# It stores the words of its package's errors as the reason why there is no evidence: they are data.
+STORES_WORDS = "rockdamp.laboratory.evidence"
 
 
 def modules_of(*names: str) -> dict[str, Path]:
@@ -38,34 +66,56 @@ def modules_of(*names: str) -> dict[str, Path]:
         if path is None:
             raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
         modules[name] = path
+        if name in CONFIG:
+            continue
         parts = name.split(".")  # the packages on the way to a module, but the outermost, are run too
-        waiting += [*(".".join(parts[:end]) for end in range(2, len(parts))), *_imports(name, path)]
+        waiting += [*(".".join(parts[:end]) for end in range(2, len(parts))), *_read(name, path).imports]
     return dict(sorted(modules.items()))
 
 
-def files_of(*names: str) -> list[Path]:
-    """Return the files that `names` depend on: their modules and the files of the package that those name."""
-    files = set()
-    for path in modules_of(*names).values():
-        files |= {path, *_data_files(path)}
-    return sorted(files)
+@cache
+def code_version(*names: str, dataset: str = "", without: tuple[str, ...] = ()) -> str:
+    """Return the version of the package and a digest of the science that `names` depend on.
 
-
-def code_version(*names: str) -> str:
-    """Return the version of the package and a digest of every file that `names` depend on.
-
-    The digest covers names and contents, so it is the same wherever the package lies.
+    The digest covers names and contents, so it is the same wherever the package lies. It takes in what the glossary
+    says of a kind of `dataset`, and leaves out the modules `without` and those of `NO_SCIENCE`.
     """
-    return version_of(files_of(*names))
-
-
-def version_of(paths: Iterable[Path]) -> str:
-    """Return the version of the package and a digest of these files of it, as they are now."""
+    modules = modules_of(*names)
+    stores_words = STORES_WORDS in modules
+    parts: dict[str, bytes] = {}
+    for name, path in modules.items():
+        if name not in NO_SCIENCE and name not in CONFIG and name not in without:
+            module = _read(name, path)
+            parts[name] = (stores_words and module.with_words) or module.science
+            parts |= {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in module.data_files}
+    if dataset:
+        parts["glossary"] = json.dumps(registry.registry()["datasets"][dataset], sort_keys=True).encode()
     digest = hashlib.sha256()
-    for path in sorted(paths):
-        content = path.read_bytes()
-        digest.update(f"{path.relative_to(ROOT).as_posix()}\0{len(content)}\0".encode() + content)
+    for name, content in sorted(parts.items()):
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
     return f"{version(PACKAGE)}+{digest.hexdigest()[:16]}"
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What a job computes with: modules, the kind of dataset that it writes, and modules that it needs for words."""
+
+    modules: tuple[str, ...]
+    dataset: str = ""
+    without: tuple[str, ...] = ()
+
+    def version(self) -> str:
+        """Return their version, as `code_version` does."""
+        return code_version(*self.modules, dataset=self.dataset, without=self.without)
+
+
+def edited_since(moment: float) -> bool:
+    """Say whether a file of the package was changed, or put in its place, since a moment [s]."""
+    for folder, subfolders, names in os.walk(ROOT):
+        subfolders[:] = [name for name in subfolders if name != "__pycache__"]
+        if any(os.stat(Path(folder, name)).st_ctime >= moment for name in names):
+            return True
+    return False
 
 
 def config_digest(part: Mapping[str, Any]) -> str:
@@ -80,19 +130,6 @@ def config_digest(part: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
-    """Return the part of the config that dotted `keys` name, nested as it was; an unknown key raises `KeyError`."""
-    part: dict[str, Any] = {}
-    for key in keys:
-        *sections, last = key.split(".")
-        source: Any = whole
-        target = part
-        for section in sections:
-            source, target = source[section], target.setdefault(section, {})
-        target[last] = source[last]
-    return part
-
-
 @cache
 def _file_of(name: str) -> Path | None:
     place = ROOT.joinpath(*name.split(".")[1:])
@@ -103,36 +140,58 @@ def _file_of(name: str) -> Path | None:
 
 
 @cache
-def _imports(name: str, path: Path) -> frozenset[str]:
-    """Return the package's modules that one module imports."""
+def _read(name: str, path: Path) -> _Module:
+    """Read one module once: what it imports of the package, the files that it names, and its science."""
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text, filename=str(path))
+    nodes = list(ast.walk(tree))
     here = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    imported = set()
-    for node in ast.walk(ast.parse(_text(path), filename=str(path))):
-        if isinstance(node, ast.Import):
-            wanted = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = ".".join(here.split(".")[: len(here.split(".")) - node.level + 1]) if node.level else ""
-            base = ".".join(part for part in (base, node.module) if part)
-            # `from package import name` takes a module where there is one, else what the package's __init__ defines.
-            modules = [f"{base}.{alias.name}" for alias in node.names]
-            wanted = [module if _file_of(module) else base for module in modules]
-        else:
-            continue
-        for target in wanted:
-            if target.split(".")[0] == PACKAGE and _file_of(target):
-                imported.add(target)
-    for package in BY_NAME.findall(_text(path)):  # any of its modules
-        imported |= {f"{package}.{file.stem}" for file in ROOT.joinpath(*package.split(".")[1:]).glob("[!_]*.py")}
-    return frozenset(imported)
+    imports = {module for node in nodes for module in _imported(node, here)}
+    for package in BY_NAME.findall(text):  # any of its modules
+        imports |= {f"{package}.{file.stem}" for file in ROOT.joinpath(*package.split(".")[1:]).glob("[!_]*.py")}
+    strings = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    named = {
+        (folder / string).resolve() for folder in (ROOT, path.parent) for string in filter(FILE.fullmatch, strings)
+    }
+    files = {file for file in named if file.suffix != ".py" and file.is_relative_to(ROOT) and file.is_file()}
+    for node in nodes:
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and _has_docstring(
+            node
+        ):
+            node.body = node.body[1:] or [ast.Pass()]
+    with_words = ast.unparse(tree) if here == STORES_WORDS.rpartition(".")[0] else ""
+    for node in nodes:
+        _silence(node)
+    return _Module(frozenset(imports), frozenset(files), ast.unparse(tree).encode(), with_words.encode())
 
 
-@cache
-def _data_files(path: Path) -> frozenset[Path]:
-    names = {match[2] for match in FILE_NAME.finditer(_text(path))}
-    named = {(folder / name).resolve() for folder in (ROOT, path.parent) for name in names}
-    return frozenset(file for file in named if file.suffix != ".py" and file.is_relative_to(ROOT) and file.is_file())
+def _imported(node: ast.AST, here: str) -> set[str]:
+    """Return the package's modules that a statement in a module of the package `here` imports."""
+    if isinstance(node, ast.Import):
+        wanted = [alias.name for alias in node.names]
+    elif isinstance(node, ast.ImportFrom):
+        base = ".".join(here.split(".")[: len(here.split(".")) - node.level + 1]) if node.level else ""
+        base = ".".join(part for part in (base, node.module) if part)
+        # `from package import name` takes a module where there is one, else what the package's __init__ defines.
+        modules = [f"{base}.{alias.name}" for alias in node.names]
+        wanted = [module if _file_of(module) else base for module in modules]
+    else:
+        return set()
+    return {target for target in wanted if target.split(".")[0] == PACKAGE and _file_of(target)}
 
 
-@cache
-def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8")
+def _has_docstring(node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    return bool(node.body) and isinstance(node.body[0], ast.Expr) and _is_text(node.body[0].value)
+
+
+def _silence(node: ast.AST) -> None:
+    """Take the words of an error or a warning out of the statement that raises it."""
+    if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+        node.exc = node.exc.func
+    if isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in WORDS:
+        node.args = [value for value in node.args if not _is_text(value)]
+        node.keywords = [keyword for keyword in node.keywords if not _is_text(keyword.value)]
+
+
+def _is_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))

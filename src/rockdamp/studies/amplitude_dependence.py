@@ -16,7 +16,8 @@ from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.sections import AmplitudeDependence, CurveMap, PlateauBeyond
+from rockdamp.config.sections import AmplitudeDependence, CurveMap
+from rockdamp.config.study import PlateauBeyond
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turns

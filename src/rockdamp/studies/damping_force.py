@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
-from rockdamp.config.sections import Matching, RigidWall
+from rockdamp.config.sections import Matching
+from rockdamp.config.study import RigidWall
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config, Study
+from rockdamp.config import Config
+from rockdamp.config.study import Study
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve

@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config import Config, Study
+from rockdamp.config import Config
 from rockdamp.config.sections import Matching
+from rockdamp.config.study import Study
 from rockdamp.equivalence.absolute_minima import least_absolute
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_secant
 from rockdamp.equivalence.matching import Matched, of_each, solve

@@ -19,10 +19,10 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.assessment.checks import Check
-from rockdamp.assessment.collapses import STRIPES, UNITS
-from rockdamp.assessment.one_wall import REPLICATES, beside_each_other, missing
-from rockdamp.assessment.sensitivity import sensitivity
+from rockdamp.assessment.answers import reasons
+from rockdamp.assessment.assess import REPLICATES
+from rockdamp.assessment.checks import Check, sensitivity
+from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
@@ -118,7 +118,7 @@ def build(subject: Subject) -> str:
             *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
             *(float(answer["tail"]), placement.building),
         ),
-        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in missing(answer, model))),
+        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in reasons(answer, model))),
         outcomes=int(answer["records"]) * answer.sizes["stripe"],
         # At most `MOST_ROWS` intensities, evenly spread over all of them.
         shares=[
@@ -164,7 +164,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
     dictionary is empty where the wall survives no record.
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
-    dampings, tail = beside_each_other(float(answer["restitution"])), float(answer["tail"])
+    dampings, tail = side_by_side(float(answer["restitution"])), float(answer["tail"])
     peaks = answer["peak_ratio"].sel(damping_model=REFERENCE)
     for index in reversed(range(answer.sizes["intensity"])):
         at = peaks.isel(intensity=index).dropna("record")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import rockdamp as rd
-from rockdamp.assessment.one_wall import FEWEST_STATIONS, missing
+from rockdamp.assessment.answers import reasons
+from rockdamp.assessment.assess import FEWEST_STATIONS
 from rockdamp.assessment.restitution import OF_WALLS, RULES, spread
 from rockdamp.figures.code_damping import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
@@ -162,7 +163,7 @@ def test_too_few_stations_have_no_interval_and_say_why(stations, known, wall, cu
     assert np.isfinite(answer["collapse_probability_interval"]).all() == known
     assert known or np.isnan(answer[["median_pgv_interval", "dispersion_interval"]].to_array()).all()
     said = f"{stations} station{'s' if stations > 1 else ''}; intervals need at least 4"
-    assert (said in missing(answer, REFERENCE)) != known
+    assert (said in reasons(answer, REFERENCE)) != known
 
 
 def test_the_fewest_stations_are_those_where_the_extreme_one_fills_no_tail():

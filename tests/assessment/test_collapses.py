@@ -3,7 +3,7 @@
 import numpy as np
 
 import rockdamp as rd
-from rockdamp.assessment.refinement import HALVINGS, NEAR, near_to_collapse, refined
+from rockdamp.assessment.collapses import HALVINGS, NEAR, near_to_collapse, refined
 from rockdamp.histories.at_intensities import peaks_and_collapses
 
 

@@ -7,12 +7,12 @@ import pytest
 import xarray as xr
 from scipy.special import ndtr
 
-from rockdamp.assessment.openquake import description, of_population, of_wall, with_modelling
+from rockdamp.assessment.answers import description, fragilities, population_fragilities, with_modelling
 from rockdamp.errors import InputError, InputWarning
 
 
 def test_a_wall_has_a_function_of_its_stripes_for_each_damping_model(answer):
-    functions = of_wall(answer, "home")
+    functions = list(fragilities(answer, ["home"]))
     assert [function.name for function in functions] == ["home-CR", "home-ECD16"]
     for function, model in zip(functions, answer["damping_model"].values, strict=True):
         of_model = answer.sel(damping_model=model)
@@ -24,7 +24,7 @@ def test_a_wall_has_a_function_of_its_stripes_for_each_damping_model(answer):
 
 def test_a_modelling_dispersion_is_that_of_two_independent_scatters(answer):
     """The share that collapses is the mean over a median that itself is lognormal."""
-    (plain, _), modelling = of_wall(answer, "home"), 0.3
+    (plain, _), modelling = fragilities(answer, ["home"]), 0.3
     wider = next(with_modelling([plain], modelling))
     draws = plain.median * np.exp(modelling * np.random.default_rng(1).standard_normal(200_000))
     for level, share in zip(wider.intensity, wider.share, strict=True):
@@ -35,7 +35,7 @@ def test_a_modelling_dispersion_is_that_of_two_independent_scatters(answer):
 
 
 def test_stripes_without_a_function_stay_as_they_are(answer):
-    (plain, _) = of_wall(answer, "home")
+    (plain, _) = fragilities(answer, ["home"])
     bare = replace(plain, median=np.nan, dispersion=np.nan)
     with pytest.warns(InputWarning, match="'home-CR' has no lognormal function"):
         assert next(with_modelling([bare], 0.3)) is bare
@@ -52,6 +52,6 @@ def test_a_population_has_the_share_of_its_walls_and_records():
         },
         coords={"damping_model": ["CR", "CDR"], "intensity": [0.2, 0.8]},
     )
-    _, cdr = of_population(population)
+    _, cdr = population_fragilities(population)
     assert cdr.name == "population-CDR" and (cdr.median, cdr.dispersion) == (0.6, 0.5)
     assert cdr.intensity == [0.2, 0.8] and cdr.share == [0.1, 0.8]

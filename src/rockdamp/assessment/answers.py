@@ -1,0 +1,197 @@
+"""What is written of an assessment: values for JSON, lines of a table, and fragility functions for OpenQuake."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.special import ndtr
+
+from rockdamp.assessment.assess import FEWEST_STATIONS
+from rockdamp.errors import require
+from rockdamp.plausibility import per_cent, warn
+from rockdamp.storage.nrml import Collapse
+from rockdamp.text import counted
+
+# Of the written table; a median_intensity is median_pgv or median_pga of the dataset.
+COLUMNS = (
+    "id",
+    "damping_model",
+    "restitution",
+    "damping_ratio",
+    "rocking_onset",
+    "building_period",
+    "collapses",
+    "records",
+    "collapse_probability",
+    "median_intensity",
+    "dispersion",
+    "peak_ratio_median",
+    "unsettled",
+    "median_uncertainty",
+    "dispersion_uncertainty",
+    "reason",
+    "error",
+)
+BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
+AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
+HALVING = ("unsettled", "median_uncertainty", "dispersion_uncertainty")
+WIDEST = 2.0  # of a modelling dispersion
+
+
+def measure_of(answer: xr.Dataset) -> str:
+    """Return ``pgv`` or ``pga``, the intensity measure of an assessment."""
+    return "pgv" if "median_pgv" in answer else "pga"
+
+
+# --- one wall ---------------------------------------------------------------------------------------------------------
+
+
+def models(answer: xr.Dataset) -> list[dict[str, Any]]:
+    """Return one wall's answer for each damping model; what depends on the intensity as a list over it."""
+    median = f"median_{measure_of(answer)}"
+    rows = []
+    for model in map(str, answer["damping_model"].values):
+        one = answer.sel(damping_model=model)
+        lists = {name: _plain(one[name].values) for name in (*BY_INTENSITY, AVERAGED) if name in one}
+        rows.append(
+            {
+                "damping_model": model,
+                "order": _plain(one["order"].values),
+                "damping_ratio": _plain(one["damping_ratio"].values),
+                "records": int(answer["records"]),
+                **lists,
+                "median_intensity": _plain(one[median].values),
+                "median_intensity_interval": _bounds(one[f"{median}_interval"].values),
+                "dispersion": _plain(one["dispersion"].values),
+                "dispersion_interval": _bounds(one["dispersion_interval"].values),
+                **{name: _plain(one[name].values) for name in HALVING},
+                "reason": "; ".join(reasons(answer, model)) or None,
+            }
+        )
+        rows[-1]["collapse_probability_interval"] = list(map(_bounds, one["collapse_probability_interval"].values))
+    return rows
+
+
+def _plain(values: np.ndarray[Any, Any]) -> Any:
+    """Return numbers for JSON, and null where one is not known."""
+    if values.ndim:
+        return [_plain(value) for value in values]
+    return values.item() if isfinite(values) else None
+
+
+def _bounds(values: np.ndarray[Any, Any]) -> list[float] | None:
+    return values.tolist() if np.isfinite(values).all() else None
+
+
+def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
+    """Return why intervals, or the fragility, of a damping model are missing; empty where none is."""
+    of_model, median = answer.sel(damping_model=damping_model), f"median_{measure_of(answer)}"
+    stations = int(np.unique(answer["station"].values).size)
+    few = stations < FEWEST_STATIONS
+    found = [f"{counted(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
+    if not np.isfinite(float(of_model[median])):
+        found.append(no_fragility(of_model["stripe_collapses"].values, int(answer["records"])))
+    elif not few and not np.isfinite(of_model[[f"{median}_interval", "dispersion_interval"]].to_array()).all():
+        found.append("no interval of the fragility: under nine in ten replicates of the bootstrap define one")
+    return found
+
+
+def no_fragility(collapses: ArrayLike, records: int) -> str:
+    """Return why counts of collapses at the stripes define no lognormal curve."""
+    count = np.asarray(collapses)
+    lowest = np.flatnonzero(count > 0).min(initial=count.size)
+    highest = np.flatnonzero(count < records).max(initial=-1)
+    separated = "all records collapse the wall from one stripe on, and none below it"
+    return f"no fragility: {'collapses become fewer with intensity' if lowest < highest else separated}"
+
+
+# --- many walls -------------------------------------------------------------------------------------------------------
+
+
+def lines(answer: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Yield the rows of the written table by the keys of `COLUMNS`: one for each wall and damping model.
+
+    What is not defined is empty, and ``reason`` says why there is no fragility. A wall with an error has it once.
+    """
+    renamed = answer.rename({f"median_{measure_of(answer)}": "median_intensity", "wall": "id"})
+    named = [name for name in COLUMNS if name in renamed.variables and name != "id"]
+    table = renamed[named].to_dataframe(dim_order=["id", "damping_model"]).reset_index()
+    stripes = renamed["stripe_collapses"].transpose("id", "damping_model", "stripe").values.reshape(len(table), -1)
+    for row, counts in zip(table.to_dict("records"), stripes, strict=True):
+        filled = {str(name): "" if value != value else value for name, value in row.items()}
+        if filled["error"]:
+            filled = {name: filled[name] for name in ("id", "error")}
+            if row["damping_model"] != table["damping_model"][0]:
+                continue
+        elif filled["median_intensity"] == "":
+            filled["reason"] = no_fragility(counts, int(answer["records"]))
+        yield dict.fromkeys(COLUMNS, "") | filled
+
+
+# --- OpenQuake --------------------------------------------------------------------------------------------------------
+
+
+def fragilities(answer: xr.Dataset, taxonomies: Iterable[str]) -> Iterator[Collapse]:
+    """Yield the fragility of one wall, or of several in the order of their taxonomies, for each damping model."""
+    measure = measure_of(answer)
+    walls = answer if "wall" in answer.dims else answer.expand_dims("wall")
+    for index, taxonomy in enumerate(taxonomies):
+        wall = walls.isel(wall=index)
+        if "error" in wall and wall["error"].item():
+            continue
+        share = wall["stripe_collapses"] / answer["records"]
+        yield from _by_model(wall, taxonomy, f"median_{measure}", f"stripe_{measure}", share)
+
+
+def population_fragilities(population: xr.Dataset, name: str = "population") -> list[Collapse]:
+    """Return the fragility under each damping model, by peak ground velocity, of `population.nc`."""
+    return _by_model(population, name, "median_intensity", "intensity", population["collapse_fraction"])
+
+
+def _by_model(dataset: xr.Dataset, name: str, median: str, level: str, share: xr.DataArray) -> list[Collapse]:
+    return [
+        Collapse(
+            f"{name}-{model}",
+            float(dataset[median].sel(damping_model=model)),
+            float(dataset["dispersion"].sel(damping_model=model)),
+            dataset[level].values.tolist(),
+            share.sel(damping_model=model).values.tolist(),
+        )
+        for model in map(str, dataset["damping_model"].values)
+    ]
+
+
+def description(modelling: float) -> str:
+    """Return what a fragility model says of its dispersions."""
+    also = f", and a modelling dispersion of {modelling:g}" if modelling else " alone"
+    return f"Collapse of rocking walls, by rockdamp. Dispersions are record to record{also}."
+
+
+def require_modelling(modelling: float) -> None:
+    """Raise `InputError` for a modelling dispersion that is none."""
+    slip = per_cent(modelling, lambda each: (each >= 0) & (each <= WIDEST))
+    require(0 <= modelling <= WIDEST, "modelling_dispersion", modelling, f"between 0 and {WIDEST:g}{slip}")
+
+
+def with_modelling(collapses: Iterable[Collapse], modelling: float) -> Iterator[Collapse]:
+    """Yield fragilities with a modelling dispersion besides that of the records: the root of the sum of squares.
+
+    The shares at the stripes become those of the wider function. A fragility without a function keeps its stripes, and
+    is warned of.
+    """
+    require_modelling(modelling)
+    for collapse in collapses:
+        if not modelling or not np.isfinite(collapse.dispersion):
+            if modelling:
+                warn([f"{collapse.name!r} has no lognormal function; the modelling dispersion is not in its stripes"])
+            yield collapse
+            continue
+        total = float(np.hypot(collapse.dispersion, modelling))
+        share = ndtr(np.log(np.asarray(collapse.intensity) / collapse.median) / total)
+        yield replace(collapse, dispersion=total, share=share.tolist())

