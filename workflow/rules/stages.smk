@@ -31,7 +31,7 @@ for stage in STAGES.values():
                 attributes=expected_attributes,
                 sources=stage.sources,
                 version=stage.sources.version(),
-                keys=stage.config,
+                config_keys=stage.config,
                 config=config_part(stage.config),
             message:
                 message_of(stage)

@@ -10,7 +10,7 @@ with job(snakemake):
     from rockdamp.storage import dataset
 
     params, paths = snakemake.params, snakemake.input
-    keys = [key.format(**dict(snakemake.wildcards.items())) for key in params.keys]
+    keys = [key.format(**dict(snakemake.wildcards.items())) for key in params.config_keys]
     config = LaboratoryConfig.model_validate(snakemake.config).part(keys)
     inputs = [read_record(path) for path in paths.record]
     if params.test_series:

@@ -39,7 +39,7 @@ NO_SCIENCE = {
     "rockdamp.storage.registry": "reads the glossary, of which a dataset's own names count",
     "rockdamp.storage.yaml_file": "reads files, which count themselves",
 }
-# Modules that say what the config holds: its values count, as made, and neither these modules nor what only they import.
+# Modules that say what the config holds. Its values count, as made; these modules, and what only they import, do not.
 CONFIG = (
     *(f"rockdamp.config{name}" for name in ("", ".checks", ".earthquakes", ".files", ".kinds", ".sections")),
     "rockdamp.laboratory.sections",
@@ -128,6 +128,13 @@ def config_digest(part: Mapping[str, Any]) -> str:
     except TypeError as error:
         raise ValueError(f"the config cannot be digested: {error}") from None
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+class _Module(NamedTuple):
+    imports: frozenset[str]
+    data_files: frozenset[Path]
+    science: bytes
+    with_words: bytes  # the same with the words of errors, where they may be stored
 
 
 @cache
