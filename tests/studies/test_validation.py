@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
+from configs import configured
 from experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from repository import ROOT
 
@@ -35,7 +35,7 @@ def validated(config, record, equivalence):
 
 @pytest.fixture(scope="module")
 def config():
-    return yaml.safe_load((ROOT / "config/default.yaml").read_text())
+    return configured()
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import xarray as xr
-from repository import ROOT
-from rockdamp.config.merging import merged
+from configs import configured
 
 from rockdamp.motions import catalogue
 from rockdamp.pipeline import verification
@@ -12,8 +11,7 @@ from rockdamp.pipeline import verification
 
 def minimal():
     """Return the origin of each result of the minimal config."""
-    config = merged([ROOT / "config/default.yaml", ROOT / "config/minimal.yaml"], {})
-    return verification.origins(config, lambda entries: len(catalogue.listing(entries)))
+    return verification.origins(configured(minimal=True), lambda entries: len(catalogue.listing(entries)))
 
 
 def make(folder, expected):

@@ -205,11 +205,8 @@ class Problem(NamedTuple):
     text: str
 
     def line(self, config: Mapping[str, Any], files: Sequence[str | Path]) -> str:
-        """Return it with the place of the value; where the command line states what is nested, with how to state it."""
-        place = origin(self.path, config, files)
-        nested = len(self.path) > 1 and not self.text.startswith("is not a key") or "a mapping" in self.text
-        hint = "; write nested values in a file and pass --configfile" if place == COMMAND_LINE and nested else ""
-        return f"{place}: {dotted(self.path) or 'the config'} {self.text}{hint}"
+        """Return it with the file and line of the value."""
+        return f"{origin(self.path, config, files)}: {dotted(self.path) or 'the config'} {self.text}"
 
 
 NOUNS = {
@@ -283,16 +280,11 @@ def _keys(schema: Mapping[str, Any]) -> list[str]:
 
 
 def _misfit(error: ErrorDetails, schema: Mapping[str, Any]) -> Problem:
-    of_value, path = schema, error["loc"]
-    for end in range(len(path), -1, -1):  # pydantic names the options of a union as if they were keys
-        of_value = _schema_of(schema, path[:end])
-        if "anyOf" in of_value:
-            path = path[:end]
-            break
-    else:
-        of_value = _schema_of(schema, path)
-    value = error["input"]
-    allowed = _allowed(of_value)
+    path = error["loc"]
+    # Pydantic names the options of a union as if they were keys below it.
+    ends = [end for end in range(len(path)) if "anyOf" in _schema_of(schema, path[:end])]
+    path = path[: ends[0]] if ends else path
+    value, allowed = error["input"], _allowed(_schema_of(schema, path))
     if isinstance(value, list) and error["type"] in ("too_short", "too_long"):
         return Problem(path, f"has {len(value)} of them; it must be {allowed}")
     if error["type"] == "finite_number":

@@ -74,10 +74,10 @@ def _one_line(text: str) -> str:
 Text = Annotated[str, Field(min_length=1), AfterValidator(_one_line)]
 
 # 8.0 is a whole number, as it is in JSON.
-_INTEGRAL = BeforeValidator(lambda value: int(value) if isinstance(value, float) and value.is_integer() else value)
+INTEGRAL = BeforeValidator(lambda value: int(value) if isinstance(value, float) and value.is_integer() else value)
 
 
-Whole = Annotated[int, _INTEGRAL]
+Whole = Annotated[int, INTEGRAL]
 Positive = Annotated[float, Field(gt=0, le=1e6)]
 Step = Annotated[float, Field(ge=1e-4, le=1)]
 Length = Annotated[float, Field(gt=0, le=1000)]  # in tau
@@ -87,24 +87,29 @@ Restitution = Annotated[float, Field(gt=0, le=1)]
 Overburden = Annotated[float, Field(ge=0, le=1000)]  # O/W
 Edge = Annotated[float, Field(gt=0, le=10)]  # of a band of peaks, u/u_ins
 Order = Annotated[float, Field(ge=0, le=1000)]
-Seed = Annotated[Whole, Field(ge=0, le=2**32 - 1)]
-Count = Annotated[Whole, Field(ge=1, le=1_000_000)]
+Seed = Annotated[int, Field(ge=0, le=2**32 - 1), INTEGRAL]
+Count = Annotated[int, Field(ge=1, le=1_000_000), INTEGRAL]
 
 
 # --- lists -----------------------------------------------------------------------------------------------------------
 
 
+def _shown(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else repr(value)
+
+
 def _differ(values: list[Any]) -> list[Any]:
     for index, value in enumerate(values):
         if value in values[:index]:
-            raise Refusal(f"has {value!r} twice; its values must differ")
+            raise Refusal(f"has {_shown(value)} twice; its values must differ")
     return values
 
 
 def _ascending(values: list[Any]) -> list[Any]:
     for index, (before, after) in enumerate(zip(values, values[1:], strict=False)):
         if not after > before:
-            raise Refusal(f"is {after}; it must be greater than the value before it, {before}", index + 1)
+            text = f"is {_shown(after)}; it must be greater than the value before it, {_shown(before)}"
+            raise Refusal(text, index + 1)
     return values
 
 
@@ -176,7 +181,7 @@ Geometric = Annotated[Array, made_of(GeometricGrid, GeometricGrid.values)]
 _Bound = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
-def distribution(kinds: Sequence[str], low: Any, high: Any = _Bound) -> GetPydanticSchema:
+def distribution(kinds: Sequence[str], low: Any = _Bound, high: Any = _Bound) -> GetPydanticSchema:
     """Return the annotation of a `Distribution` of some kinds, whose bounds are of the kinds `low` and `high`."""
     fields: dict[str, Any] = {
         "distribution": (Literal[tuple(kinds)], Field(description="Kind of distribution.")),
@@ -198,5 +203,5 @@ def distribution(kinds: Sequence[str], low: Any, high: Any = _Bound) -> GetPydan
 INTERVAL = ("uniform", "loguniform")
 AboveZero = Annotated[float, Field(gt=0, le=1e6)]
 AtLeastZero = Annotated[float, Field(ge=0, le=1e6)]
-BelowOne = Annotated[float, Field(ge=-1e6, lt=1)]
-AtMostOne = Annotated[float, Field(ge=-1e6, le=1)]
+BelowOne = Annotated[float, Field(ge=-1, lt=1)]
+AtMostOne = Annotated[float, Field(ge=-1, le=1)]

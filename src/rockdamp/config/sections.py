@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from rockdamp.arrays import Array
 from rockdamp.config.kinds import (
@@ -22,6 +22,7 @@ from rockdamp.config.kinds import (
     Overburden,
     Positive,
     Positives,
+    Refusal,
     Restitution,
     Section,
     Seed,
@@ -323,8 +324,14 @@ class Accuracy(Section):
     )
 
 
+def _with_png(formats: tuple[str, ...]) -> tuple[str, ...]:
+    if "png" not in formats:
+        raise Refusal(f"is {list(formats)}; png must be among them")
+    return formats
+
+
 class Figures(Section):
-    formats: Annotated[tuple[str, ...], names(Literal["pdf", "png", "svg"])] = Field(
+    formats: Annotated[tuple[str, ...], names(Literal["pdf", "png", "svg"]), AfterValidator(_with_png)] = Field(
         description="File formats of each figure; png must be among them, as the report shows it."
     )
     resolution: Whole = Field(ge=30, le=1200, description="Dots per inch of the PNG.")

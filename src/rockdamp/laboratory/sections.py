@@ -12,6 +12,7 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import Bootstrap
 from rockdamp.config.kinds import (
+    INTEGRAL,
     INTERVAL,
     AboveZero,
     AtLeastZero,
@@ -96,7 +97,7 @@ class SimulatedTrials(Section):
     seed: Seed = Field(description="Seed of the sets.")
 
 
-_Impacts = Annotated[Whole, Field(ge=3, le=100)]
+_Impacts = Annotated[int, Field(ge=3, le=100), INTEGRAL]
 _NearlyRigid = Annotated[float, Field(ge=0.002, le=0.05)]
 _Release = Annotated[float, Field(ge=0.1, le=0.9)]
 
