@@ -17,12 +17,14 @@ from .histories.upper_floors import FloorMotion as FloorMotion
 from .histories.upper_floors import floor_motions as floor_motions
 from .laboratory.calibration import calibrate as calibrate
 from .laboratory.free_rocking import calibrate_free_rocking as calibrate_free_rocking
-from .laboratory.free_rocking_record import FreeRocking as FreeRocking
-from .laboratory.free_rocking_record import read_free_rocking as read_free_rocking
-from .laboratory.free_rocking_record import write_free_rocking as write_free_rocking
+from .laboratory.releases import FreeRocking as FreeRocking
+from .laboratory.releases import read_free_rocking as read_free_rocking
+from .laboratory.releases import write_free_rocking as write_free_rocking
 from .mechanics.building import Building as Building
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
+from .mechanics.one_sided import OneSidedWall as OneSidedWall
+from .mechanics.one_sided import Tie as Tie
 from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion

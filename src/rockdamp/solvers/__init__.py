@@ -35,6 +35,7 @@ def compile_all(processes: int = 1) -> None:
     orders = [Damping("ECD", 0.05, order=order) for order in (*MULTIPLIED_ORDERS, 2.5)]
     runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
     runs += [partial(_run_exactly, damping) for damping in dampers]
+    runs += [partial(_run_one_sided_exactly), partial(_run_one_sided)]
     runs += [partial(_run, damping, scheme) for damping in dampers for scheme in SCHEMES]
     runs += [partial(_run, damping, "newmark") for damping in (Damping.power(1.3, 0.05), *orders)]
     for count, run in enumerate(runs, 1):
@@ -67,3 +68,19 @@ def _run_exactly(damping: Damping) -> None:
     from rockdamp.solvers.event_driven import history
 
     history(TrilinearCurve(0.04, 0.85), damping, [0.01], release_amplitude=0.5)
+
+
+def _run_one_sided() -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.one_sided import OneSidedForce, Stop
+    from rockdamp.solvers.one_sided_march import solve
+
+    solve(OneSidedForce(TrilinearCurve(0.04, 0.85)), Stop(1e4, 0.5), step=1e-3, steps=1, release_amplitude=0.5)
+
+
+def _run_one_sided_exactly() -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.one_sided import RIGID, OneSidedForce, Stop
+    from rockdamp.solvers.one_sided_events import history
+
+    history(OneSidedForce(TrilinearCurve(0.04, 0.85)), Stop(RIGID, 0.5), [0.01], release_amplitude=0.5)

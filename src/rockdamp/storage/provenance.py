@@ -47,7 +47,7 @@ CONFIG = (
 # Numbers in words. Stages need them for errors alone; figures, pages and claims show them.
 NUMBERS_IN_WORDS = ("rockdamp.text",)
 # It stores the words of its package's errors as the reason why there is no evidence: they are data.
-STORES_WORDS = "rockdamp.laboratory.evidence"
+STORES_WORDS = "rockdamp.laboratory.posterior"
 
 
 def modules_of(*names: str) -> dict[str, Path]:
