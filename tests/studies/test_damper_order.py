@@ -144,11 +144,11 @@ def test_a_viscous_damper_takes_energy_before_the_first_impact_the_less_the_high
 
 
 def test_a_ratio_under_a_pulse_is_that_of_the_event_driven_solver(found, config):
-    grid = config["damper_order"]["pulses"]
+    grid = config.damper_order.pulses
     one = found.isel(pulse=0, pulse_frequency=1, load_ratio=1).sel(order=4, restitution=0.85)
-    step = grid["step"]
+    step = grid.step
     wave = 0.85 * float(one["load_ratio"]) * pulses.pulse("Ricker", float(one["pulse_frequency"]), step)
-    times = [step * (wave.size - 1) + grid["tail"]]
+    times = [step * (wave.size - 1) + grid.tail]
     peaks = [
         np.abs(event_driven.history(CURVE, damping, times, load=wave, load_step=step).turning_displacement).max()
         for damping in (Damping.of_restitution(0.85, order=4), Damping.cr(0.85))

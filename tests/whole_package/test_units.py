@@ -5,11 +5,11 @@ from decimal import Decimal
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rockdamp.config.merging import refuse_unreadable
 
 import rockdamp as rd
 from rockdamp import units
 from rockdamp.assessment.table import BadRow, read_walls
+from rockdamp.config.files import refuse_unreadable
 from rockdamp.laboratory.channels import read_raw
 from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import STANDARD_GRAVITY

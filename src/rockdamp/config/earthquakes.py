@@ -266,12 +266,6 @@ class Population(Section):
         description="Correlation of two parameters' normal scores, as parameter - other parameter - value; none where"
         " not stated."
     )
-    redrawn: Whole = Field(
-        ge=0,
-        le=1_000_000,
-        description="Number of walls, at most all, that are run under CR with each parameter in turn drawn again, for"
-        " the total-effect indices; 0 leaves them out.",
-    )
     intensity: Geometric = Field(
         description="Peak ground velocities that every record is scaled to; a geometric sequence. [m s-1]"
     )

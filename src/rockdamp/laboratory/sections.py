@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
@@ -154,3 +155,7 @@ def broken(config: LaboratoryConfig) -> Iterator[tuple[str, str]]:
         if not Path(measured.trials).is_file():
             text = f"is {measured.trials!r}; it must be a file, seen from the folder of the run"
             yield "measured_rocking.trials", text
+
+
+if __name__ == "__main__":
+    print(json.dumps(LaboratoryConfig.model_json_schema(), indent=2))
