@@ -66,7 +66,7 @@ def _under_pulses(config: Config, curves: TrilinearCurve, e: Damping, name: str)
     for column, frequency in enumerate(config.pulses.frequency):
         load = followed_by_rest(pulse(name, float(frequency), step), step, config.pulses.tail)
         forcing = Forcing(load, step, float(config.curve.strength_ratio) * config.pulses.load)
-        response = solve(each, e.map(lambda parameter: parameter[:, None]), **forcing.newmark())
+        response = solve(each, e.map(lambda parameter: parameter[:, None]), peaks_only=True, **forcing.newmark())
         ended[:, :, column] = response.peak, response.outcome == COLLAPSED
     return ended
 
