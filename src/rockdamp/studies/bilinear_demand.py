@@ -68,7 +68,7 @@ def _under_pulses(settings: BilinearSettings, curves: TrilinearCurve, e: Damping
     for column, frequency in enumerate(settings.pulses.frequency):
         load = followed_by_rest(pulse(name, float(frequency), step), step, settings.pulses.tail)
         forcing = Forcing(load, step, float(settings.curve.strength_ratio) * settings.pulses.load)
-        response = solve(each, e.map(lambda parameter: parameter[:, None]), **forcing.newmark())
+        response = solve(each, e.map(lambda parameter: parameter[:, None]), peaks_only=True, **forcing.newmark())
         ended[:, :, column] = response.peak, response.outcome == COLLAPSED
     return ended
 

@@ -24,7 +24,7 @@ from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
+from rockdamp.solvers.response import COLLAPSED, Histories, Options, Peaks
 from rockdamp.statistics.against_restitution import in_bands, of_outcomes, of_pairs
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
@@ -113,9 +113,9 @@ class Run:
     step: float
     tail: float
 
-    def __call__(self, damping: Damping) -> Response:
+    def __call__(self, damping: Damping) -> Peaks:
         """Dampers of shape (..., e) give a batch (..., load, e)."""
-        return solve(self.curve, damping, **self._forced())
+        return solve(self.curve, damping, peaks_only=True, **self._forced())
 
     def histories(self, damping: Damping) -> Histories:
         return solve(self.curve, damping, store_every=1, **self._forced())

@@ -90,7 +90,9 @@ def _of_wall(
 
     def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
         by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
-        response = solve(named.curve, damping, **replace(forcing, load_factor=by_scale).newmark(substeps))
+        response = solve(
+            named.curve, damping, peaks_only=True, **replace(forcing, load_factor=by_scale).newmark(substeps)
+        )
         return response.peak, response.outcome
 
     e, finer = settings.restitution, 2 * coarser
