@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
+from configs import configured
 from experimental_style import WALL, synthetic_record
 from repository import ROOT
 
@@ -30,7 +30,7 @@ def record():
 
 @pytest.fixture(scope="module")
 def result(record):
-    return study(yaml.safe_load((ROOT / "config/default.yaml").read_text()), record)
+    return study(configured(), record)
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_the_fitted_history_leaves_no_more_than_the_sensors_noise(result, record
     noise = float(record.header["generator_sensor_noise_m"])
     spread = 5 / np.sqrt(2 * record.elapsed.size)
     assert float(result["residual_deviation"]) == pytest.approx(noise, rel=spread)
-    left = (result["measured"] - result["displacement"]).values
+    left = (result["measured"] - result["control_displacement"]).values
     assert np.std(left) == pytest.approx(float(result["residual_deviation"]), rel=0.01)
     assert abs(np.mean(left)) < 1e-9
 

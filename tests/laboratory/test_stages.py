@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from configs import configured
 from repository import ROOT
 
-from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
 from rockdamp.laboratory.stages import identification, noisier
 from rockdamp.motions.records import read_record
@@ -25,4 +25,4 @@ def test_a_test_series_of_measured_records_is_refused():
     record = read_record(ROOT / "data/test_series/cr-half.csv")
     measured = replace(record, header={**record.header, "synthetic": "no"})
     with pytest.raises(InputError, match="identification.test_series: mine is not synthetic"):
-        identification(merged([ROOT / "config/default.yaml"], {}), {"mine": measured})
+        identification(configured(), {"mine": measured})

@@ -4,12 +4,12 @@ import made_up_earthquakes as made_up
 import numpy as np
 import pytest
 import xarray as xr
+from configs import configured
 from made_up_studies import pulses
-from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.storage import dataset, yaml_file
+from rockdamp.storage import dataset
 from rockdamp.studies.recommendation import MULTIPLE, TOLERANCE, holds, recommend, under_earthquakes
 from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
 
@@ -117,7 +117,7 @@ def others():
 
 @pytest.fixture
 def config():
-    return yaml_file.load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    return configured()
 
 
 def test_the_dataset_is_what_the_glossary_says_and_holds_the_numbers_of_each_study(config, others):
@@ -157,10 +157,10 @@ def test_errors_under_pulses_are_those_of_the_slowest_and_the_quickest_that_stan
     made = pulses()
     for name in ("collapsed", "reference_collapsed"):
         made[name] = made[name] * 0
-    made["peak_ratio"] = made["reference_peak"] * np.exp(0.1 * (1 + made["pulse_frequency"]))
+    made["peak"] = made["reference_peak"] * np.exp(0.1 * (1 + made["pulse_frequency"]))
     expected = 0.1 * (1 + made["pulse_frequency"].values[[0, -1]])
     made["collapsed"][{"load_ratio": 0}] = 1
-    made["peak_ratio"][{"load_ratio": 0}] = 9.9
+    made["peak"][{"load_ratio": 0}] = 9.9
     at = {"damping_model": RECOMMENDED}
     advice = recommend(config, made_up.comparison(), *others, made.isel(pulse_frequency=slice(None, None, -1))).sel(at)
     np.testing.assert_allclose([advice["slow_pulse_log_error"], advice["quick_pulse_log_error"]], expected)

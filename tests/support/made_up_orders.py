@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from configs import configured
 
 from rockdamp.studies.earthquakes import orders
 
@@ -26,7 +27,7 @@ def made_up(log_ratio, collapsed=False):
             "reference_collapsed": (dims, fell),
             "varied_peak": ((*dims, "variation"), varied),
             "varied_collapsed": ((*dims, "variation"), np.repeat(fell[..., None], varied.shape[-1], axis=-1)),
-            "peak_ratio": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
+            "peak": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
             "collapsed": ((*dims, "order"), order_fell),
         },
         coords={
@@ -43,7 +44,6 @@ def made_up(log_ratio, collapsed=False):
 
 
 def compare(given, bands=(0.01, 1.0)):
-    bootstrap = {"replicates": 50, "seed": 3}
-    config = {"earthquakes": {"restitution_change": 0.01, "bands": list(bands), "bootstrap": bootstrap}}
-    config["earthquakes"]["orders"] = {"loss_change": 0.07, "test_spread": 0.03, "splits": SPLITS}
+    statistics = {"bands": list(bands), "bootstrap": {"replicates": 50, "seed": 3}, "splits": SPLITS}
+    config = configured({"comparison": statistics})
     return orders.compare_orders(config, given).sel(record_set="own", restitution=0.85, change="loss")

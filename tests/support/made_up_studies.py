@@ -5,10 +5,9 @@ from functools import cache
 import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
-import yaml
+from configs import configured
 from made_up_earthquakes import by_model, complete
 from made_up_trials import measured_rocking
-from repository import ROOT
 
 from rockdamp.studies import force_curves
 from rockdamp.studies.amplitude_dependence import DAMPERS
@@ -23,7 +22,7 @@ STEPS = 3200  # k of the made-up matches
 
 def mechanism():
     """Return the stage's own dataset, which takes no time."""
-    return force_curves.mechanism(yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")))
+    return force_curves.mechanism(configured())
 
 
 def damping_force():
@@ -135,7 +134,13 @@ def records_of_series():
         for height in LEVELS:
             level = one.assign_coords(record=[f"{number} at {height}"]).copy(deep=True)
             factor = height * u_ins / float(one["measured_peak_displacement"].item())
-            for name in ("displacement", "measured", "measured_peak_displacement", "decay_peak", "measured_decay_peak"):
+            for name in (
+                "control_displacement",
+                "measured",
+                "measured_peak_displacement",
+                "decay_peak",
+                "measured_decay_peak",
+            ):
                 level[name] = level[name] * factor
             level["peak_ratio_to_measured"] = 1 - (1 - level["peak_ratio_to_measured"]) * (1 - height) * (number + 1)
             level["record_made_by"] = ("record", [maker])
@@ -155,7 +160,7 @@ def validation(**attributes):
     share = by_model(ALL, 0.75, CR=0.95, CDC=0.9, CDR=0.8, SDR=0.7, ECD=0.85)
     data = xr.Dataset(
         {
-            "displacement": (("damping_model", "elapsed"), share[:, None] * measured),
+            "control_displacement": (("damping_model", "elapsed"), share[:, None] * measured),
             "measured": ("elapsed", measured),
             "ground_acceleration": ("elapsed", motion),
             "damping_ratio": (
@@ -198,8 +203,8 @@ def convergence():
     data = xr.Dataset(
         {
             "solver_error": ((*dims, "step"), error),
-            "order": (dims, slopes),
-            "finest_order": (dims, slopes + 0.01),
+            "convergence_order": (dims, slopes),
+            "finest_convergence_order": (dims, slopes + 0.01),
         },
         coords={
             "scheme": ["newmark", "paper"],
@@ -286,7 +291,7 @@ def pulses():
             "damping_ratio": (by, np.full((2, len(VISCOUS), 3), 0.05)),
             "reference_peak": (cells, peak),
             "reference_collapsed": (cells, collapsed.astype(np.int8)),
-            "peak_ratio": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
+            "peak": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
             "collapsed": ((*by[:2], *cells), np.stack([ratio * peak > 1] * 2).astype(np.int8)),
             "median_ratio": ((*by, "band"), median),
             "log_dispersion": ((*by, "band"), 0.15 * median),

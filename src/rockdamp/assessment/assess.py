@@ -20,7 +20,7 @@ from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
 from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
-from rockdamp.histories.upper_floors import Records, floor_motions, motions_of
+from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -82,7 +82,7 @@ def assess(
     xarray.Dataset
         By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
-        over the stations, ``stripe_collapses``, and ``peak_ratio`` of each record, NaN where the wall collapses. And
+        over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
         ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
         stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
@@ -116,7 +116,7 @@ def assess(
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
     answer = answer.drop_vars("strongest").assign(
-        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak_ratio=runs["peak"].squeeze("wall")
+        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall")
     )
     if restitution == DEFAULT_RULE:
         deviation, source = deviation_of(wall)
@@ -179,7 +179,7 @@ def assess_rows(
     plausibility.warn(below_onset(answer, measure, intensity))
     answer = answer.drop_vars("strongest").reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
-        records=len(motions), tail=tail, error=("wall", [errors.get(row.line, "") for row in rows])
+        records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows])
     ).assign_coords(wall=[row.id for row in rows])
     return answer.transpose(*DIMS, missing_dims="ignore")
 
@@ -187,13 +187,13 @@ def assess_rows(
 def _on_supports(
     rows: Sequence[Row], motions: Sequence[GroundMotion], building: Building | None
 ) -> Iterator[tuple[Sequence[Row], Sequence[GroundMotion]]]:
-    """Yield rows whose supports move alike, with these motions: on a floor a parapet has the motion of one alone."""
-    if building is None:
-        yield rows, motions
-        return
-    for parapet in (False, True):
-        if alike := [row for row in rows if isinstance(row.wall, Parapet) == parapet]:
-            yield alike, floor_motions(motions, building, parapet)
+    """Yield rows whose supports move alike, with their motions: a parapet has that of one floor alone."""
+    held: dict[Any, list[Row]] = {}
+    for row in rows:
+        held.setdefault((isinstance(row.wall, Parapet), row.diaphragm), []).append(row)
+    for (parapet, diaphragm), alike in held.items():
+        plain = building is None and diaphragm is None
+        yield alike, motions if plain else floor_motions(motions, building, parapet, diaphragm)
 
 
 def _worst(answers: Sequence[xr.Dataset], median: str) -> xr.Dataset:
@@ -238,7 +238,7 @@ def _by_chunks(
             else:
                 answer = summary(runs, wall, curve, measure).isel(intensity=0).assign(restitution=("wall", e))
                 median = median_peak(runs.isel(intensity=0))
-                yield answer.assign(peak_ratio_median=median).assign_coords(wall=[row.line for row in rows])
+                yield answer.assign(peak_median=median).assign_coords(wall=[row.line for row in rows])
 
         for start in range(0, len(rows), chunk):
             for batch in alike(rows[start : start + chunk]):

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp import units
-from rockdamp.cli.building import building_options, make_buildings, supports_of
+from rockdamp.cli.building import (
+    building_options,
+    ground_of,
+    make_buildings,
+    make_diaphragm,
+    supports_of,
+    top_record_option,
+)
 from rockdamp.cli.command import (
     Command,
     concerning,
@@ -51,7 +58,7 @@ if TYPE_CHECKING:
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
-PEAKS = ("peak_displacement", "peak_ratio", "peak_elapsed")
+PEAKS = ("peak_displacement", "peak", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
@@ -130,7 +137,7 @@ def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
 def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return a row for each number of impacts before the peak, with a column for each model."""
     models = list(dict.fromkeys(row["damping_model"] for row in rows))
-    peak = {(row["damping_model"], row["impacts"]): row["peak_ratio"] for row in rows}
+    peak = {(row["damping_model"], row["impacts"]): row["peak"] for row in rows}
     count = max(row["impacts"] for row in rows) + 1
     return [{"impacts": n, **{model: peak.get((model, n)) for model in models}} for n in range(count)]
 
@@ -166,6 +173,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.option("--to-pgv", type=quantities("m s-1"), help="Scale each record to this PGV.")
 @with_default("--tail", type=quantity("s"), default=0.0, help="Rest after the record.")
 @building_options
+@top_record_option
 @output_option
 @plot_option
 @click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
@@ -187,7 +195,7 @@ def respond_command(
     """
     wall, curve = make_wall(options), make_curve(options)
     dampings = make_dampings(options, curve)
-    buildings = make_buildings(options)
+    buildings, diaphragm = make_buildings(options), make_diaphragm(options)
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.intensity import intensity_measures
@@ -195,7 +203,9 @@ def respond_command(
     from rockdamp.progress import track
 
     asked = _scales(options)
-    motions = supports_of(_motions(records, named_columns(columns, CONTENTS)), buildings, options["parapet"])
+    parapet = options["parapet"]
+    ground_motions = _motions(records, options, named_columns(columns, CONTENTS))
+    motions = supports_of(ground_motions, buildings, diaphragm, parapet)
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot"), "one record and one scale")
@@ -226,7 +236,7 @@ def respond_command(
         "duration": float(motion.elapsed[-1] - motion.elapsed[0]),
         "rocking_onset": float(wall.rocking_onset(curve.strength_ratio)),
     }
-    if buildings:
+    if motions[0].intensity_record is not motion:
         shaken["support_acceleration"] = abs(factor) * intensity_measures(motion).pga
     _print_response(histories, shaken, options["compare"], as_json)
 
@@ -241,13 +251,17 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
     return targets or {"scale": options["scale"]}
 
 
-def _motions(records: Sequence[str], columns: Mapping[str, Column]) -> list[GroundMotion]:
+def _motions(records: Sequence[str], options: Mapping[str, Any], columns: Mapping[str, Column]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
-    from rockdamp.motions.catalogue import PREFIX, from_file, motions_of
+    from rockdamp.motions.catalogue import PREFIX, from_file
 
-    if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
+    if (
+        not options["top_records"]
+        and len(records) == 1
+        and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0]))
+    ):
         return [from_file(records[0], columns)]
-    return motions_of(records, columns)
+    return ground_of(records, options, columns, options["parapet"])
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -259,7 +273,7 @@ def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet, curve: Tril
     """Warn where no record of several makes the wall rock."""
     from rockdamp.plausibility import of_response, warn
 
-    peak, pga = (max(row[name] for row in rows) for name in ("peak_ratio", "pga"))
+    peak, pga = (max(row[name] for row in rows) for name in ("peak", "pga"))
     onset = float(wall.rocking_onset(curve.strength_ratio))
     warn(of_response(peak, float(curve.yield_displacement_ratio), pga, onset))
 
@@ -274,7 +288,7 @@ def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
         shown.append(dict(cells))
     print_table(shown, units)
     reasons = [
-        ("peak_ratio", "a wall that collapsed has no peak"),
+        ("peak", "a wall that collapsed has no peak"),
         ("damping_ratio", "restitution (CR) has no damping ratio"),
     ]
     for name, reason in reasons:
@@ -304,5 +318,5 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
         _print_rows(rows, UNITS)
     else:
         print_values(motion | rows[0], units)
-        if rows[0]["peak_ratio"] is None:
+        if rows[0]["peak"] is None:
             click.echo("-: a wall that collapsed has no peak")

@@ -4,40 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated
+from typing import Any
 from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.parsing import Settings
-from rockdamp.config.settings import CalibrationSettings
-from rockdamp.config.walls import Strip
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
 from rockdamp.laboratory.calibration import calibrate
 from rockdamp.laboratory.candidates import Candidate, Prior
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.posterior import Evidence, evidence_of, probabilities
+from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
 
 NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
-
-
-class IdentificationSettings(Settings):
-    """The tested wall, the prior, the damping models that are compared, and the multiples of the records' noise."""
-
-    wall: Annotated[Strip, "validation.wall"]
-    ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
-    softening: Annotated[str, "validation.curve.softening"]
-    prior: Annotated[Prior, "identification.prior", Prior.of]
-    step: Annotated[float, "identification.step"]
-    seed: Annotated[int, "identification.seed"]
-    damping_models: Annotated[tuple[str, ...], "identification.damping_models"]
-    noise: Annotated[Array, "identification.noise"]
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -54,23 +38,23 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
     )
 
 
-def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
+def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
     """Compute the evidence of each damping model for each record, at each noise.
 
     The probability is among the models whose evidence was determined. It raises `InputError` if a record is not
     synthetic, or does not say with what noise it was made.
     """
-    settings, records = IdentificationSettings.of(config), test_series
+    section, records = config.identification, test_series
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases, found = [(name, factor) for name in records for factor in settings.noise], []
+    cases, found = [(name, factor) for name in records for factor in section.noise], []
     for name, factor in track(cases, "models of the test series"):
-        random = np.random.RandomState([settings.seed, crc32(name.encode())])
+        random = np.random.RandomState([section.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(settings, record, model) for model in settings.damping_models])
-    shape = (len(records), len(settings.noise), len(settings.damping_models))
+            found.append([_evidence(config, record, model) for model in section.damping_models])
+    shape = (len(records), len(section.noise), len(section.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
     error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
@@ -83,35 +67,31 @@ def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Data
         },
         coords={
             "record": list(records),
-            "noise_factor": settings.noise,
-            "damping_model": list(settings.damping_models),
+            "noise_factor": section.noise,
+            "damping_model": list(section.damping_models),
         },
     )
 
 
-def _evidence(settings: IdentificationSettings, record: Record, model: str) -> Evidence:
+def _evidence(config: LaboratoryConfig, record: Record, model: str) -> Evidence:
     """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
+    section, test = config.identification, config.validation
+    a3, softening = float(test.curve.ultimate_displacement_ratio), test.curve.softening
+    known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": section.step}
     try:
-        fit = RecordFit.of(
-            record,
-            settings.wall,
-            Candidate.of(model),
-            ultimate_displacement_ratio=settings.ultimate_displacement_ratio,
-            softening=settings.softening,
-            step=settings.step,
-        )
+        fit = RecordFit.of(record, test.wall, Candidate.of(model), **known)
     except InputError:
         return Evidence()
-    return evidence_of(fit, settings.prior, settings.seed)
+    return evidence_of(fit, Prior(**dict(section.prior)), section.seed)
 
 
 def study(config: Config, record: Record) -> xr.Dataset:
     """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
-    given = CalibrationSettings.of(config)
+    given = config.validation
     return calibrate(
         record,
         given.wall,
-        ultimate_displacement_ratio=given.ultimate_displacement_ratio,
-        softening=given.softening,
+        ultimate_displacement_ratio=float(given.curve.ultimate_displacement_ratio),
+        softening=given.curve.softening,
         step=given.step,
     )

