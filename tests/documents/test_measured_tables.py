@@ -79,7 +79,7 @@ def made_up():
         .assign_coords(damping_model=list(DAMPERS)),
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
-        measured_tables.IDENTIFICATION: identification_as_configured(),
+        "identification": identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
@@ -227,7 +227,7 @@ def test_coverage_is_told_by_parameter_with_what_chance_does_to_it(monkeypatch, 
 def test_probabilities_are_means_over_the_records_of_a_maker_that_were_determined(made_up):
     study = made_up_studies.identification()
     study["log_evidence"][0, 1, 2] = np.nan
-    told = measured_tables.support({measured_tables.IDENTIFICATION: study}).splitlines()
+    told = measured_tables.support({"identification": study}).splitlines()
     assert told[0] == "| made by | noise | records | maker most probable | CR | ECD16 | ECD |"
     assert told[2] == "| CR | × 1 | 2 of 2 | 1 | 0.55 | 0.45 | 0.00 |"
     assert told[3] == "| CR | × 2 | 1 of 2 | 0 | 0.38 | 0.62 | 0.00 |"
