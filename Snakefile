@@ -80,13 +80,15 @@ onstart:
     # Numba compiles the solvers here, once: jobs that start together would all compile them, into the same files.
     from rockdamp.solvers import compile_all
 
-    compile_all(workflow.cores or 1)
+    # A run on a cluster has no number of cores, and `workflow.cores` raises there.
+    compile_all(workflow.resource_settings.cores or 1)
 
 
 include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/dictionary.smk"
 include: "workflow/rules/checksums.smk"
 
 

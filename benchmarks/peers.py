@@ -19,7 +19,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.mechanics.half_cycle_loss import normalisation
+from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.solvers.newmark_kernel import LANES
 
 SOURCE = Path(__file__).with_name("scheme.c")
@@ -197,7 +197,10 @@ def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground,
             double_v = k1 * z1 * z1 + 2 * b1 * (z2 - a1) + ks * (z3 - a2) * (2 * a3 - a2 - z3)
             c = 2 * parameter * f / np.sqrt(double_v)
             if model == 6:
-                c *= NORMALISATION * ((v + h * a) ** 2 / ((v + h * a) ** 2 + double_v)) ** 16
+                speed = v + h * a if x > 0 else -v - h * a
+                total = speed**2 + double_v
+                q = 2 * parameter * NORMALISATION * (speed**2 / total) ** 16
+                c = f * q / (np.sqrt(double_v) * (1 - q * speed * np.sqrt(double_v) / total))
         elif model == 5:
             c = 2 * parameter * w1 ** (1 - n) * (f / z) ** (n / 2)
         a = (p1 - (f if x > 0 else -f) - c * half) / (1 + 0.5 * rest * c)

@@ -18,9 +18,8 @@ import numpy as np
 from experimental_style import WALL
 
 from rockdamp.laboratory import sampler
-from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.least_squares import Fit
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.problem import Problem
 from rockdamp.laboratory.sampler import Draws, Neighbourhood, sample
 from rockdamp.motions.records import read_record
@@ -160,7 +159,7 @@ def main() -> None:
     for name, model in CASES:
         record = read_record(DATA / f"{name}.csv")
         with without_bars():
-            fit = Fit.of(
+            fit = RecordFit.of(
                 record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=0.01
             )
             problem = Problem.of(fit, Prior())

@@ -80,7 +80,12 @@ static inline double sixteenth(double x)
     return x * x;
 }
 
-static inline double kinetic_fraction(double v, double double_v) { return v * v / (v * v + double_v); }
+/* q/(1 - q s) of order 16 over c: C is c times it, w_E taken out. v is away from x = 0. */
+static inline double sixteenth_order(double c, double v, double double_v)
+{
+    double total = v * v + double_v, q = sixteenth(v * v / total);
+    return q / (1 - c * q * v * sqrt(double_v) / total);
+}
 
 #define VISCOUS(NAME, COEFFICIENT)                                                  \
     static inline void step_##NAME(Block *restrict w, double p0, double p1, double step) \
@@ -100,7 +105,8 @@ VISCOUS(CDC, 1.0)
 VISCOUS(CDR, sqrt(f / z))
 VISCOUS(SDR, f / z)
 VISCOUS(ECD, f / sqrt(double_energy(w, i, z)))
-VISCOUS(ECD16, f / sqrt(double_energy(w, i, z)) * sixteenth(kinetic_fraction(v + h * a, double_energy(w, i, z))))
+VISCOUS(ECD16, f / sqrt(double_energy(w, i, z))
+                   * sixteenth_order(w->c[i], x < 0 ? -v - h * a : v + h * a, double_energy(w, i, z)))
 VISCOUS(POWER, pow(f / z, w->half_n[i]))
 
 #define MARCH(NAME)                                                                                      \

@@ -125,18 +125,6 @@ def fits(data: Data) -> str:
     return f"{table(head, rows)}\n\nEach range begins beyond the one before; e ends at {last:.2f}."
 
 
-def tabulated(_: Data) -> str:
-    """How far the table of damping ratios is from the matcher, as tools/tabulate_ratios.py found it."""
-    rows = pd.read_csv(SHIPPED / "ratios-check.csv", dtype={"damping_model": str})
-    head = ["model", "walls drawn", "refused", "median error", "1 in 1000", "largest", "searched", "largest, searched"]
-    shown = [
-        [row.damping_model, str(row.walls), percent(row.refused), percent(row.median), percent(row.permille)]
-        + [percent(row.largest), str(row.searched), percent(row.largest_searched)]
-        for row in rows.itertuples()
-    ]
-    return table(head, shown)
-
-
 def rotations(data: Data) -> str:
     """Least slenderness at which the slender limit is within each tolerance of the two rigid bodies."""
     accuracy = data["accuracy"]
@@ -333,7 +321,7 @@ def mutations(_: Data) -> str:
     return summary()
 
 
-_FIRST = (solver, ratios, fits, tabulated, rotations, energy, earthquakes, sources, checks, orders, pulses)
+_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, checks, orders, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
 _LAST = (
     local_damping,

@@ -17,9 +17,9 @@ import numpy as np
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.histories.forcing import Forcing, Load
-from rockdamp.laboratory.identify import posterior
+from rockdamp.laboratory.candidates import Prior
 from rockdamp.laboratory.noise import correlated
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.posterior import posterior
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall

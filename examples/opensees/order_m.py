@@ -9,12 +9,9 @@ runs a wall that is released and a wall under a pulse.
 """
 
 from dataclasses import dataclass
-from math import comb, log, pi, sin, sqrt
+from math import comb, copysign, log, pi, sin, sqrt
 
 import openseespy.opensees as ops
-
-# xi = d (1 - c d^2), d = -ln(e)/pi: within 0.01 % for e from 0.7, for these orders.
-THIRD = {0: 0.500, 1: 0.389, 2: 0.357, 4: 0.334, 8: 0.320, 16: 0.311, 32: 0.307}
 
 
 @dataclass
@@ -44,11 +41,16 @@ class Joint:
         return f, f1 * u1 / 2 + f1 * (min(z, u2) - u1) + (f1 + f) / 2 * (min(z, u3) - min(z, u2))
 
     def coefficient(self, u, v):
-        """Return C = 2 xi N_m abs(F) sqrt(m/(2 V)) (T/(T + V))^m. [N s/m]"""
+        """Return C = abs(F) sqrt(m/(2 V)) q/(1 - q s), q = 2 xi N_m (T/(T + V))^m, s = sgn(u v) sqrt(T V)/(T + V).
+
+        In N s/m. Order 0 has no s.
+        """
         (f, energy), kinetic = self.curve(u), self.mass * v * v / 2
         if energy <= 0:  # at u = 0, abs(F) sqrt(m/(2 V)) is sqrt(k1 m)
             return self.amplitude * sqrt(self.strength / self.corners[0] * self.mass) if kinetic > 0 else 0.0
-        return self.amplitude * f * sqrt(self.mass / (2 * energy)) * (kinetic / (kinetic + energy)) ** self.order
+        q = self.amplitude * (kinetic / (kinetic + energy)) ** self.order
+        s = copysign(sqrt(kinetic * energy), u * v) / (kinetic + energy) if self.order else 0.0
+        return f * sqrt(self.mass / (2 * energy)) * q / (1 - q * s)
 
 
 def make_joint(tag, nodes, dof, corners, strength, mass, restitution, order=16):
@@ -59,11 +61,11 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, order=16):
     """
     if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
         raise ValueError(f"0 < u1 <= u2 < u3, strength > 0 and mass > 0, not {corners}, {strength}, {mass}")
-    if not (0 < restitution <= 1 and order in THIRD):
-        raise ValueError(f"restitution in (0, 1] and order one of {list(THIRD)}, not {restitution}, {order}")
+    if not (0.05 <= restitution <= 1 and order == int(order) >= 0):
+        raise ValueError(f"restitution from 0.05 to 1 and a whole order, not {restitution}, {order}")
     d = -log(restitution) / pi
-    normalisation = 2 ** (2 * order + 1) / comb(2 * order + 2, order + 1)
-    amplitude = 2 * d * (1 - THIRD[order] * d * d) * normalisation
+    xi = d if order else d / sqrt(1 + d * d)
+    amplitude = 2 * xi * 2 ** (2 * order + 1) / comb(2 * order + 2, order + 1)
     # The material goes on along its last slope: the far point keeps the force at zero beyond u3.
     u = [0.0, *corners, 1000 * corners[-1]]
     f = [0.0, strength, strength, 0.0, 0.0]

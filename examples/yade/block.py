@@ -15,8 +15,7 @@ ALPHA = math.atan(T / H)  # the rotation at which it falls
 INERTIA = MASS * (T * T + H * H) / 12
 TURNING = INERTIA + MASS * (T * T + H * H) / 4  # about a foot: T is this times the rate squared over two
 RELEASE, STEP, BALL = 0.5 * ALPHA, 2e-5, 0.02
-D = -math.log(E) / math.pi
-AMPLITUDE = 2 * D * (1 - 0.311 * D * D) * 3.680970  # 2 xi N_16
+AMPLITUDE = 2 * -math.log(E) / math.pi * 3.680970  # 2 xi N_16
 
 
 def curve(rotation):
@@ -41,7 +40,9 @@ def damp():
     if kinetic > 0:
         near = abs(rotation()) < THETA1
         w = math.sqrt(MASS * GRAVITY * T / 2 / THETA1 * TURNING) if near else moment * math.sqrt(TURNING / (2 * energy))
-        c = AMPLITUDE * w * (kinetic / (kinetic + energy)) ** 16
+        q = AMPLITUDE * (kinetic / (kinetic + energy)) ** 16
+        s = math.copysign(math.sqrt(kinetic * energy), rotation() * rate) / (kinetic + energy)
+        c = w * q / (1 - q * s)
         O.forces.addT(BLOCK.id, Vector3(0, -c * rate, 0))
 
 

@@ -7,8 +7,6 @@ from .equivalence.closed_form import giannini_masiani as giannini_masiani
 from .equivalence.equivalent import Equivalent as Equivalent
 from .equivalence.equivalent import equivalent as equivalent
 from .equivalence.equivalent import equivalent_dampings as equivalent_dampings
-from .equivalence.tabulated import damping_ratio_table as damping_ratio_table
-from .equivalence.tabulated import table_refusal as table_refusal
 from .errors import InputError as InputError
 from .errors import InputWarning as InputWarning
 from .histories.labelled import free_decay as free_decay
@@ -17,9 +15,9 @@ from .histories.upper_floors import FloorMotion as FloorMotion
 from .histories.upper_floors import floor_motions as floor_motions
 from .laboratory.calibration import calibrate as calibrate
 from .laboratory.free_rocking import calibrate_free_rocking as calibrate_free_rocking
-from .laboratory.free_rocking_record import FreeRocking as FreeRocking
-from .laboratory.free_rocking_record import read_free_rocking as read_free_rocking
-from .laboratory.free_rocking_record import write_free_rocking as write_free_rocking
+from .laboratory.releases import FreeRocking as FreeRocking
+from .laboratory.releases import read_free_rocking as read_free_rocking
+from .laboratory.releases import write_free_rocking as write_free_rocking
 from .mechanics.building import Building as Building
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping

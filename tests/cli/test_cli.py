@@ -18,7 +18,6 @@ from rockdamp.vocabulary import VISCOUS_MODELS
 WALL = ("--thickness", 0.3, "--height", 4.5)
 CURVE = ("--a1", 0.04, "--b1", 0.85)
 WALLS = ROOT / "examples/my-walls.csv"
-GROUND_STOREY = rd.TrilinearCurve.preset("moderate")  # of its first wall
 CONTRACT = ["weight", "effective_mass", "excitation_factor", "rigid_strength", "rigid_stiffness"]
 CONTRACT += ["instability_displacement", "frequency_parameter"]
 CONTRACT += ["restitution", "restitution_impulsive", "restitution_measured"]
@@ -63,7 +62,8 @@ def test_ratios_of_a_table_of_walls_are_printed_written_or_given_as_json(tmp_pat
     assert [row["damping_ratio"] for row in written] == [str(row["damping_ratio"]) for row in rows]
     table = run("equivalent", "--walls", WALLS, "--release", 0.6)
     assert table.stdout.splitlines()[0].split() == list(rows[0])
-    assert rows[0]["damping_ratio"] == float(rd.damping_ratio_table(GROUND_STOREY, "CDC", rows[0]["restitution"], 0.6))
+    alone = rd.equivalent(rows[0]["restitution"], 0.13, 0.60, release_amplitude=0.6)
+    assert [row["damping_ratio"] for row in rows[: len(alone)]] == [row["damping_ratio"] for row in alone]
 
 
 def test_a_table_of_walls_stands_alone(tmp_path):

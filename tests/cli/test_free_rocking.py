@@ -9,7 +9,7 @@ from command_line import run
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.laboratory.free_rocking_figure import free_rocking_figure
+from rockdamp.laboratory.figures import free_rocking_figure
 
 RAW, SECOND = (str(ROOT / f"examples/my-free-rocking-{name}.csv") for name in ("raw", "2"))
 WALL = ["--thickness", "250mm", "--height", "3m", "--hinge-ratio", "0.6"]

@@ -9,7 +9,7 @@ from made_up_posterior import PARAMETERS, made_up_posterior
 
 import rockdamp as rd
 from rockdamp.cli import main
-from rockdamp.laboratory import identify
+from rockdamp.laboratory import posterior as identify
 from rockdamp.statistics.distribution import Distribution
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import CANDIDATES

@@ -8,7 +8,7 @@ from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.cli import main
-from rockdamp.laboratory.record_figures import record_figure
+from rockdamp.laboratory.figures import record_figure
 
 RAW = str(ROOT / "examples/my-test-raw.csv")
 CHANNELS = ["--time", "t", "--table-acceleration", "a:g", "--wall", "d1:mm", "--table", "d2:mm"]

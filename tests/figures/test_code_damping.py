@@ -19,7 +19,7 @@ from rockdamp.figures.code_damping import (
     secant_restitution_of,
 )
 from rockdamp.figures.style import style_of
-from rockdamp.mechanics.half_cycle_loss import log_decrement
+from rockdamp.mechanics.damping.ecd import log_decrement
 from rockdamp.text import number
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rockdamp.laboratory.evidence import probabilities
+from rockdamp.laboratory.posterior import probabilities
 
 
 def test_models_are_as_probable_as_their_evidence_says_and_those_without_one_are_left_out():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from rockdamp.laboratory.losses import Losses, exponent_of
+from rockdamp.laboratory.excursions import Losses, exponent_of
 
 COUNT = 14
 LOG_ENERGY = np.linspace(-1.0, -5.0, COUNT)

@@ -10,9 +10,9 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import rest_samples
 from rockdamp.laboratory import least_squares
+from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible, table_displacement
 from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.least_squares import Fit
-from rockdamp.laboratory.misfit import Misfit, require_explained, require_possible, table_displacement
+from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.motions.pulse_shapes import table_pulse
 from rockdamp.motions.records import Record, read_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -33,7 +33,7 @@ def coarse(monkeypatch):
 
 def judged(record):
     require_possible(record, WALL)
-    fit = Fit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
+    fit = RecordFit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
     return require_explained(fit.solution())
 
 
@@ -49,7 +49,7 @@ def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor
     moving = np.where(np.arange(SHOWN.size) < 0.8 * count, 0.0, 2e-3)  # while the ground's is within noise
     drifting = replace(RIGHT, displacement=SHOWN + 0.01 * RIGHT.elapsed + moving)
     right, shown = (
-        Fit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
+        RecordFit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
         for record in (RIGHT, drifting)
     )
     assert shown.rest_deviation == pytest.approx(right.rest_deviation, rel=1e-6)

@@ -12,11 +12,9 @@ from scipy.linalg import eigh
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import motion_noise, rest_samples
 from rockdamp.laboratory import problem
-from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.least_squares import Fit
-from rockdamp.laboratory.motion import MOST_DIRECTIONS, MotionNoise, main_directions, noise_directions
-from rockdamp.laboratory.noise import Noise, correlated
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import RecordFit
+from rockdamp.laboratory.noise import MOST_DIRECTIONS, MotionNoise, Noise, correlated, main_directions, noise_directions
 from rockdamp.laboratory.problem import Problem
 from rockdamp.laboratory.sampler import Draws
 from rockdamp.motions.records import Record, read_record
@@ -28,7 +26,7 @@ SENSOR = (1.5e-4, 0.1)
 @pytest.fixture(scope="module")
 def noise():
     record = read_record(ROOT / "data/test_series/cr-nine-tenths.csv")
-    fit = Fit.of(
+    fit = RecordFit.of(
         record, WALL, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.00125
     )  # fine, so that the solver is smooth
     return MotionNoise.at(fit, MADE, np.zeros(record.elapsed.size), 1e-3 * fit.trend.T, SENSOR)
@@ -61,7 +59,7 @@ def test_the_main_directions_hold_all_but_a_negligible_variance():
 def test_what_is_neglected_of_the_noise_adds_at_most_a_twentieth_to_the_scatter_of_the_parameters(number):
     """By the covariance of the generalised least squares under all directions, weighted by the main ones alone."""
     made, prior = drawn(7, number), Prior()
-    fit = Fit.of(
+    fit = RecordFit.of(
         made.record, made.wall, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.01
     )
     trend = fit.trend.T * [[prior.sensor_zero], [prior.sensor_drift]]

@@ -8,12 +8,12 @@ from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.laboratory import identify, problem
-from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.identify import posterior
-from rockdamp.laboratory.least_squares import Fit
+from rockdamp.laboratory import posterior as identify
+from rockdamp.laboratory import problem
+from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.noise import Noise
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.posterior import posterior
 from rockdamp.laboratory.problem import Problem
 from rockdamp.motions.records import read_record
 from rockdamp.vocabulary import ANY_ORDER
@@ -58,7 +58,9 @@ def test_quantiles_of_weighted_values_are_those_of_the_values_repeated():
 
 def problem_of(name, model, step=0.03):
     record = read_record(ROOT / f"data/test_series/{name}.csv")
-    fit = Fit.of(record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=step)
+    fit = RecordFit.of(
+        record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=step
+    )
     return Problem.of(fit, Prior())
 
 

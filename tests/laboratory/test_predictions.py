@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rockdamp.laboratory.predictions import NearlyRigid, by_solver, dampings, losses_by_impact
+from rockdamp.laboratory.trials import NearlyRigid, by_solver, dampings, losses_by_impact
 from rockdamp.laboratory.velocity_ratios import power_law
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.candidates import Prior
 from rockdamp.statistics.distribution import Distribution
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from rockdamp.laboratory.record_figures import calibration_figure
+from rockdamp.laboratory.figures import calibration_figure
 
 
 def test_a_calibration_is_drawn_with_what_it_leaves_and_its_errors():

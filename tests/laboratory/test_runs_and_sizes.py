@@ -8,12 +8,12 @@ from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.laboratory import identify, problem
+from rockdamp.laboratory import posterior as identify
+from rockdamp.laboratory import problem
 from rockdamp.laboratory.calibration import _by_sizes
-from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.identify import posterior
-from rockdamp.laboratory.least_squares import Fit
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import RecordFit
+from rockdamp.laboratory.posterior import posterior
 from rockdamp.laboratory.problem import Problem
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions.records import Record, read_record
@@ -29,7 +29,9 @@ def record(name):
 
 
 def solution(name):
-    fit = Fit.of(record(name), WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.02)
+    fit = RecordFit.of(
+        record(name), WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.02
+    )
     return fit.solution()
 
 

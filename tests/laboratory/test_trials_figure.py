@@ -4,7 +4,7 @@ import numpy as np
 from figure_reading import drawn, shows
 from made_up_studies import made_up
 
-from rockdamp.laboratory.trials_figure import EXPONENTS, fig_measured_rocking_caption
+from rockdamp.laboratory.figures import EXPONENTS, fig_measured_rocking_caption
 
 
 def test_each_panel_shows_its_values():

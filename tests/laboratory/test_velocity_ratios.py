@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rockdamp.laboratory.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
-from rockdamp.laboratory.trials_fit import Fit, Search, fit
+from rockdamp.laboratory.trials_fit import (
+    Expansion,
+    Search,
+    TrialsFit,
+    at_each_centre,
+    drawn,
+    fit,
+    share_below,
+    simulated,
+)
 from rockdamp.laboratory.velocity_ratios import (
     CENTRES,
     LOSSES,
@@ -28,7 +36,7 @@ def truth(trials, **changes):
     """Return a fit that nobody made: the parameters that simulate trials."""
     named = {name: STARTS[name][0] for name in trials.errors.names} | changes
     point = np.array(list(named.values()))
-    return Fit(0.0, point, trials.values(point), np.empty(0), None)
+    return TrialsFit(0.0, point, trials.values(point), np.empty(0), None)
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,8 @@
 """The motion under ECD of order m, integrated in (x, v); only the curve and xi come from the package.
 
-The damper is written as an engineer would, C = 2 xi N (abs(f)/sqrt(2V)) (T/(T+V))^m, in a form that goes on smoothly
-beyond the ends of a branch, so that each branch is integrated on its own, to a corner, a crossing or a turn.
+The damper is written as an engineer would, C = w q/(1 - q s) with w = abs(f)/sqrt(2V), q = 2 xi N (T/(T+V))^m and
+s = sqrt(T V)/(T+V), in a form that goes on smoothly beyond the ends of a branch, so that each branch is integrated on
+its own, to a corner, a crossing or a turn.
 """
 
 import math
@@ -11,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from rockdamp.mechanics.half_cycle_loss import damping_ratio, normalisation
+from rockdamp.mechanics.damping.ecd import normalisation
 
 
 class Branch(NamedTuple):
@@ -43,23 +44,28 @@ def branches(curve):
 
 @dataclass
 class Damper:
-    """C over m_eff p of one branch; `amplitude` is 2 xi N_m."""
+    """C over m_eff p of one branch; `amplitude` is 2 xi N_m, and order 0 has no denominator."""
 
     amplitude: float
     order: float
 
     def coefficient(self, branch, z, v):
-        double_v = branch.double_energy(z) if branch.low else branch.stiffness * z * z
-        total = v * v + double_v
+        """At z = abs(x) and v away from x = 0."""
+        root = math.sqrt(max(branch.double_energy(z), 1e-300)) if branch.low else math.sqrt(branch.stiffness) * z
+        total = v * v + root * root
         if total <= 0:
             return 0.0
-        frequency = branch.force(z) / math.sqrt(max(double_v, 1e-300)) if branch.low else math.sqrt(branch.stiffness)
-        return self.amplitude * frequency * (v * v / total) ** self.order
+        frequency = branch.force(z) / root if branch.low else math.sqrt(branch.stiffness)
+        q = self.amplitude * (v * v / total) ** self.order
+        return q * frequency / (1 - (q * v * root / total if self.order else 0.0))
 
 
 def of_restitution(e, order):
     """Return the damper that loses in a half cycle what an impact of e loses."""
-    return Damper(2 * float(damping_ratio(-np.log(e), order) * normalisation(order)), order)
+    delta = -math.log(e)
+    return Damper(
+        2 * float(normalisation(order)) * (delta / math.pi if order else delta / math.hypot(math.pi, delta)), order
+    )
 
 
 class Turn(NamedTuple):
@@ -93,7 +99,7 @@ def _piece(branch, side, damper, state, goal, tolerance):
     def rates(_, y):
         x, v = y.tolist()
         z = side * x
-        return v, -side * branch.force(z) - damper.coefficient(branch, z, v) * v
+        return v, -side * branch.force(z) - damper.coefficient(branch, z, side * v) * v
 
     def reaches(_, y):
         return side * y[0] - goal

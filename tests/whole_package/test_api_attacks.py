@@ -43,8 +43,6 @@ CALLS = {
     "equivalent": (rd.equivalent, {"restitution": 0.85, **SHAPE, "response_length": 4.0}),
     "equivalent_dampings": (rd.equivalent_dampings, {"restitution": 0.85, "curve": CURVE, "response_length": 4.0}),
     "damping_ratio_energy": (rd.damping_ratio_energy, CLOSED),
-    "damping_ratio_table": (rd.damping_ratio_table, CLOSED),
-    "table_refusal": (rd.table_refusal, CLOSED),
     "equivalence_factor": (rd.equivalence_factor, {"curve": CURVE, "damping": DAMPING, "release_amplitude": 0.5}),
     "giannini_masiani": (rd.giannini_masiani, {"restitution": 0.85}),
     "Record": (rd.Record, {"elapsed": [0.0, 1.0], "ground_acceleration": [0.0, 1.0]}),

@@ -91,7 +91,8 @@ def calibrate_command(
     release) each impact's e, and how the loss depends on the amplitude, are printed too; several tests of one specimen
     go into one estimate.
     """
-    from rockdamp.laboratory import calibration, identify
+    from rockdamp.laboratory import calibration
+    from rockdamp.laboratory import posterior as sampled
     from rockdamp.motions.records import read_record
 
     wall = make_wall(options)
@@ -106,18 +107,17 @@ def calibrate_command(
     measured = [read_record(path) for path in records]
     with concerning(", ".join(map(str, records))):
         fitted = (
-            identify.posterior(measured, wall, **known)
+            sampled.posterior(measured, wall, **known)
             if posterior
             else calibration.calibrate(measured[0], wall, **known)
         )
     if output is not None:
-        kind, module = ("posterior", "identify") if posterior else ("calibration", "calibration")
+        kind, module = ("posterior", "posterior") if posterior else ("calibration", "calibration")
         kind = "joint_posterior" if len(records) > 1 else kind
         read = {"records": [record.digest for record in measured], "deviations": _deviations(options)}
         write_dataset(fitted, output, kind, f"rockdamp.laboratory.{module}", **read)
     if plot is not None:
-        from rockdamp.laboratory.figures import posterior_figure
-        from rockdamp.laboratory.record_figures import calibration_figure
+        from rockdamp.laboratory.figures import calibration_figure, posterior_figure
 
         write_figure((posterior_figure if posterior else calibration_figure)(fitted), plot)
     if posterior:
@@ -140,7 +140,7 @@ def _deviations(options: dict[str, Any]) -> dict[str, float]:
 def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
     from dataclasses import replace
 
-    from rockdamp.laboratory.prior import Prior
+    from rockdamp.laboratory.candidates import Prior
     from rockdamp.statistics.distribution import Distribution
     from rockdamp.storage import yaml_file
 
@@ -172,7 +172,7 @@ def _misfit(fitted: xr.Dataset) -> dict[str, Any]:
 
 def _misfit_in_words(fitted: xr.Dataset) -> str:
     """Return the misfit of each record, in millimetres."""
-    from rockdamp.laboratory.misfit import Misfit
+    from rockdamp.laboratory.calibration import Misfit
 
     rows = [fitted.sel(run=run) for run in fitted["run"]] if "run" in fitted.dims else [fitted]
     misfits = [Misfit(*_misfit(row).values()) for row in rows]

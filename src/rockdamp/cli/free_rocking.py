@@ -70,7 +70,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
 def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[str, Any]) -> None:
     from rockdamp.cli.options import was_given
     from rockdamp.laboratory.free_rocking import calibrate_free_rocking
-    from rockdamp.laboratory.free_rocking_record import read_free_rocking
+    from rockdamp.laboratory.releases import read_free_rocking
 
     for parameter in click.get_current_context().command.params:
         if parameter.name in OF_RECORDS and was_given(parameter.name):
@@ -97,7 +97,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
         module = "rockdamp.laboratory.free_rocking"
         write_dataset(fitted, options["output"], "free_rocking", module, files=digest)
     if options["plot"] is not None:
-        from rockdamp.laboratory.free_rocking_figure import free_rocking_figure
+        from rockdamp.laboratory.figures import free_rocking_figure
 
         write_figure(free_rocking_figure(fitted), options["plot"])
     print_json(content(fitted)) if options["as_json"] else _print(

@@ -12,7 +12,7 @@ from rockdamp.cli.options import json_option, was_given, with_default
 from rockdamp.cli.types import NUMBER, OutputFile, quantity
 
 if TYPE_CHECKING:
-    from rockdamp.laboratory.free_rocking_record import FreeRocking
+    from rockdamp.laboratory.releases import FreeRocking
     from rockdamp.motions.records import Record
 
 CHANNELS = ("table_acceleration", "table_velocity", "wall", "table")
@@ -76,7 +76,7 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     alone; its zero is not taken off, as the fit finds it.
     """
     from rockdamp.laboratory.channels import Channel, laboratory_free_rocking, laboratory_record, read_raw
-    from rockdamp.laboratory.free_rocking_record import write_free_rocking
+    from rockdamp.laboratory.releases import write_free_rocking
     from rockdamp.motions.records import write_record
 
     for name in OF_RECORDS if free_rocking else OF_FREE_ROCKING:
@@ -99,7 +99,7 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     write(output, made)
     click.echo(f"{output} written", err=True)
     if plot is not None:
-        from rockdamp.laboratory.record_figures import record_figure
+        from rockdamp.laboratory.figures import record_figure
 
         write_figure(record_figure(made), plot)
     values = {"samples": made.elapsed.size, "step": made.step, "duration": float(made.elapsed[-1] - made.elapsed[0])}

@@ -206,9 +206,9 @@ def equivalent_command(
 
     Print one row for each coefficient of restitution and viscous model. damping_ratio has the least error (Eq. 17): use
     it. damping_ratio_energy, the closed form, is close to it for all but CDC, where it errs more under earthquakes.
-    With --thickness and --height a row has C too, if that is constant. The ratios of a table of walls, in the format of
-    batch, are read from the package's table of least error, within 1 %. Where that table has no value, the column error
-    says why.
+    With --thickness and --height a row has C too, if that is constant. Of a table of walls, in the format of batch, the
+    ratios of least error are searched on all cores, 3 000 walls in some minutes. Where a wall has none, the column
+    error says why.
     """
     if walls is not None:
         refuse_unused(("restitution", *CURVE, *WALL, "response_length"), "one wall, without --walls")
@@ -269,7 +269,7 @@ def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any
         print_table(rows)
     failed = sum(row["damping_ratio"] is None for row in rows)
     if failed:
-        click.echo(f"{failed} of {len(rows)} damping ratios could not be read; the column error says why", err=True)
+        click.echo(f"{failed} of {len(rows)} damping ratios were not found; the column error says why", err=True)
         if options["strict"]:
             click.get_current_context().exit(SOME_FAILED)
 

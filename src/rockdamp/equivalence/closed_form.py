@@ -27,6 +27,7 @@ from rockdamp.plausibility import per_cent
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 AT_ONCE = 2**15  # values of the integrand: few enough for the processor's cache
+FIRST_ORDER = 2.0**-40  # the xi of the work: to first order, as some C are not in proportion to xi; no bit is lost
 PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers of x along the plateau
 
 
@@ -77,7 +78,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     require(
         (x0 > 0) & (x0 < curve.ultimate_displacement_ratio), "release_amplitude", x0, "greater than 0 and less than a3"
     )
-    unit = damping.replace(damping_ratio=np.ones(()))
+    unit = damping.replace(damping_ratio=np.full((), FIRST_ORDER))
     v0 = curve.energy(x0)
     _, _, _, a1, a2, _ = curve.parameters()
     inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
@@ -95,7 +96,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
             # One after the other: how many are computed at once must not change a bit of their sum.
             for part in 0.5 * (s1 - s0) * weight * 2 * s * unit.coefficient(curve, x, speed) * speed:
                 work = work + part
-    return v0 / work
+    return v0 * FIRST_ORDER / work
 
 
 def damping_ratio_energy(

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arguments import instance, number
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
-from rockdamp.equivalence.matching import REFINEMENT, solve
+from rockdamp.equivalence.matching import REFINEMENT, least, of_each
 from rockdamp.equivalence.minima import Cases
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require
@@ -112,28 +113,53 @@ def equivalent(
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, allowed)
     warn([*of_restitution(e), *of_curve(a1), *of_release(release_amplitude, a1)])
     require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
-    step = float(np.minimum(STEP, FINEST * 2 / curve.initial_frequency))
-    _require_affordable(response_length, step, e.size, float(curve.yield_displacement_ratio))
-    steps = int(np.ceil(response_length / step))
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
     amplitude = np.full(e.size, release_amplitude)
-    cases = Cases.released(batch, amplitude, e, step=response_length / steps, steps=steps)
+
+    def of_model(model: str) -> tuple[Array, Array]:
+        return least_error(batch, model, e, amplitude, response_length)
+
     rows: list[Equivalent] = []
-    for model, matched in solve(cases, VISCOUS_MODELS, steps).items():
+    for model, (ratio, error) in of_each(of_model, VISCOUS_MODELS).items():
         energy = damping_ratio_energy(batch, model, e, amplitude)
         fit = shipped()(model, e, float(curve.yield_displacement_ratio))
         rows += [
             {
                 "restitution": float(e[i]),
                 "damping_model": model,
-                "damping_ratio": float(matched.damping_ratio[i]),
-                "rms_error": float(matched.rms_error[i]),
+                "damping_ratio": float(ratio[i]),
+                "rms_error": float(error[i]),
                 "damping_ratio_energy": float(energy[i]),
                 "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
             }
             for i in range(e.size)
         ]
     return sorted(rows, key=itemgetter("restitution"))
+
+
+def least_error(
+    curve: TrilinearCurve,
+    damping_model: str,
+    restitution: Array,
+    release_amplitude: Array,
+    response_length: float = DEFAULT_RESPONSE_LENGTH,
+) -> tuple[Array, Array]:
+    """Return xi of least Err, Eq. (17), and sqrt(Err/k), for walls that `longest_step` gives one step. [-]
+
+    Every array and every parameter of the curve has the shape (walls,). A wall has the same xi whatever walls stand
+    beside it. It raises `InputError` where Err has no minimum within reach, or the response ends before the first
+    impact.
+    """
+    step = float(longest_step(curve).min())
+    _require_affordable(response_length, step, restitution.size, float(np.min(curve.yield_displacement_ratio)))
+    steps = int(np.ceil(response_length / step))
+    cases = Cases.released(curve, release_amplitude, restitution, step=response_length / steps, steps=steps)
+    return least(cases, damping_model, steps)
+
+
+def longest_step(curve: TrilinearCurve) -> Array:
+    """Return the longest step at which Err of a curve is searched: that of the studies, or less if it is stiffer."""
+    return np.minimum(STEP, FINEST * 2 / curve.initial_frequency)
 
 
 def _require_affordable(response_length: float, step: float, count: int, a1: float) -> None:

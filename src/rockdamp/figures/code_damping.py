@@ -20,7 +20,7 @@ from rockdamp.figures.style import (
     present,
     styled,
 )
-from rockdamp.mechanics.half_cycle_loss import damping_ratio, log_decrement
+from rockdamp.mechanics.damping.ecd import damping_ratio, log_decrement
 from rockdamp.text import by_name, listed, number, percent, plain
 from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, RECOMMENDED_ORDER
 

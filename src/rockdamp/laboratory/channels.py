@@ -17,7 +17,7 @@ from rockdamp import units
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
-from rockdamp.laboratory.free_rocking_record import FreeRocking
+from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import of_displacement, of_step, warn
 from rockdamp.storage import input_file, tables

@@ -16,10 +16,8 @@ from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
 from rockdamp.laboratory.candidates import size_deviations, true_values
-from rockdamp.laboratory.excursions import Excursions, Solution
-from rockdamp.laboratory.free_rocking_record import FreeRocking
-from rockdamp.laboratory.losses import Losses, exponent_of
-from rockdamp.laboratory.releases import Release, releases_of, rest_deviation
+from rockdamp.laboratory.excursions import Excursions, Losses, Solution, exponent_of
+from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall

@@ -43,7 +43,7 @@ LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stan
 
 
 @dataclass(frozen=True)
-class Fit:
+class RecordFit:
     """A candidate fitted to a record. A *point* has the coordinates of the search, *parameters* are the candidate's."""
 
     record: Record
@@ -66,7 +66,7 @@ class Fit:
         ultimate_displacement_ratio: float,
         softening: str,
         step: float,
-    ) -> Fit:
+    ) -> RecordFit:
         """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
         require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
         require(number("step", step) > 0, "step", step, "greater than 0")
@@ -76,11 +76,11 @@ class Fit:
         measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
         return cls(record, wall, candidate, a3, softening, step, np.empty(0)).with_motion(record.ground_acceleration)
 
-    def with_step(self, step: float) -> Fit:
+    def with_step(self, step: float) -> RecordFit:
         """Return the same fit with another step of the solver."""
         return replace(self, step=step).with_motion(self.record.ground_acceleration)
 
-    def with_motion(self, ground_acceleration: Array) -> Fit:
+    def with_motion(self, ground_acceleration: Array) -> RecordFit:
         """Return the same fit under another motion, sampled as the record is. [m s-2]"""
         return replace(self, motion=self.at_steps(ground_acceleration))
 
@@ -339,7 +339,7 @@ class Fit:
 class Solution:
     """The least squares of a fit: its point and parameters, its history, and the local minima of the scan before."""
 
-    fit: Fit
+    fit: RecordFit
     point: Array
     estimate: Array
     computed: Array  # [m]

@@ -15,10 +15,17 @@ from scipy.interpolate import CubicSpline
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import MeasuredRocking, MeasuredRockingSettings
-from rockdamp.laboratory.predictions import NearlyRigid, by_solver
-from rockdamp.laboratory.resampled_trials import Expansion, at_each_centre, drawn, share_below, simulated
-from rockdamp.laboratory.trials import RockingTrials, read_rocking_trials
-from rockdamp.laboratory.trials_fit import Fit, Search, fit
+from rockdamp.laboratory.trials import NearlyRigid, RockingTrials, by_solver, read_rocking_trials
+from rockdamp.laboratory.trials_fit import (
+    Expansion,
+    Search,
+    TrialsFit,
+    at_each_centre,
+    drawn,
+    fit,
+    share_below,
+    simulated,
+)
 from rockdamp.laboratory.velocity_ratios import (
     CENTRES,
     LOSSES,
@@ -52,7 +59,7 @@ ERROR_MODELS = {
 
 
 def measured_rocking(config: Config) -> xr.Dataset:
-    """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
+    """TrialsFit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
     settings = MeasuredRockingSettings.of(config).measured_rocking
     measured = read_rocking_trials(settings.trials)
     study = _Study(settings, measured)
@@ -79,7 +86,7 @@ def measured_rocking(config: Config) -> xr.Dataset:
     )
 
 
-def _seen(trials: Trials, predict: Predict, fitted: Fit) -> tuple[Mapping[str, float], Array, Nodes]:
+def _seen(trials: Trials, predict: Predict, fitted: TrialsFit) -> tuple[Mapping[str, float], Array, Nodes]:
     """Return what the trials' distributions after their ratios follow from."""
     return fitted.values, Search(trials, predict, fitted.nodes).of_losses(fitted.point), fitted.nodes
 
@@ -113,7 +120,7 @@ class _Study:
 
     # --- which damper -------------------------------------------------------------------------------------------------
 
-    def by_model(self) -> tuple[xr.Dataset, dict[str, Fit]]:
+    def by_model(self) -> tuple[xr.Dataset, dict[str, TrialsFit]]:
         """Return the log-likelihood of each damper by the number of impacts, and the fits of the shown number."""
         s, fits = self.settings, {}
         likelihood = np.empty((len(MODELS), s.impacts_used.size))
@@ -127,7 +134,7 @@ class _Study:
         coords = {"damping_model": list(MODELS), "impacts_used": s.impacts_used.astype(int)}
         return xr.Dataset({"log_likelihood": (tuple(coords), likelihood)}, coords=coords), fits
 
-    def by_curve(self, fits: dict[str, Fit]) -> xr.Dataset:
+    def by_curve(self, fits: dict[str, TrialsFit]) -> xr.Dataset:
         """Return the log-likelihood of the paper's dampers on other curves, and from other releases."""
         s, trials = self.settings, self.shown
         cases = [NearlyRigid(a1, s.shown_release_amplitude) for a1 in s.yield_displacement_ratio]
@@ -152,7 +159,7 @@ class _Study:
             },
         )
 
-    def by_exponent(self, start: Fit) -> xr.Dataset:
+    def by_exponent(self, start: TrialsFit) -> xr.Dataset:
         """Return the log-likelihood of the general damper C ~ w^n by its exponent n."""
         n, impacts = self.settings.exponent, self.settings.shown_impacts
         values = []
@@ -216,7 +223,7 @@ class _Study:
             coords={"error_model": list(ERROR_MODELS)},
         )
 
-    def by_impact(self, fits: dict[str, Fit]) -> xr.Dataset:
+    def by_impact(self, fits: dict[str, TrialsFit]) -> xr.Dataset:
         """Return the loss at each impact over the trial's mean: free at each impact, and of each damper."""
         impacts = self.settings.shown_impacts
         trials = self.shown
@@ -239,7 +246,7 @@ class _Study:
         )
 
     @staticmethod
-    def _mean_profile(trials: Trials, predict: Predict, fitted: Fit) -> Array:
+    def _mean_profile(trials: Trials, predict: Predict, fitted: TrialsFit) -> Array:
         """Return a damper's loss at each impact over the mean, over the trials by what they tell of it."""
         of_loss = trials.total(*_seen(trials, predict, fitted))[1]
         loss = (of_loss * fitted.nodes.loss).sum(axis=1)
@@ -250,7 +257,7 @@ class _Study:
 
     # --- restitution --------------------------------------------------------------------------------------------------
 
-    def restitution(self, fitted: Fit) -> xr.Dataset:
+    def restitution(self, fitted: TrialsFit) -> xr.Dataset:
         """Return e over Housner's of each geometry, and its spread within and between them."""
         trials, measured = self.shown, self.measured
         housner = trials.housner[:, None]
@@ -295,7 +302,7 @@ class _Study:
 
     # --- checks -------------------------------------------------------------------------------------------------------
 
-    def held_out(self, fitted: Fit) -> xr.Dataset:
+    def held_out(self, fitted: TrialsFit) -> xr.Dataset:
         """Return how often the interval of the first ratio holds where geometries are held out, over all choices."""
         impacts, trials = self.settings.shown_impacts, self.shown
         expansion = Expansion.of(trials, _fixed(partial(power_law, exponent=0.0, impacts=impacts)), fitted)
@@ -306,7 +313,7 @@ class _Study:
             shares.append(np.mean(np.abs(below - 0.5) < LEVEL / 2))
         return xr.Dataset({"held_out_coverage": ("choice", shares)}, coords={"choice": np.arange(len(shares))})
 
-    def simulation(self, fits: dict[str, Fit]) -> xr.Dataset:
+    def simulation(self, fits: dict[str, TrialsFit]) -> xr.Dataset:
         """Return how often the damper that made a simulated set has the largest likelihood."""
         s, trials = self.settings.simulated, self.shown
         predictions = self.predictions(self.settings.shown_impacts)

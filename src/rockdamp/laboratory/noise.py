@@ -9,16 +9,35 @@ The rows of B are the sensor's zero and drift times their standard deviations, a
 measured motion shifts the response. What is linear with a normal prior is integrated out in closed form, so that the
 sampler meets sigma and phi alone: with K = R + B^T B, R the covariance of n, the inverse and the determinant of K come
 from matrices as large as B has rows (Woodbury), and the inverse of R is tridiagonal.
+
+Effect of the noise of the measured motion on the response.
+
+The motion that moved the wall is the measured one and a noise, whose directions have standard normal coefficients z. A
+wall that rocks long responds to that noise with far more than the displacement sensor's, and not in proportion to it.
+But the record tells its trajectory to within the sensor's noise. So the response is linearised about the noise z that
+leads to the record's trajectory, which is another one for other parameters:
+
+.. math:: z_0(\theta) = z_0 + Z \, (\theta - \theta_0)
+
+What is left of z is integrated out, as linear. Where the response is too far from linear for that, z_0 is corrected at
+each theta by a few steps of Gauss and Newton from there, along the main directions of the effect, with the derivatives
+as they are: what is left of z is then small.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from rockdamp.arrays import Array
+from rockdamp.errors import InputError
+from rockdamp.histories.measured_test import motion_noise
+from rockdamp.laboratory.least_squares import DRAWS_SEED, LOST, RecordFit
+from rockdamp.motions.records import Record
+
+# --- the sensor's errors ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -105,3 +124,188 @@ def _by_inverse(residuals: Array, phi: Array) -> Array:
 def product(one: Array, other: Array) -> Array:
     """Return one @ other.T, summed in the same order on any number of cores."""
     return np.einsum("it,jt->ij", one, other)
+
+
+# --- noise of the measured motion -------------------------------------------------------------------------------------
+
+MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn where there are more samples
+NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
+MOST_ROWS = 64
+CORRECTIONS = 4  # steps of Gauss and Newton
+# Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
+NEAR = 8.0
+
+
+@dataclass(frozen=True)
+class MotionNoise:
+    """The response's change by the noise of the motion, about parameters and a noise."""
+
+    fit: RecordFit  # under the measured motion and the noise z_0
+    directions: Array  # of the noise, shape (directions, samples) [m s-2]
+    parameters: Array  # theta_0, of which the noise follows all but the order of a damper
+    about: Array  # z_0, shape (directions,)
+    effect: Array  # derivative of the response by z, shape (directions, samples) [m]
+    derivative: Array  # of the response by the parameters that the noise follows, shape (3 or more, samples) [m]
+    noise: Noise  # the sensor's zero and drift, and the main directions of the effect
+    follows: Array  # Z, shape (directions, 3 or more)
+    precision: Array  # of the parameters that it follows, by the linear problem
+    corrected: bool = False  # z_0 at each theta
+
+    @classmethod
+    def before(cls, measured: RecordFit) -> MotionNoise:
+        """Return what has no linear response yet: that of a fit that has the measured motion."""
+        nothing = np.empty((0, 0))
+        return cls(measured, nothing, nothing, nothing, nothing, nothing, Noise(nothing), nothing, nothing)
+
+    @classmethod
+    def at(
+        cls, measured: RecordFit, parameters: Array, about: Array, trend: Array, sensor: Array | tuple[float, float]
+    ) -> MotionNoise:
+        """Linearise the response of a fit that has the measured motion.
+
+        It raises `InputError` where the noise decides on whether the wall collapses.
+        """
+        directions = noise_directions(measured.record)
+        acceleration = measured.record.ground_acceleration + about @ directions
+        fit = measured.with_motion(acceleration)
+        effect, derivative = fit.tangent(parameters, directions)
+        # The noise of one standard deviation that shifts the response most, where it shifts it most.
+        at = int(np.argmax(np.einsum("kt,kt->t", effect, effect)))
+        worst = effect[:, at] @ directions / max(float(np.linalg.norm(effect[:, at])), np.finfo(float).tiny)
+        sides = [measured.with_motion(acceleration + side * worst).computed(parameters[None]) for side in (-1.0, 1.0)]
+        if np.abs(sides).max() >= LOST * fit.u_ins:
+            raise InputError("the wall is so near to collapse that the noise of the measured motion decides on it")
+        noise = Noise(np.concatenate([trend, main_directions(effect, (NEGLIGIBLE * fit.rest_deviation) ** 2)]))
+        deviation, correlation = (np.full(len(derivative), value) for value in sensor)
+        weighted = noise.by_inverse(derivative, deviation, correlation)
+        follows = -np.einsum("kt,pt->kp", effect, weighted)
+        precision = np.einsum("pt,qt->pq", derivative, weighted)
+        return cls(fit, directions, parameters, about, effect, derivative, noise, follows, precision)
+
+    def response(self, parameters: Array, deviation: Array, correlation: Array) -> tuple[Array, Array]:
+        """Return the displacement for parameters and the sensor's noise, and the residual that is linear in z. [m]
+
+        Shapes (batch, samples). The displacement is that under z_0.
+        """
+        if not self.corrected:
+            computed = self.computed(parameters)
+            return computed, self.residuals(parameters, computed)
+        computed, residuals, _ = self._corrected(parameters, deviation, correlation)
+        return computed, residuals
+
+    def beyond(self, parameters: Array, deviation: Array, correlation: Array) -> Array:
+        """Subtract a linear response from that to the noise that explains the record, shape (batch, samples). [m]"""
+        if not self.corrected:
+            computed = self.computed(parameters)
+            noise = self.mean(self.residuals(parameters, computed), deviation, correlation)
+            return self.beyond_linear(parameters, computed, noise)
+        computed, residuals, about = self._corrected(parameters, deviation, correlation)
+        along = self.noise.mean(residuals, deviation, correlation)[:, 2:]
+        linear = computed + np.einsum("bk,kt->bt", along - about, self.noise.rows[2:])
+        return self._along(parameters, along) - linear
+
+    def _corrected(self, parameters: Array, deviation: Array, correlation: Array) -> tuple[Array, Array, Array]:
+        """Return the displacement under the corrected z_0, the residual, and z_0 along the main directions."""
+        rows = self.noise.rows[2:]
+        about = self.about @ self._main + self._followed(parameters) @ (self.follows.T @ self._main)
+        for _ in range(CORRECTIONS):
+            residuals = self.fit.measured - self._along(parameters, about) + np.einsum("bk,kt->bt", about, rows)
+            about = self.noise.mean(residuals, deviation, correlation)[:, 2:]
+        computed = self._along(parameters, about)
+        return computed, self.fit.measured - computed + np.einsum("bk,kt->bt", about, rows), about
+
+    @cached_property
+    def _main(self) -> Array:
+        """The main directions among those of the noise, shape (directions, main directions)."""
+        rows = self.noise.rows[2:]
+        return np.asarray(np.linalg.solve(product(rows, rows), product(rows, self.effect)).T, dtype=float)
+
+    @cached_property
+    def _beside(self) -> RecordFit:
+        """The fit under that part of z_0 which has no part in the main directions."""
+        beside = self.about - self._main @ (self.about @ self._main)
+        return self.under(beside)
+
+    def _along(self, parameters: Array, along: Array) -> Array:
+        """Displacement under a noise along the main directions, shape (batch, main directions). [m]"""
+        if not along.shape[1]:
+            return self._beside.computed(parameters)
+        return self._beside.computed(parameters, self._main_motions, along.T)
+
+    @cached_property
+    def _main_motions(self) -> Array:
+        """The main directions at the solver's steps, shape (main directions, steps + 1). [m s-2]"""
+        return self._beside.at_steps(np.einsum("km,ks->ms", self._main, self.directions))
+
+    @cached_property
+    def _shift(self) -> tuple[Array, Array]:
+        """Return what z_0 and Z add to the response, shape (samples,) and (3 or more, samples). [m]"""
+        by_parameters = np.einsum("kp,kt->pt", self.follows, self.effect)
+        return np.einsum("k,kt->t", self.about, self.effect), by_parameters
+
+    @cached_property
+    def _motions(self) -> Array:
+        """The noise that follows the parameters, at the solver's steps, shape (3 or more, steps + 1). [m s-2]"""
+        return self.fit.at_steps(np.einsum("kp,ks->ps", self.follows, self.directions))
+
+    def _followed(self, parameters: Array) -> Array:
+        """Return how far the noise follows parameters, shape (batch, 3 or more)."""
+        away = self.fit.followed(parameters) - self.fit.followed(self.parameters)
+        square = np.einsum("bp,pq,bq->b", away, self.precision, away)
+        return np.asarray(away * np.exp(-0.5 * square / NEAR**2)[:, None])
+
+    def computed(self, parameters: Array) -> Array:
+        """Displacement under z_0 of parameters, shape (batch, samples). [m]"""
+        return self.fit.computed(parameters, self._motions, self._followed(parameters).T)
+
+    def residuals(self, parameters: Array, computed: Array) -> Array:
+        """Subtract the response from the measured displacement, as far as it is linear for noise of mean zero. [m]"""
+        shift, by_parameters = self._shift
+        return self.fit.measured - computed + shift + np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
+
+    def mean(self, residuals: Array, deviation: Array, correlation: Array) -> Array:
+        """Return the mean of z by residuals, shape (batch, samples); shape (batch, directions)."""
+        weighted = self.noise.by_inverse(residuals, deviation, correlation)
+        return np.asarray(np.einsum("kt,bt->bk", self.effect, weighted))
+
+    def under(self, noise: Array) -> RecordFit:
+        """Return the fit under a noise, shape (directions,), in place of that about which this is."""
+        return self.fit.with_motion(self.fit.record.ground_acceleration + noise @ self.directions)
+
+    def beyond_linear(self, parameters: Array, computed: Array, noise: Array) -> Array:
+        """Subtract a linear response from that to noise, shape (batch, directions); shape (batch, samples). [m]
+
+        `computed` is the response to the noise that follows the parameters.
+        """
+        shift, by_parameters = self._shift
+        linear = computed + np.einsum("bk,kt->bt", noise, self.effect) - shift
+        linear = linear - np.einsum("bp,pt->bt", self._followed(parameters), by_parameters)
+        accelerations = self.fit.record.ground_acceleration + np.stack([z @ self.directions for z in noise])
+        under = [replace(self.fit, motion=motion) for motion in self.fit.at_steps(accelerations)]
+        exact = [fit.computed(row[None])[0] for fit, row in zip(under, parameters, strict=True)]
+        return np.stack(exact) - linear
+
+
+def noise_directions(record: Record) -> Array:
+    """Return motions that sum up to the accelerometer's noise, white, with standard normal coefficients. [m s-2]"""
+    deviation, samples = motion_noise(record), record.elapsed.size
+    if samples <= MOST_DIRECTIONS:
+        return deviation * np.eye(samples)
+    random = np.random.RandomState(DRAWS_SEED)
+    return deviation / np.sqrt(MOST_DIRECTIONS) * random.standard_normal((MOST_DIRECTIONS, samples))
+
+
+def main_directions(effect: Array, negligible: float) -> Array:
+    """Return rows of which the products sum up to those of the effect's, but for a variance that is negligible.
+
+    By Cholesky's decomposition with pivots, cut short: few rows hold nearly all, and the order of its sums is the same
+    on any number of cores.
+    """
+    variance = np.einsum("kt,kt->t", effect, effect)
+    rows, left = np.empty((0, variance.size)), variance.copy()
+    while len(rows) < MOST_ROWS and left.max() > negligible:
+        pivot = int(np.argmax(left))
+        row = np.einsum("k,kt->t", effect[:, pivot], effect)
+        row = (row - np.einsum("k,kt->t", rows[:, pivot], rows)) / np.sqrt(left[pivot])
+        rows, left = np.concatenate([rows, row[None]]), np.maximum(left - row**2, 0.0)
+    return rows

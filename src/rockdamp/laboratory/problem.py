@@ -11,10 +11,9 @@ from scipy.stats import chi2
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.laboratory.least_squares import EXPLAINED, LOST, Fit, Solution
-from rockdamp.laboratory.motion import MotionNoise, noise_directions
-from rockdamp.laboratory.noise import Noise
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.candidates import Prior
+from rockdamp.laboratory.least_squares import EXPLAINED, LOST, RecordFit, Solution
+from rockdamp.laboratory.noise import MotionNoise, Noise, noise_directions
 from rockdamp.laboratory.sampler import Draws, Neighbourhood, sample
 from rockdamp.progress import track
 
@@ -82,7 +81,7 @@ class Problem:
         return empty.at(starts[0], nothing, sensor).at_mode(starts).nearest()
 
     @classmethod
-    def of(cls, fit: Fit, prior: Prior) -> Problem:
+    def of(cls, fit: RecordFit, prior: Prior) -> Problem:
         """Search the least squares, and do as `about`."""
         return cls.about(fit.solution(), prior)
 
@@ -120,7 +119,7 @@ class Problem:
         return replace(self, runs=tuple(runs), mode=np.empty(0))
 
     @property
-    def fit(self) -> Fit:
+    def fit(self) -> RecordFit:
         """Of the first run, under the measured motion and the noise about which this is."""
         return self.runs[0].fit
 

@@ -17,10 +17,9 @@ from scipy.stats import kstest
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.least_squares import LOST, Fit, Solution
+from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import LOST, RecordFit, Solution
 from rockdamp.laboratory.noise import correlated
-from rockdamp.laboratory.prior import Prior
 from rockdamp.laboratory.problem import INSTRUMENTS, Problem
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.pulse_shapes import table_pulse
@@ -83,10 +82,12 @@ class Maker:
         """The parameters that are drawn."""
         return (*self.candidate.parameters, *INSTRUMENTS)
 
-    def fit(self, record: Record, candidate: Candidate) -> Fit:
+    def fit(self, record: Record, candidate: Candidate) -> RecordFit:
         """Prepare the fit of a candidate to a record of this wall."""
         a3, softening = self.ultimate_displacement_ratio, self.softening
-        return Fit.of(record, self.wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=self.step)
+        return RecordFit.of(
+            record, self.wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=self.step
+        )
 
     def record(self, random: np.random.RandomState) -> tuple[Record, Array]:
         """Draw parameters and a pulse until the wall rocks and stands; return the record, and what made it."""

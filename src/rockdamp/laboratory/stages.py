@@ -1,4 +1,4 @@
-"""The study of identification: simulated records identified, and the models that a test_series's records support."""
+"""Stages of the pipeline: the tested wall calibrated, and the damping models that a test series supports."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.parsing import Settings
+from rockdamp.config.settings import CalibrationSettings
 from rockdamp.config.walls import Strip
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
-from rockdamp.laboratory.candidates import Candidate
-from rockdamp.laboratory.evidence import Evidence, evidence_of, probabilities
-from rockdamp.laboratory.prior import Prior
+from rockdamp.laboratory.calibration import calibrate
+from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.posterior import Evidence, evidence_of, probabilities
 from rockdamp.laboratory.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
@@ -116,3 +117,15 @@ def _evidence(maker: Maker, prior: Prior, record: Record, model: str) -> Evidenc
     except InputError:
         return Evidence()
     return evidence_of(fit, prior, maker.simulated.seed)
+
+
+def study(config: Config, record: Record) -> xr.Dataset:
+    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
+    given = CalibrationSettings.of(config)
+    return calibrate(
+        record,
+        given.wall,
+        ultimate_displacement_ratio=given.ultimate_displacement_ratio,
+        softening=given.softening,
+        step=given.step,
+    )

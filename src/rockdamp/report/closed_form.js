@@ -3,7 +3,8 @@
 // weights and tolerances come from there with the page's data; tests hold both against each other.
 
 function closedForm(constants) {
-  const { nodes, weights, plateau_pieces: pieces, rounding, exact, decrement_step: step, decrement_reach: reach } = constants;
+  const { nodes, weights, plateau_pieces: pieces, rounding, exact } = constants;
+  const firstOrder = 2 ** -40; // a damping ratio so small that its loss is of first order, and no bit is lost
 
   function curve({ a1, b1, a3, softening }) {
     const a2 = (softening === "steeper" ? 1 : a3) - b1;
@@ -22,12 +23,12 @@ function closedForm(constants) {
     return (c.k1 * z1 * z1 + 2 * c.b1 * (z2 - c.a1) + c.ks * (z3 - c.a2) * (2 * c.a3 - c.a2 - z3)) / 2;
   }
 
-  // C over m_eff p at damping ratio 1, by the formula in the damper's file, of which the page makes `dampingFormulas`; of a damper without
-  // one it is no number, and no curve is drawn. The speed matters to dampers of an order above 0 alone.
-  function coefficient(c, model, x, speed = 0) {
+  // C over m_eff p by the formula in the damper's file, of which the page makes `dampingFormulas`; of a damper without one it is no number,
+  // and no curve is drawn. The speed, away from x = 0, matters to dampers of an order above 0 alone.
+  function coefficient(c, model, x, speed = 0, xi = 1) {
     const z = Math.max(x, 1e-100);
     const { order, normalisation } = exact[model] ?? {};
-    return dampingFormulas[model]?.(z, force(c, z), 2 * energy(c, z), speed, c.w1, order, normalisation) ?? NaN;
+    return dampingFormulas[model]?.(z, force(c, z), 2 * energy(c, z), speed, c.w1, order, normalisation, xi) ?? NaN;
   }
 
   // g(x0; a1, b1, a3): branch by branch in s = sqrt(x0 - x), by Gauss and Legendre's rule.
@@ -46,10 +47,10 @@ function closedForm(constants) {
         const s = (s0 + s1) / 2 + ((s1 - s0) / 2) * nodes[j];
         const x = x0 - s * s;
         const speed = speedAt(c, x, x0);
-        work += ((s1 - s0) / 2) * weights[j] * 2 * s * coefficient(c, model, x, speed) * speed;
+        work += ((s1 - s0) / 2) * weights[j] * 2 * s * coefficient(c, model, x, speed, firstOrder) * speed;
       }
     }
-    return v0 / work;
+    return (v0 * firstOrder) / work;
   }
 
   // The speed at x of the half cycle that starts at x0 and loses nothing.
@@ -57,46 +58,17 @@ function closedForm(constants) {
     return Math.sqrt(Math.max(2 * (energy(c, x0) - energy(c, x)), 0));
   }
 
-  // delta(xi; m) of rockdamp/mechanics/half_cycle_loss.py, by its rule.
-  function decrement(xi, { order, normalisation }) {
-    const size = 2 * xi * normalisation;
-    const stretch = Math.sqrt(order + 1);
-    let sum = 0;
-    for (let k = 0; k * step < reach; k += 1) {
-      const t = (k * step) / stretch;
-      const cosine = 1 / Math.cosh(t);
-      const left = 1 - (size * Math.tanh(t) * cosine ** (2 * order + 1)) ** 2;
-      if (left <= 0) return Infinity;
-      sum += ((k ? 2 : 1) * size * cosine ** (2 * order + 3)) / left;
-    }
-    return (sum * step) / stretch;
-  }
-
   // The order of ECD, a whole number, with N_m = (sqrt(pi)/2) Gamma(m + 2)/Gamma(m + 3/2).
   function setOrder(order) {
     let normalisation = 1;
     for (let j = 0; j < order; j += 1) normalisation *= (j + 2) / (j + 1.5);
     exact.ECD = { order, normalisation };
-    delete found.ECD;
-  }
-
-  // Its inverse, by halving a bracket; the page asks for many releases at one e.
-  const found = {};
-  function exactRatio(model, delta) {
-    if (found[model]?.delta === delta) return found[model].ratio;
-    let [low, high] = [delta / Math.hypot(Math.PI, delta), delta / Math.PI];
-    for (let halving = 0; halving < 50 && high > low; halving += 1) {
-      const middle = (low + high) / 2;
-      if (decrement(middle, exact[model]) < delta) low = middle;
-      else high = middle;
-    }
-    found[model] = { delta, ratio: low };
-    return low;
   }
 
   function dampingRatio(c, model, e, x0) {
     const delta = 0 - Math.log(e);
-    return model in exact ? exactRatio(model, delta) : delta * factor(c, model, x0);
+    if (!(model in exact)) return delta * factor(c, model, x0);
+    return delta / (exact[model].order === 0 ? Math.hypot(Math.PI, delta) : Math.PI);
   }
 
   function gianniniMasiani(e) {

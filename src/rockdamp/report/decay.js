@@ -12,7 +12,7 @@ function freeDecays(form) {
     return Math.min((2 * Math.abs(x)) / Math.max(root - away, 1e-100), h);
   }
 
-  // Displacements at every step, from rest at x0. `coefficient` of |x| and velocity, or none for impacts with e.
+  // Displacements at every step, from rest at x0. `coefficient` of |x| and the velocity away from 0, or none for impacts with e.
   function decay(curve, x0, { e, coefficient }, step, steps) {
     const history = new Float64Array(steps + 1);
     let [x, v] = [x0, 0];
@@ -22,7 +22,7 @@ function freeDecays(form) {
       let [h, c] = [step, 0];
       let next = x + h * (v + 0.5 * h * a);
       if (coefficient) {
-        c = coefficient(Math.abs(next), v + h * a);
+        c = coefficient(Math.abs(next), next < 0 ? -v - h * a : v + h * a);
       } else if (crossed(x, next)) {
         const s = impactWithin(x, v, a, h);
         v = e * (v + 0.5 * s * a); // no force acts at x = 0
@@ -45,7 +45,7 @@ function freeDecays(form) {
     const curve = form.curve(setting);
     return Object.fromEntries(models.map((model) => {
       const xi = form.dampingRatio(curve, model, setting.e, setting.x0);
-      const coefficient = (z, speed) => xi * form.coefficient(curve, model, z, speed);
+      const coefficient = (z, speed) => form.coefficient(curve, model, z, speed, xi);
       return [model, { xi, x: decay(curve, setting.x0, { coefficient }, step, steps) }];
     }));
   }

@@ -5,7 +5,7 @@ const explorer = (function () {
   const data = JSON.parse(document.getElementById("explorer-data").textContent);
   const form = closedForm(data.constants);
   const solver = freeDecays(form);
-  const table = data.table && ratioTable(data.table); // none where Err is summed over another length
+  const searcher = leastError(form, solver, data.search);
   const state = { ...data.start };
   const find = (id) => document.getElementById(id);
   const inputs = [...document.querySelectorAll("#explorer-controls [data-name]")];
@@ -50,7 +50,7 @@ const explorer = (function () {
   function drawDampers({ curve, dampers }) {
     const x = [...grid(curve.a3, 240), curve.a1, curve.a2].sort((one, other) => one - other);
     const releases = grid(curve.a3, 60);
-    const law = (model) => (at) => dampers[model].xi * form.coefficient(curve, model, at, form.speedAt(curve, at, state.x0));
+    const law = (model) => (at) => form.coefficient(curve, model, at, form.speedAt(curve, at, state.x0), dampers[model].xi);
     charts.laws.draw({ lines: models.map((model) => ({ x, y: x.map(law(model)), ...look(model) })), xs: [0, 1] });
     const ratios = models.map((model) => ({
       x: releases, y: releases.map((x0) => form.dampingRatio(curve, model, state.e, x0)), ...look(model),
@@ -61,25 +61,28 @@ const explorer = (function () {
       find(`xi-${model}`).textContent = dampers[model].xi.toFixed(6);
       find(`error-${model}`).textContent = dampers[model].error.toFixed(6);
     }
-    drawLeast(dampers);
+    searchLeast();
     find("xi-eq15").textContent = form.gianniniMasiani(state.e).toFixed(6);
   }
 
-  // The ratio of least Err, from the table, which has none of the dampers whose closed form is exact.
-  function drawLeast(dampers) {
-    const refused = {};
-    for (const model of models) {
-      const none = { refusal: "Err is summed here over another length of the response than that of the table" };
-      if (form.exact(model)) {
-        find(`least-${model}`).textContent = "–";
-        continue;
-      }
-      const { xi, refusal } = table ? table.read(model, state) : none;
-      find(`least-${model}`).textContent = refusal ? "–" : xi.toFixed(4);
-      if (refusal) (refused[refusal] ??= []).push(model);
-    }
-    const reasons = Object.entries(refused).map(([reason, of]) => `${of.join(", ")}: ${reason}.`);
-    find("explorer-least").textContent = reasons.join(" ");
+  // The ratios of least Err, one damper after the other once the sliders rest: each takes some hundredths of a second.
+  let search = 0;
+
+  function searchLeast() {
+    const refused = [];
+    const [left, setting] = [[...models], { ...state }];
+    clearTimeout(search);
+    for (const model of models) find(`least-${model}`).textContent = "…";
+    find("explorer-least").textContent = "";
+    const next = () => {
+      const model = left.shift();
+      const { xi, refusal } = searcher.search(setting, model, data.solver.step, data.solver.compared);
+      find(`least-${model}`).textContent = refusal ? "–" : xi.toFixed(6);
+      if (refusal) refused.push(`${model}: ${refusal}.`);
+      find("explorer-least").textContent = refused.join(" ");
+      search = left.length ? setTimeout(next) : 0;
+    };
+    search = setTimeout(next, data.search.rest);
   }
 
   function drawDecays({ reference, dampers, frequency, u_ins: whole }) {

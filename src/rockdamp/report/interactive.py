@@ -7,17 +7,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rockdamp.equivalence import integral_minima
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
+from rockdamp.equivalence.minima import RIVALS, SCAN, SCAN_STEP
 from rockdamp.figures.style import style_of
-from rockdamp.mechanics import half_cycle_loss
 from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
 from rockdamp.mechanics.damping import Damping, kinds
+from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.mechanics.wall import Wall
-from rockdamp.report import ratio_table
 from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 DASHES = {"solid": [], "dashed": [6, 3], "dashdot": [8, 3, 2, 3], "dotted": [2, 3]}
 WIDTH = 2  # of the lines; dashes are in line widths [pixels]
+REFINEMENT = 4  # of the search; beyond it ratios move by less than 1e-4 of themselves
+REST = 300  # of the sliders before the search begins [ms]
 LENGTH, DRAWN = 20.0, 0.02  # of the decays, and from one point that is drawn to the next [in tau]
 
 
@@ -89,8 +92,6 @@ def data(
             "plateau_pieces": PLATEAU_PIECES,
             "rounding": ROUNDING,
             "exact": exact_dampers(),
-            "decrement_step": half_cycle_loss.STEP,
-            "decrement_reach": half_cycle_loss.REACH,
         },
         "solver": {
             "step": step,
@@ -104,7 +105,18 @@ def data(
             "frequency_root_height": float(wall.frequency_parameter * np.sqrt(wall.height)),
             "hinge": float(wall.hinge_ratio),
         },
-        "table": ratio_table.data(response_length),
+        "search": {
+            "scan": np.geomspace(SCAN.smallest, SCAN.largest, SCAN.points).tolist(),
+            "every": max(1, round(SCAN_STEP / step)),
+            "rivals": RIVALS,
+            "nodes": integral_minima.NODES.tolist(),
+            "inner": float(integral_minima.NODES[integral_minima.INNER][-1]),
+            "half_width": integral_minima.HALF_WIDTH,
+            "widest": integral_minima.WIDEST,
+            "moves": integral_minima.MOVES,
+            "refinement": REFINEMENT,
+            "rest": REST,
+        },
         "reference": REFERENCE,
         "recommended": RECOMMENDED,
         "models": list(MODELS),
@@ -116,9 +128,9 @@ def data(
 
 
 def formulas() -> str:
-    """Return a script with the coefficient of each damper at xi = 1, as the damper's file has it."""
+    """Return a script with the coefficient of each damper, as the damper's file has it."""
     known = {model: kinds()[model].javascript for model in VISCOUS_MODELS if kinds()[model].javascript}
-    lines = [f'  "{model}": (z, f, doubleV, v, w1, m, size) => {formula},' for model, formula in known.items()]
+    lines = [f'  "{model}": (z, f, doubleV, v, w1, m, N, xi) => {formula},' for model, formula in known.items()]
     return "\n".join(['"use strict";', "const dampingFormulas = {", *lines, "};"])
 
 
@@ -126,7 +138,4 @@ def exact_dampers() -> dict[str, dict[str, float]]:
     """Return order m and N_m of the dampers that lose the same fraction from every amplitude."""
     of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
     orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}
-    return {
-        model: {"order": order, "normalisation": float(half_cycle_loss.normalisation(order))}
-        for model, order in orders.items()
-    }
+    return {model: {"order": order, "normalisation": float(normalisation(order))} for model, order in orders.items()}

@@ -18,7 +18,6 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from rockdamp.config.walls import make_curve, make_wall
-from rockdamp.equivalence.tabulated import LARGEST_ERROR
 from rockdamp.errors import InputError
 from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -33,7 +32,7 @@ from rockdamp.vocabulary import LOCAL, RECOMMENDED, REFERENCE
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
-SCRIPTS = ("closed_form.js", "ratio_table.js", "decay.js", "chart.js", "page.js", "wall.js", "explorer.js")
+SCRIPTS = ("closed_form.js", "decay.js", "least_error.js", "chart.js", "page.js", "wall.js", "explorer.js")
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -67,7 +66,6 @@ def build(content: Content) -> str:
         scripts=[_script(text) for text in (interactive.formulas(), *map(_text, SCRIPTS))],
         explorer=_explorer(content, curve, short),
         controls=interactive.CONTROLS,
-        table_error=f"{100 * LARGEST_ERROR:g}",
         exact=list(interactive.exact_dampers()),
         exact_off=_above_exact(content.datasets),
         styles=interactive.styles(),

@@ -45,7 +45,7 @@ VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # what an event is a zero of
 
 
 def law(z, f, double_v, v, parameters):
-    """Hold the place of a damper's law: C by |x|, |f|, 2V and v."""
+    """Hold the place of a damper's law: C by |x|, |f|, 2V and the velocity away from x = 0."""
     raise NotImplementedError
 
 
@@ -57,7 +57,7 @@ def coefficient(branch, parameters, x, v):
     f = max(branch[STIFFNESS] * z + abs(branch[OFFSET]), 0.0)
     # 2V by the area of a trapezoid further than at the inner end.
     double_v = branch[INNER_DOUBLE_V] + (f + branch[INNER_FORCE]) * (z - branch[INNER_END])
-    return law(z, f, double_v, v, parameters)
+    return law(z, f, double_v, v if x >= 0.0 else -v, parameters)
 
 
 def acceleration(branch, parameters, p, x, v):

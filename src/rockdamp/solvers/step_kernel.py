@@ -58,7 +58,7 @@ def crossed(before, after):
 
 @register_jitable
 def odd(x, f):
-    """Return the force f(|x|) with the sign of x."""
+    """Return f with the sign of x: the force of f(|x|), and of a velocity how fast the wall moves away from x = 0."""
     return -f if x < 0.0 else f
 
 
@@ -82,7 +82,7 @@ def formula(z, f, double_v, v, parameters):
 
 
 def damped_at(z, v, curve, parameters):
-    """Return the force and the damper's coefficient. What its formula does not use, the compiler drops."""
+    """Return force and coefficient at z = |x| and v away from x = 0. What the formula does not use costs nothing."""
     z = np.maximum(z, TINY)  # the formula may divide by it, or by the energy there
     f = force_at(z, curve)
     return f, formula(z, f, double_energy(z, *curve), v, parameters)
@@ -127,17 +127,17 @@ def viscous_newmark(x, v, a, h, start, end, curve, damper):
     C is taken at the displacement at the end of the step and at the velocity v + h a that is expected there.
     """
     x = x + h * (v + 0.5 * h * a)
-    f, c = damped_at(np.abs(x), v + h * a, curve, damper)
+    f, c = damped_at(np.abs(x), odd(x, v + h * a), curve, damper)
     v, a = newmark_end(v, a, h, end, odd(x, f), c)
     return x, v, a
 
 
 def viscous_printed(x, v, a, h, start, end, curve, damper):
     """Viscous damping as printed: C and the tangent frozen at the step's start, balance restored at its end."""
-    _, c = damped_at(np.abs(x), v, curve, damper)
+    _, c = damped_at(np.abs(x), odd(x, v), curve, damper)
     dx, dv = linear_acceleration(v, a, h, end - start, tangent_at(np.abs(x), curve), c)
     x, v = x + dx, v + dv
-    f, c = damped_at(np.abs(x), v, curve, damper)
+    f, c = damped_at(np.abs(x), odd(x, v), curve, damper)
     return x, v, end - odd(x, f) - c * v
 
 

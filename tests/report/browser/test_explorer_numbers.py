@@ -10,7 +10,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.half_cycle_loss import normalisation
+from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.mechanics.wall import Wall
 from rockdamp.report import answer
 from rockdamp.report.earthquake_criterion import off

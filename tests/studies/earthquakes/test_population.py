@@ -169,7 +169,7 @@ def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_po
 # --- what they say together ------------------------------------------------------------------------------------------
 
 
-def test_the_datasets_are_what_the_registry_says(walls, shares, gathered):
+def test_the_datasets_are_what_the_glossary_says(walls, shares, gathered):
     dataset.check(walls, "population_walls")
     for one in shares:
         dataset.check(one, "population_share")

@@ -11,8 +11,9 @@ dimensionless: z = |x| = |u|/u_ins, f = |F|/(K0 u_ins), v = dx/dtau, and C is ov
    the paper and not from the formula, with `math` alone, as each of the two solvers is checked by the other;
 6. `law_parameters(k1)`: the plain numbers that `law` reads, k1 = w1^2 the curve's first stiffness.
 
-`formula` is called with numbers and with arrays; it uses arithmetic and NumPy's functions of one number. `double_v` is
-twice the stored energy; what a formula does not use costs it nothing, as the compiler drops it. A damper can have
+`formula` is called with numbers and with arrays; it uses arithmetic and NumPy's functions of one number. `v` is
+positive where the wall moves away from x = 0, and `double_v` is twice the stored energy; what a formula does not use
+costs it nothing, as the compiler drops it. A damper can have
 
 7. `constant_branches`: on how many branches of the curve, counted from x = 0, C is 2 w1 xi; there the event-driven
    solver has a closed form;
@@ -21,8 +22,8 @@ twice the stored energy; what a formula does not use costs it nothing, as the co
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
 10. `on_net_force`: if it is no C v but a fraction of the force that accelerates the wall, load included; the solvers
     have steps of their own for it, which read the first of `formula_parameters` and of `law_parameters`;
-11. `javascript`: C at xi = 1 by z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the
-    damper out.
+11. `javascript`: C by xi, z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the damper
+    out.
 """
 
 from __future__ import annotations
@@ -319,7 +320,7 @@ class Damping(ByValue):
         z = np.maximum(np.abs(x), trilinear.TINY)
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         f, double_v = trilinear.force(z, k1, b1, ks, a3), trilinear.double_energy(z, k1, b1, ks, a1, a2, a3)
-        return self.formula(z, f, double_v, v, self.formula_parameters(curve))
+        return self.formula(z, f, double_v, np.where(x < 0, -v, v), self.formula_parameters(curve))
 
 
 def _known(model: str) -> str:

@@ -1,4 +1,8 @@
-"""ECD: the damper that loses in every half cycle what an impact takes, of any order m; and ECD16."""
+"""ECD: the damper that loses in every half cycle what an impact takes, of any order m; and ECD16.
+
+Derived in docs/theory.md, sections 4 and 8. With the phase of the motion, tan phi = sqrt(V/T) and positive on the way
+out, a coefficient C = w_E D(phi), w_E = abs(f)/sqrt(2V), loses the same fraction from every amplitude of any curve.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +14,66 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp.arguments import numbers
 from rockdamp.arrays import Array, Quantity
-from rockdamp.errors import holds
-from rockdamp.mechanics import half_cycle_loss
+from rockdamp.errors import holds, require
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.base import Damping
+from rockdamp.mechanics.damping.base import RANGES, Damping
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
 
 # Orders that are compiled for themselves: their power takes multiplications alone, any other a library's power.
 MULTIPLIED_ORDERS = (1, 2, 4, 8, 16, 32)
+# ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
+# exact: the motion is then nearly the creep of an overdamped oscillator.
+CAP = 0.95
+
+
+# --- what a half cycle loses ------------------------------------------------------------------------------------------
+
+
+def normalisation(order: ArrayLike) -> Array:
+    r"""Return N_m, which makes 2 xi N_m the size kappa of the damper of order m with xi = delta/pi. [-]
+
+    .. math:: N_m = \frac{\pi/2}{\int_{-\pi/2}^{\pi/2} \cos^{2m+2}\varphi\,d\varphi}
+              = \frac{\sqrt{\pi}}{2}\,\frac{\Gamma(m+2)}{\Gamma(m+3/2)}
+
+    It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2.
+    """
+    m = numbers("order (m)", order)
+    ratio = [math.exp(math.lgamma(one + 2) - math.lgamma(one + 1.5)) for one in np.ravel(m).tolist()]
+    return np.where(m == 0, 1.0, math.sqrt(math.pi) / 2 * np.reshape(ratio, m.shape))
+
+
+def damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
+    """Return xi with which ECD of order m loses delta = -ln e in every half cycle: exact, and without a fit. [-]
+
+    It is delta/pi, at every order above 0. Order 0, which has no velocity in it, has the linear oscillator's,
+    delta/sqrt(pi^2 + delta^2).
+    """
+    delta = np.asarray(log_decrement, dtype=float)
+    return np.where(np.asarray(order) == 0, delta / np.hypot(np.pi, delta), delta / np.pi)
+
+
+def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
+    """Return delta = -ln e of a half cycle, the inverse of `damping_ratio`, for xi below 1. [-]"""
+    xi = np.asarray(damping_ratio, dtype=float)
+    return np.where(np.asarray(order) == 0, np.pi * xi / np.sqrt(1 - xi**2), np.pi * xi)
+
+
+def critical_damping_ratio(order: ArrayLike) -> Array:
+    r"""Return xi from which a half cycle does not end: the motion creeps to the origin and never crosses it. [-]
+
+    There kappa cos^(2m+1) phi sin phi reaches 1 at its largest, tan^2 phi = 1/(2m+1):
+
+    .. math:: \xi_c = \frac{\sqrt{2m+2}}{2 N_m}\left(\frac{2m+2}{2m+1}\right)^{m+1/2}
+
+    It rises from 1 at order 0, the linear oscillator's, to sqrt(2 exp(1)/pi) = 1.3155.
+    """
+    m = numbers("order (m)", order)
+    return np.sqrt(2 * m + 2) / (2 * normalisation(m)) * np.exp((m + 0.5) * np.log1p(1 / (2 * m + 1)))
+
+
+# --- the coefficient --------------------------------------------------------------------------------------------------
 
 
 def of_order_0(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
@@ -27,10 +82,12 @@ def of_order_0(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
 
 
 def of_any_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
-    """Return C of the order m that stands in the parameters."""
-    double_t = v * v
-    fraction = double_t / (double_t + double_v)
-    return parameters[0] * np.sqrt(f * f / double_v) * fraction ** parameters[1]
+    """Return C of the order m that stands in the parameters; order 0 has no denominator."""
+    double_t, root = v * v, np.sqrt(double_v)
+    inverse = 1.0 / (double_t + double_v)
+    size = parameters[0] * (double_t * inverse) ** parameters[1]
+    outwards = np.minimum(size * v * root * inverse, 0.95) * (parameters[1] > 0.0)  # CAP: compiled code takes numbers
+    return size * f / (root * (1.0 - outwards))
 
 
 @cache
@@ -41,32 +98,36 @@ def of_order(order: int) -> Callable[..., Any]:
     """
 
     def formula(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
-        double_t = v * v
-        fraction = double_t / (double_t + double_v)
-        return parameters[0] * np.sqrt(f * f / double_v) * fraction**order
+        double_t, root = v * v, np.sqrt(double_v)
+        inverse = 1.0 / (double_t + double_v)
+        size = parameters[0] * (double_t * inverse) ** order
+        return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
 
     formula.__qualname__ = f"of_order_{order}"
     return formula
 
 
 def energy_law(z: float, f: float, double_v: float, v: float, parameters: tuple[float, ...]) -> float:
-    """Return C by (1 + V/T)^-m and logarithms, where the formulas have a power of the energies' ratio.
+    """Return C by the tangent u of the phase, where the formulas have energies: cos^2 = 1/(1 + u^2).
 
     It is as smooth as its rounding: that of a power grows with m, and the event-driven solver's steps would shrink.
     """
-    scale, w1, m = parameters
+    kappa, m = parameters
     root = math.sqrt(double_v)
-    kinetic = 1.0
-    if m > 0.0:
-        kinetic = math.exp(-m * math.log1p((root / v) * (root / v))) if v != 0.0 else 0.0
-    return scale * (f / root / w1) * kinetic
+    if m == 0.0:
+        return kappa * f / root
+    if v == 0.0:
+        return 0.0
+    u = root / v
+    size = kappa * math.exp(-m * math.log1p(u * u))
+    return size * f / root / (1.0 - min(size / (u + 1.0 / u), CAP))
 
 
 class EnergyConsistent(Damping):
-    """ECD of order m: C = 2 xi N_m w_E (T/(T + V))^m, w_E = |f|/sqrt(2V). ECD alone means m = 0, which has no T.
+    """ECD of order m: C = w_E kappa cos^2m/(1 - kappa cos^(2m+1) sin) of the phase, kappa = 2 xi N_m.
 
-    It loses the same fraction of the energy in every half cycle, from any amplitude, on any odd curve; as m grows it
-    tends to restitution (docs/theory.md, section 8).
+    ECD alone means m = 0, C = 2 xi w_E, without a phase. It loses the same fraction of the energy in every half cycle,
+    from any amplitude, on any odd curve; as m grows it tends to restitution (docs/theory.md, section 8).
     """
 
     model = "ECD"
@@ -75,7 +136,10 @@ class EnergyConsistent(Damping):
     names: ClassVar[tuple[str, ...]] = ("damping_ratio", "order")
     defaults: ClassVar[Mapping[str, float]] = {"order": 0.0}
     same_loss_at_any_amplitude = True
-    javascript = "((2 * size * f) / Math.sqrt(doubleV)) * ((v * v) / (v * v + doubleV)) ** m"
+    javascript = (
+        "((size, root, both) => (size * f) / (root * (1 - (m > 0 ? Math.min((size * v * root) / both, 0.95) : 0))))"
+        "(2 * xi * N * ((v * v) / (v * v + doubleV)) ** m, Math.sqrt(doubleV), v * v + doubleV)"
+    )
 
     @cached_property
     def _one_order(self) -> float | None:
@@ -91,7 +155,7 @@ class EnergyConsistent(Damping):
         return of_order(int(order)) if order in MULTIPLIED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
-        return 2 * self.damping_ratio * half_cycle_loss.of_order(self.order), self.order
+        return 2 * self.damping_ratio * normalisation(self.order), self.order
 
     @property
     def constant_branches(self) -> int:
@@ -100,14 +164,20 @@ class EnergyConsistent(Damping):
     law = staticmethod(energy_law)
 
     def law_parameters(self, k1: float) -> tuple[float, ...]:
-        w1, m = math.sqrt(k1), float(self.order)
-        # N_m by Gamma functions, which half_cycle_loss does not use.
-        size = math.exp(math.lgamma(m + 2) - math.lgamma(m + 1.5)) * math.sqrt(math.pi) / 2 if m else 1.0
-        return 2 * float(self.damping_ratio) * w1 * size, w1, m
+        m = float(self.order)
+        # The integral of cos^(2m+2) over a half cycle is the beta function of m + 3/2 and 1/2.
+        integral = math.exp(math.lgamma(m + 1.5) + math.lgamma(0.5) - math.lgamma(m + 2)) if m else math.pi / 2
+        return math.pi * float(self.damping_ratio) / integral, m
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        return half_cycle_loss.damping_ratio(0.0 - np.log(restitution), named.get("order", 0.0))
+        m, delta = numbers("order (m)", named.get("order", 0.0)), 0.0 - np.log(restitution)
+        require(m >= 0, "order (m)", m, RANGES["order"][2])
+        least = np.where(m == 0, 0.0, np.exp(-CAP * np.pi * critical_damping_ratio(m)))
+        least = np.broadcast_to(least, np.broadcast_shapes(delta.shape, m.shape))
+        within = np.exp(-delta) >= least
+        require(within, "restitution (e)", np.exp(-delta), f"at least {least.max():.3g} for order {m.max():g}")
+        return damping_ratio(delta, m)
 
 
 class RecommendedOrder(EnergyConsistent):

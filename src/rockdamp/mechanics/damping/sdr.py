@@ -16,7 +16,7 @@ class StiffnessProportionalRatio(OfTheSecant):
     title = "stiffness proportional damping ratio"
     colour = "#009E73"
     secant_exponent = 2.0
-    javascript = "(2 * f) / z / w1"
+    javascript = "(2 * xi * f) / z / w1"
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return (2 * self.damping_ratio / curve.initial_frequency,)

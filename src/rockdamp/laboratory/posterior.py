@@ -1,9 +1,10 @@
-"""A measured record identified: the posterior of its wall and damper, and which damping models it supports."""
+"""A measured record identified: the posterior of its wall and damper, and the evidence of each damping model."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,10 @@ from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.laboratory.candidates import Candidate, true_values
-from rockdamp.laboratory.evidence import Evidence, evidence_of, probabilities
-from rockdamp.laboratory.least_squares import Fit
-from rockdamp.laboratory.misfit import Misfit, require_explained, require_possible
+from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible
+from rockdamp.laboratory.candidates import Candidate, Prior, true_values
+from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.noise import correlated
-from rockdamp.laboratory.prior import Prior
 from rockdamp.laboratory.problem import Problem
 from rockdamp.laboratory.sampler import Draws
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -26,6 +25,43 @@ from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn
 from rockdamp.progress import track
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
+
+# --- evidence ---------------------------------------------------------------------------------------------------------
+
+EFFECTIVE = 300.0  # draws, at least: the logarithm of the evidence is then known to 0.06
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The logarithm of the evidence and its standard error; NaN, with the reason, where it could not be determined."""
+
+    logarithm: float = np.nan
+    standard_error: float = np.nan
+    reason: str = ""
+
+
+def evidence_of(
+    fit: RecordFit | Sequence[RecordFit], prior: Prior, seed: int, *, loss_by_run: bool = False
+) -> Evidence:
+    """Return the evidence of a model by one run or several; undetermined where its posterior is refused."""
+    try:
+        solutions = [one.solution() for one in ([fit] if isinstance(fit, RecordFit) else fit)]
+        _, drawn = Problem.about(solutions, prior, loss_by_run=loss_by_run).drawn(EFFECTIVE, seed)
+    except InputError as error:
+        return Evidence(reason=str(error))
+    return Evidence(drawn.log_evidence, drawn.error)
+
+
+def probabilities(log_evidence: Array) -> Array:
+    """Return the probability of each model, along the last axis, of those that were determined; all equal before."""
+    known = np.isfinite(log_evidence)
+    highest = np.max(np.where(known, log_evidence, -np.inf), axis=-1, keepdims=True)
+    relative = np.exp(np.where(known, log_evidence - np.where(np.isfinite(highest), highest, 0.0), -np.inf))
+    total = relative.sum(axis=-1, keepdims=True)
+    return np.where(known, relative / np.where(total > 0, total, 1.0), np.nan)
+
+
+# --- posterior --------------------------------------------------------------------------------------------------------
 
 SENSOR = "sensor_deviation"  # the one sampled parameter that has a unit
 EFFECTIVE = 2000.0  # draws of a posterior, at least
@@ -74,8 +110,8 @@ def posterior(
     a3 = ultimate_displacement_ratio
     known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": step}
 
-    def fits(name: str) -> list[Fit]:
-        return [Fit.of(one, wall, Candidate.of(name), **known) for one in records]
+    def fits(name: str) -> list[RecordFit]:
+        return [RecordFit.of(one, wall, Candidate.of(name), **known) for one in records]
 
     solutions, misfits = [], []
     for run, fit in enumerate(fits(names[0]), start=1):
