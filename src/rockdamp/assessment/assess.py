@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import Any, TypeVar
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
+from rockdamp.assessment import one_sided
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, side_by_side
 from rockdamp.assessment.restitution import DEFAULT_RULE, deviation_of, restitution_and_reason, spread
 from rockdamp.assessment.table import BadRow, Row
@@ -23,6 +24,7 @@ from rockdamp.histories.labelled import described
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.progress import counting
@@ -43,7 +45,7 @@ T = TypeVar("T")
 
 
 def assess(
-    wall: Wall | Parapet,
+    wall: Wall | Parapet | OneSidedWall,
     curve: TrilinearCurve,
     records: Records,
     *,
@@ -60,7 +62,9 @@ def assess(
 
     Parameters
     ----------
-    wall : Wall or Parapet
+    wall : Wall, Parapet or OneSidedWall
+        Under a `OneSidedWall` each record acts both ways, as it is and turned round, and counts twice; beside CR, which
+        is then solved event by event, stands STOP, the damper at the stop.
     curve : TrilinearCurve
     records : str, path, GroundMotion, or several of them
         As for `load_records`, or what it returned.
@@ -102,7 +106,7 @@ def assess(
     (array([16]), 18)
     """
     measure, intensity = intensities(pgv, pga)
-    instance("wall", wall, Wall, Parapet)
+    instance("wall", wall, Wall, Parapet, OneSidedWall)
     instance("curve", curve, TrilinearCurve)
     tail, step = number("tail", tail), number("step", step)
     require(tail >= 0, "tail", tail, "at least 0 [s]")
@@ -111,14 +115,17 @@ def assess(
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = restitution_and_reason(wall, restitution)
     motions = ground_motions(records)
-    runs = collapses(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
+    one_way = isinstance(wall, OneSidedWall)
+    if one_way:
+        motions = one_sided.both_ways(motions)
+    runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
     answer = answer.drop_vars("strongest").assign(
         restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak_ratio=runs["peak"].squeeze("wall")
     )
-    if restitution == DEFAULT_RULE:
+    if restitution == DEFAULT_RULE and not one_way:
         deviation, source = deviation_of(wall)
         share = averaged(wall, curve, e, deviation, motions, factor.values, step=step, tail=tail)
         answer = answer.assign(
@@ -166,6 +173,10 @@ def assess_rows(
     errors = {row.line: row.error for row in rows if isinstance(row, BadRow)}
     run = partial(_by_chunks, measure=measure, intensity=intensity, step=step, tail=tail, chunk=chunk, errors=errors)
     good = [row for row in rows if isinstance(row, Row)]
+    if one_way := any(isinstance(row.wall, OneSidedWall) for row in good):
+        motions = one_sided.both_ways(motions)
+    if one_way and (buildings or not all(isinstance(row.wall, OneSidedWall) for row in good)):
+        raise InputError("one-sided walls stand on the ground, and in a table of their own")
     everywhere = []
     for building in buildings or (None,):
         parts = [part for alike, supports in _on_supports(good, motions, building) for part in run(alike, supports)]
@@ -228,7 +239,7 @@ def _by_chunks(
             e, level = np.array([row.restitution for row in rows]), np.array([intensity])
             track = partial(through, count=len(rows))
             try:
-                runs = collapses(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
+                runs = collapses_of(wall)(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
             except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
                 if len(rows) == 1:
                     errors[rows[0].line] = f"line {rows[0].line}: {error}"
@@ -245,16 +256,25 @@ def _by_chunks(
                 yield from run(batch)
 
 
+def collapses_of(wall: Any) -> Callable[..., xr.Dataset]:
+    """Return the function that runs such a wall."""
+    return one_sided.collapses if isinstance(wall, OneSidedWall) else collapses
+
+
 def alike(rows: Iterable[Row]) -> Iterable[list[Row]]:
     """Return the rows that fit into one batch: walls or parapets, with one kind of softening."""
     kinds: dict[Any, list[Row]] = {}
     for row in rows:
-        kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
+        # Each one-sided wall runs alone: its stop has a step of its own.
+        alone = row.line if isinstance(row.wall, OneSidedWall) else -1
+        kinds.setdefault((type(row.wall), row.curve.softening, alone), []).append(row)
     return kinds.values()
 
 
 def stacked(owners: Sequence[T]) -> T:
     """Return walls or curves of numbers as one of arrays."""
+    if isinstance(owners[0], OneSidedWall):
+        return owners[0]
     names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
     first = {name: getattr(owners[0], name) for name in names}
     arrays = {

@@ -19,6 +19,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.histories.supports import SupportRecord
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
@@ -73,7 +74,7 @@ class Check(NamedTuple):
 
 
 def checks(
-    answer: xr.Dataset, wall: Wall | Parapet, motions: Sequence[GroundMotion], capacity: float = CAPACITY
+    answer: xr.Dataset, wall: Wall | Parapet | OneSidedWall, motions: Sequence[GroundMotion], capacity: float = CAPACITY
 ) -> list[Check]:
     """Return the checks at each intensity of what `assess` returned for a wall under motions.
 

@@ -11,10 +11,12 @@ from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
 from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
 
 Rocking = Wall | Parapet
+SORRENTINO = "Sorrentino, AlShawa and Decanini (2011), second-hand: a block that hits a return wall"
 
 # By the name of the rule: what it gives, and what it is called for a wall.
 RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
@@ -38,23 +40,28 @@ OF_BLOCKS = f"134 free-rocking trials of limestone blocks gave {BLOCK_RATIO} of 
 NODES = 5  # of e over its spread; the middle one is the median
 
 
-def by_rule(wall: Rocking, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
+def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
     """Return e of a wall by the name of a rule, and its reason; for a parapet every rule is Housner's. [-]"""
     if rule not in RULES:
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
+    if isinstance(wall, OneSidedWall):
+        if isinstance(wall.mechanism, Wall):
+            raise InputError(f"restitution (e) is {rule!r}; a strip against a stop has no rule: it must be a number")
+        return wall.restitution_rigid, SORRENTINO
     if isinstance(wall, Parapet):
         return wall.restitution, HOUSNER
     formula, reason = RULES[rule]
     return formula(wall), reason
 
 
-def restitution_and_reason(wall: Rocking, restitution: float | str) -> tuple[float, str]:
+def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | str) -> tuple[float, str]:
     """Return e, by its rule or as it is given, and the reason for it. [-]"""
     if isinstance(restitution, str):
         e, reason = by_rule(wall, restitution)
         return float(e), reason
     given = float(Damping.cr(number("restitution (e)", restitution)).restitution)
-    plausibility.warn(plausibility.of_restitution(given))
+    if not isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
+        plausibility.warn(plausibility.of_restitution(given))
     return given, "as given"
 
 

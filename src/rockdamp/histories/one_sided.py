@@ -32,6 +32,7 @@ def peaks_and_collapses(
     tail: float,
     contact_stiffness: ArrayLike | None = None,
     pulls: bool = False,
+    step: float = CONTACT_STEP,
     threads: int = 1,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Run a wall under a record that is scaled by each factor, a negative one to turn it round.
@@ -49,6 +50,8 @@ def peaks_and_collapses(
         first branch's stiffness stands at the stop, with its dashpot, and the stepper runs. [-]
     pulls : bool
         Whether that stop may pull.
+    step : float
+        Of the stepper, times the frequency of the stop. [-]
     threads : int
 
     Returns
@@ -72,7 +75,7 @@ def peaks_and_collapses(
         )
         return exact.peak, exact.outcome == COLLAPSED
     kc = float(np.minimum(contact_stiffness * curve.initial_stiffness, force.stop_stiffness))
-    substeps = max(int(np.ceil(sampling * np.sqrt(kc) / CONTACT_STEP)), 1)
+    substeps = max(int(np.ceil(sampling * np.sqrt(kc) / step)), 1)
     stepped = one_sided_march.solve(
         force,
         Stop(kc, e, pulls),

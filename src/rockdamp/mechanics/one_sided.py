@@ -159,16 +159,15 @@ class OneSidedWall(ByValue):
         sine2 = 1 / (1 + self.mechanism.slenderness**2)
         return 1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2))
 
-    def rocking_onset(self, curve: TrilinearCurve) -> Array:
-        """Return the ground acceleration whose static load reaches the plateau, with a tie that yields. [m s-2]
+    def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
+        """Return the ground acceleration whose static load reaches the plateau, without the tie. [m s-2]
 
         Parameters
         ----------
-        curve : TrilinearCurve
+        strength_ratio : float or ndarray
+            b1 of a cracked wall, broadcasts. [-]
         """
-        force = self.force(curve)
-        held = np.where(force.tie_gap > 0, 0.0, force.tie_strength)
-        return np.asarray((curve.strength_ratio + held) / np.abs(self.load_factor))
+        return self.mechanism.rocking_onset(strength_ratio)
 
     def force(self, curve: TrilinearCurve) -> OneSidedForce:
         """Return the dimensionless force of the wall and its tie.
