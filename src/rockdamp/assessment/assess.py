@@ -115,8 +115,7 @@ def assess(
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = restitution_and_reason(wall, restitution)
     motions = ground_motions(records)
-    one_way = isinstance(wall, OneSidedWall)
-    if one_way:
+    if isinstance(wall, OneSidedWall):
         motions = one_sided.both_ways(motions)
     runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
@@ -125,7 +124,7 @@ def assess(
     answer = answer.drop_vars("strongest").assign(
         restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak_ratio=runs["peak"].squeeze("wall")
     )
-    if restitution == DEFAULT_RULE and not one_way:
+    if restitution == DEFAULT_RULE and not isinstance(wall, OneSidedWall):
         deviation, source = deviation_of(wall)
         share = averaged(wall, curve, e, deviation, motions, factor.values, step=step, tail=tail)
         answer = answer.assign(
@@ -334,7 +333,7 @@ def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]
 # --- from runs to an answer -------------------------------------------------------------------------------------------
 
 
-def summary(runs: xr.Dataset, wall: Wall | Parapet, curve: TrilinearCurve, measure: str) -> xr.Dataset:
+def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, measure: str) -> xr.Dataset:
     """Return counts, shares, fragilities and the error of the solver's step, of what `collapses` returned."""
     name, records = measure.lower(), runs.sizes["record"]
     counts = {step: runs[f"stripe_{step}"].sum("record") for step in ("collapsed", "coarser")}

@@ -225,9 +225,7 @@ def _of_tie(wall: OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Cha
         yield name, 0.0, (replace(wall, tie=None), curve, e)
 
 
-def _made(
-    name: str, value: float, make: Callable[[float], Changed]
-) -> Iterator[Change]:
+def _made(name: str, value: float, make: Callable[[float], Changed]) -> Iterator[Change]:
     """Yield the change, unless there is no such wall."""
     try:
         with as_meant():

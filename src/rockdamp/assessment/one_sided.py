@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -75,25 +76,13 @@ def collapses(
     threads = available_threads()
     peaks, collapsed, coarser = [], [], []
     for motion, level in zip(track(motions), levels, strict=True):
-
-        def run(contact: float | None, steps: float = CONTACT_STEP, motion: GroundMotion = motion, level: float = level):  # type: ignore[no-untyped-def]
-            return peaks_and_collapses(
-                motion.record,
-                wall,
-                curve,
-                e,
-                wanted / level,
-                tail=tail,
-                contact_stiffness=contact,
-                step=steps,
-                threads=threads,
-            )
-
-        exact, damped, before = run(None), run(CONTACT_STIFFNESS), run(CONTACT_STIFFNESS, 2 * CONTACT_STEP)
-        fell = np.stack([exact[1], damped[1]], axis=-1)
-        peaks.append(np.where(fell, np.nan, np.stack([exact[0], damped[0]], axis=-1))[:asked])
-        collapsed.append(fell)
-        coarser.append(np.stack([exact[1], before[1]], axis=-1))
+        run = partial(peaks_and_collapses, motion.record, wall, curve, e, wanted / level, tail=tail, threads=threads)
+        exact, damped = run(), run(contact_stiffness=CONTACT_STIFFNESS)
+        longer = run(contact_stiffness=CONTACT_STIFFNESS, step=2 * CONTACT_STEP)
+        outcome = np.stack([exact[1], damped[1]], axis=-1)
+        peaks.append(np.where(outcome, np.nan, np.stack([exact[0], damped[0]], axis=-1))[:asked])
+        collapsed.append(outcome)
+        coarser.append(np.stack([exact[1], longer[1]], axis=-1))
     at, stripes = ("record", "wall", "intensity", "damping_model"), ("record", "wall", "stripe", "damping_model")
     fell, before = (np.stack(values)[:, None] for values in (collapsed, coarser))
     factor = intensity / levels[:, None]

@@ -21,6 +21,7 @@ from rockdamp.cli.building import (
     top_record_option,
 )
 from rockdamp.cli.command import Command, command_line, print_json, write_dataset, write_figure, writing
+from rockdamp.cli.one_sided import beside, one_sided_options, show_one_sided, without_ties
 from rockdamp.cli.options import (
     CURVE,
     ONE_SIDED,
@@ -38,7 +39,6 @@ from rockdamp.cli.options import (
     walls_option,
     with_default,
 )
-from rockdamp.cli.one_sided import beside, one_sided_options, show_one_sided, without_ties
 from rockdamp.cli.types import NUMBER, OutputFile, Read, quantities, quantity, word_or_number
 
 if TYPE_CHECKING:
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
 
     from rockdamp.mechanics.building import Diaphragm
     from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
     from rockdamp.storage.tables import Column
@@ -148,6 +147,7 @@ def assess_command(
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, typed_in
+    from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.plausibility import of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
@@ -156,7 +156,9 @@ def assess_command(
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
-    one_sided = options["one_sided"]
+    one_sided = wall if isinstance(wall, OneSidedWall) else None
+    if one_sided and report is not None:
+        raise click.UsageError("--report has no page of a wall against a stop; there must be --plot, --output or --json")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
@@ -187,8 +189,8 @@ def assess_command(
         write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
     typed, constants = [] if one_sided else typed_in(wall, curve, taken), frequencies(wall, curve)
-    stop = beside(wall, curve, taken) if one_sided else {}
-    bare = without_ties(wall, curve, answer, motions) if one_sided else None
+    stop = beside(one_sided, curve, taken) if one_sided else {}
+    bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:
         from rockdamp.report.one_wall import page
 
@@ -212,7 +214,7 @@ def assess_command(
     else:
         show(answer, wall, units)
         if one_sided:
-            show_one_sided(wall, stop, bare, len(motions))
+            show_one_sided(one_sided, stop, bare, len(motions))
         else:
             show_damping(typed, constants, taken, units)
         print_checks(placed, checked)
@@ -241,7 +243,7 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modellin
 
 def _wall(
     table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
-) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str, Diaphragm | None]:
+) -> tuple[Any, TrilinearCurve, float | str, str, Diaphragm | None]:
     """Return the wall of the options or of a row, its curve, e or its rule, and a row's reason for e and its floor."""
     from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 

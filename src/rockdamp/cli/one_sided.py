@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp import units
 from rockdamp.cli.types import Read, quantity
 
 if TYPE_CHECKING:
@@ -21,27 +20,14 @@ TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
 SIGNS = ("both", "+", "-")
 
 
-def _per_metre(unit: str) -> Callable[[str], tuple[float, bool]]:
-    """Return the reader of a quantity of a tie: of all ties of the wall, or by metre of its width."""
+def _of_ties(text: str, unit: str) -> tuple[float, bool]:
+    from rockdamp.mechanics import written_sizes
 
-    def read(text: str) -> tuple[float, bool]:
-        per = {"N m-1": "N m-2", "N": "N m-1"}[unit]
-        try:
-            return units.quantity(text, per), True
-        except units.UnitError:
-            return units.quantity(text, unit), False
-
-    def plain(text: str) -> tuple[float, bool]:
-        try:
-            return units.number(text), False
-        except ValueError:
-            return read(text)
-
-    return plain
+    return written_sizes.of_ties(text, unit)
 
 
-STIFFNESS = Read(_per_metre("N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m on its whole width")
-STRENGTH = Read(_per_metre("N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN on its whole width")
+STIFFNESS = Read(lambda text: _of_ties(text, "N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m in all")
+STRENGTH = Read(lambda text: _of_ties(text, "N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN in all")
 
 
 def one_sided_options(command: Any) -> Any:
@@ -57,7 +43,7 @@ def one_sided_options(command: Any) -> Any:
     return command
 
 
-def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Wall | Parapet | OneSidedWall:
+def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
     """Return the wall against a stop where --one-sided says so."""
     given = [name for name in TIE if options.get(name) is not None]
     if not options.get("one_sided"):
@@ -66,7 +52,8 @@ def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Wall | P
         return wall
     for other in ("building_period", "diaphragm_period", "top_records", "top_record"):
         if options.get(other):
-            raise click.UsageError(f"--{other.replace('_', '-')} and --one-sided exclude each other: the stop and the base move alike")
+            name = "--top-record" if "top" in other else f"--{other.replace('_', '-')}"
+            raise click.UsageError(f"{name} must be given without --one-sided: the stop moves as the base does")
     from rockdamp.mechanics.one_sided import OneSidedWall
 
     return OneSidedWall(wall, tie(options, wall) if given else None)
@@ -74,20 +61,13 @@ def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Wall | P
 
 def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
     """Return the tie that the options describe."""
-    from rockdamp.errors import require
-    from rockdamp.mechanics.one_sided import Tie
+    from rockdamp.mechanics.one_sided import tie_of
 
     for name in ("tie_stiffness", "tie_strength"):
         if options.get(name) is None:
             raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    stiffness, strength = (
-        value * (float(wall.width) if by_metre else 1.0)
-        for value, by_metre in (options["tie_stiffness"], options["tie_strength"])
-    )
-    level = float(wall.height) if not hasattr(wall, "lower_height") else float(wall.lower_height)
-    height = level if options.get("tie_height") is None else options["tie_height"]
-    require(0 < height <= level, "--tie-height", height, f"greater than 0 and at most {level:g} m, where u is measured")
-    return Tie(stiffness, strength, options.get("tie_gap") or 0.0, height_ratio=height / level)
+    stiffness, strength, gap, height = (options[name] for name in TIE)
+    return tie_of(wall, stiffness, strength, gap or 0.0, height)
 
 
 def beside(wall: OneSidedWall, curve: TrilinearCurve, restitution: float) -> dict[str, float]:
@@ -153,3 +133,94 @@ def show_one_sided(
         "CR is solved exactly from impact to impact: what is left open is e, the curve and the ties; "
         "how good the damper at the stop is: docs/one-sided.md"
     )
+
+
+def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: float | None) -> dict[str, float]:
+    """Return what `wall` says of a wall against a stop: its e, its ties, and with a curve the damper at the stop."""
+    from rockdamp.mechanics.wall import Parapet
+
+    block = isinstance(wall.mechanism, Parapet)
+    values = {"restitution_one_sided": float(wall.restitution_rigid)} if block else {}
+    if wall.tie is not None:
+        values |= {
+            "tie_strength": float(wall.tie.strength),
+            "tie_stiffness": float(wall.tie.stiffness),
+            "tie_yield_stretch": float(wall.tie.yield_stretch),
+        }
+    e = restitution if restitution is not None else values.get("restitution_one_sided")
+    return values | ({} if curve is None or e is None else beside(wall, curve, e))
+
+
+def restitution_of(options: Mapping[str, Any], wall: OneSidedWall) -> float:
+    """Return e of a wall against a stop; refuse any damper but restitution."""
+    from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
+
+    if options["compare"] or options["damping_model"] not in (None, "CR") or options["damping_ratio"] is not None:
+        raise click.UsageError(
+            "--one-sided takes restitution alone: a damper of the wall, ECD of any order too, damps a wall that starts "
+            "from rest at the stop before it has hit it; damp the stop (docs/one-sided.md)"
+        )
+    stated = options["restitution"]
+    e, reason = restitution_and_reason(wall, DEFAULT_RULE if stated is None else stated)
+    if stated is None:
+        click.echo(f"restitution e = {e:.4g}: {reason}", err=True)
+    return e
+
+
+def respond_one_sided(
+    wall: OneSidedWall,
+    curve: TrilinearCurve,
+    motions: Any,
+    asked: Mapping[str, list[float]],
+    options: Mapping[str, Any],
+    tail: float,
+    as_json: bool,
+) -> None:
+    """Run a wall against a stop under records, both ways unless --sign says which, and print a row for each."""
+    from rockdamp.cli.command import print_json, print_table, write_dataset, write_figure, write_table
+    from rockdamp.histories.many_records import scales_of
+    from rockdamp.histories.one_sided import SIGNS as WAYS
+    from rockdamp.histories.one_sided import response
+
+    e, sign = restitution_of(options, wall), options["sign"]
+    files = [f"--{name}" for name in ("output", "plot") if options[name] is not None]
+    if files and (sign == "both" or len(motions) > 1 or len(next(iter(asked.values()))) > 1):
+        raise click.UsageError(f"{files[0]} takes one history; there must be one record, one scale and --sign + or -")
+    rows = []
+    for motion in motions:
+        for scale in scales_of(motion.intensity_record, asked):
+            history = response(motion.record, wall, curve, e, scale=float(scale), tail=tail, signs=WAYS[sign])
+            for index, way in enumerate(history["sign"].values.tolist()):
+                one = history.isel(sign=index)
+                fell = bool(one["collapsed"])
+                peak = float(one["peak"])
+                metres = peak * float(wall.instability_displacement)
+                rows.append(
+                    {
+                        "record": motion.name,
+                        "sign": "+" if way > 0 else "-",
+                        "scale": float(scale),
+                        "peak_displacement": None if fell else metres,
+                        "peak": None if fell else peak,
+                        "outcome": "collapsed" if fell else "completed",
+                        "outcome_elapsed": float(one["outcome_elapsed"]),
+                        "impacts": int(one["impacts"]),
+                    }
+                )
+    if options["output"] is not None:
+        read = {"records": motions[0].record.digest or motions[0].name, "sign": sign}
+        write_dataset(history, options["output"], "one_sided_response", "rockdamp.histories.one_sided", **read)
+    if options["plot"] is not None:
+        from rockdamp.figures.one_sided import history_figure
+
+        write_figure(history_figure(history), options["plot"])
+    if options["table"] is not None:
+        write_table(rows, options["table"])
+    if as_json:
+        print_json(rows)
+    else:
+        print_table(rows, {"peak_displacement": "m", "outcome_elapsed": "s"})
+        if sign == "both":
+            click.echo(
+                "sign: each record acts as it is, +, and turned round, -; the wall moves away from its stop only"
+            )

@@ -182,7 +182,7 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
             raise click.UsageError(f"{option} must be given with {needed}, or not at all")
 
 
-def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
+def make_wall(options: Mapping[str, Any]) -> Any:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.plausibility import as_meant, of_stated, warn

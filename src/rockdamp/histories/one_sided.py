@@ -30,7 +30,7 @@ def peaks_and_collapses(
     factor: ArrayLike,
     *,
     tail: float,
-    contact_stiffness: ArrayLike | None = None,
+    contact_stiffness: float | None = None,
     pulls: bool = False,
     step: float = CONTACT_STEP,
     threads: int = 1,
@@ -74,7 +74,7 @@ def peaks_and_collapses(
             threads=threads,
         )
         return exact.peak, exact.outcome == COLLAPSED
-    kc = float(np.minimum(contact_stiffness * curve.initial_stiffness, force.stop_stiffness))
+    kc = min(contact_stiffness * float(curve.initial_stiffness), float(force.stop_stiffness))
     substeps = max(int(np.ceil(sampling * np.sqrt(kc) / step)), 1)
     stepped = one_sided_march.solve(
         force,

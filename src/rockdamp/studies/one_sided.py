@@ -12,7 +12,6 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
 from rockdamp.histories.at_intensities import peaks_and_collapses as of_two_sides
 from rockdamp.histories.one_sided import SIGNS, peaks_and_collapses
 from rockdamp.mechanics.damping import Damping
@@ -27,7 +26,7 @@ RATES = ("false_safe_rate", "false_collapse_rate")
 BOUND = ("lower", "upper")
 
 
-def one_sided(config: Config) -> xr.Dataset:
+def one_sided(config: Any) -> xr.Dataset:
     """Run each facade under every record and both signs, and compare each alternative with restitution.
 
     Returns
@@ -35,7 +34,7 @@ def one_sided(config: Config) -> xr.Dataset:
     xarray.Dataset
         By ``restitution`` and ``alternative``: the median and the scatter of the ratio of peaks by ``band``, rates of
         collapses missed and added, and by ``facade`` the ratio of the median intensities of collapse, with intervals
-        over stations. By ``facade``, ``restitution`` and ``two_sided_restitution`` the same ratio of the two-sided wall.
+        over stations; the same of the two-sided wall by ``two_sided_restitution``.
     """
     settings = config.one_sided
     histories = under_records(settings)
@@ -100,7 +99,7 @@ def under_records(settings: Any) -> xr.Dataset:
         "": (other, (*dims, "restitution", "alternative")),
         "two_sided": (mirrored, (*dims, "two_sided_restitution")),
     }
-    parts = {}
+    parts: dict[str, Any] = {}
     for name, (array, of) in values.items():
         prefix = f"{name}_" if name else ""
         peak, fell = array
@@ -118,7 +117,9 @@ def under_records(settings: Any) -> xr.Dataset:
     )
     stacked = histories.stack(history=("record", "sign")).reset_index("history", drop=True)
     station = np.repeat(stations, len(SIGNS["both"]))
-    return stacked.rename(history="record").assign_coords(station=("record", station)).drop_vars("sign", errors="ignore")
+    return (
+        stacked.rename(history="record").assign_coords(station=("record", station)).drop_vars("sign", errors="ignore")
+    )
 
 
 def alternatives(settings: Any) -> dict[str, tuple[float, dict[str, Any]]]:
