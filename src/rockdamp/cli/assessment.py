@@ -158,7 +158,7 @@ def assess_command(
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
     one_sided = wall if isinstance(wall, OneSidedWall) else None
     if one_sided and report is not None:
-        raise click.UsageError("--report has no page of a wall against a stop; there must be --plot, --output or --json")
+        raise click.UsageError("--report has no page of a wall against a stop; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
