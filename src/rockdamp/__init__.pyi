@@ -38,8 +38,10 @@ from .solvers.newmark import solve as solve
 from .solvers.newmark import stable_step as stable_step
 from .solvers.oscillator import spectral_acceleration as spectral_acceleration
 from .solvers.response import ComparedHistories as ComparedHistories
+from .solvers.response import ComparedPeaks as ComparedPeaks
 from .solvers.response import Comparison as Comparison
 from .solvers.response import Histories as Histories
+from .solvers.response import Peaks as Peaks
 from .solvers.response import Reference as Reference
 from .solvers.response import Response as Response
 from .statistics.fragility import Fragility as Fragility

@@ -227,8 +227,6 @@ def population():
             **_statistic("median_intensity_ratio", ("damping_model",), median / median[0]),
             "sensitivity": (("parameter", "damping_model"), index),
             "sensitivity_confidence": (("parameter", "damping_model"), 0.1 * index),
-            "total_sensitivity": ("parameter", 1.2 * index[:, 0]),
-            "total_sensitivity_confidence": ("parameter", 0.12 * index[:, 0]),
             "records": 10,
         },
         coords={
