@@ -34,7 +34,7 @@ def test_both_solvers_have_the_size_of_the_damper_by_their_own_formula():
     curve = TrilinearCurve(0.04, 0.85)
     for order in (0.3, 1, 16, 40.7):
         damping = Damping("ECD", 0.05, order=order)
-        (batched, _), (exact, _) = damping.formula_parameters(curve), damping.law_parameters(1.0)
+        (batched, _), (exact, _) = damping.formula_parameters(curve), damping.law_parameters(curve)
         assert exact == pytest.approx(float(batched), rel=1e-13)
 
 
